@@ -1,0 +1,178 @@
+//! Convex polyhedra with triangular facets, in body coordinates [m].
+
+use crate::error::{Error, Result};
+use crate::tensor::{Mat3, Vec3};
+
+/// An edge with its two end vertices and the two facets beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    pub vertices: [usize; 2],
+    pub facets: [usize; 2],
+}
+
+/// A closed surface of triangles, counter-clockwise seen from outside. A single vertex without
+/// facets is a point: the core of a sphere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polyhedron {
+    pub vertices: Vec<Vec3>,
+    pub facets: Vec<[usize; 3]>,
+    /// Outward unit normal of each facet.
+    pub normals: Vec<Vec3>,
+    /// Sorted by vertices, the smaller vertex first.
+    pub edges: Vec<Edge>,
+}
+
+impl Polyhedron {
+    /// A point at the origin.
+    pub fn point() -> Self {
+        Polyhedron { vertices: vec![Vec3::zeros()], facets: vec![], normals: vec![], edges: vec![] }
+    }
+
+    /// A box centred on the origin with full edge lengths `size` [m].
+    pub fn cuboid(size: [f64; 3]) -> Result<Self> {
+        let corners: Vec<Vec3> = (0..8)
+            .map(|k| {
+                let sign = |bit: usize| if k >> bit & 1 == 1 { 0.5 } else { -0.5 };
+                Vec3::new(sign(0) * size[0], sign(1) * size[1], sign(2) * size[2])
+            })
+            .collect();
+        let facets = vec![
+            [0, 2, 1],
+            [1, 2, 3],
+            [4, 5, 6],
+            [5, 7, 6],
+            [0, 1, 4],
+            [1, 5, 4],
+            [2, 6, 3],
+            [3, 6, 7],
+            [0, 4, 2],
+            [2, 4, 6],
+            [1, 3, 5],
+            [3, 7, 5],
+        ];
+        Polyhedron::from_facets(corners, facets)
+    }
+
+    /// The convex hull of `points` [m] (parry's, f64). Points inside are dropped.
+    pub fn convex_hull(points: &[Vec3]) -> Result<Self> {
+        let points: Vec<_> = points.iter().map(|p| parry3d_f64::math::Vector::new(p.x, p.y, p.z)).collect();
+        let (vertices, facets) = parry3d_f64::transformation::try_convex_hull(&points)
+            .map_err(|e| Error::Mesh { name: "convex hull".into(), message: e.to_string() })?;
+        let vertices = vertices.iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
+        let facets = facets.iter().map(|f| f.map(|i| i as usize)).collect();
+        Polyhedron::from_facets(vertices, facets)
+    }
+
+    /// From a closed, outward-oriented triangulation.
+    pub fn from_facets(vertices: Vec<Vec3>, facets: Vec<[usize; 3]>) -> Result<Self> {
+        let fail = |message: String| Error::Mesh { name: "polyhedron".into(), message };
+        let mut beside = std::collections::BTreeMap::<[usize; 2], Vec<usize>>::new();
+        let mut normals = Vec::with_capacity(facets.len());
+        for (index, facet) in facets.iter().enumerate() {
+            let [a, b, c] = facet.map(|v| vertices[v]);
+            let normal = (b - a).cross(&(c - a));
+            let length = normal.norm();
+            if !(length > 0.0) {
+                return Err(fail(format!("facet {index} has no area")));
+            }
+            normals.push(normal / length);
+            for k in 0..3 {
+                let (i, j) = (facet[k], facet[(k + 1) % 3]);
+                beside.entry([i.min(j), i.max(j)]).or_default().push(index);
+            }
+        }
+        let edges = beside
+            .into_iter()
+            .map(|(vertices, facets)| match facets[..] {
+                [f, g] => Ok(Edge { vertices, facets: [f, g] }),
+                _ => Err(fail(format!("edge {vertices:?} has {} facets beside it, not two", facets.len()))),
+            })
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Polyhedron { vertices, facets, normals, edges })
+    }
+
+    /// Enclosed volume [m^3].
+    pub fn volume(&self) -> f64 {
+        self.facets.iter().map(|f| self.signed_tetrahedron(f)).sum()
+    }
+
+    fn signed_tetrahedron(&self, facet: &[usize; 3]) -> f64 {
+        let [a, b, c] = facet.map(|v| self.vertices[v]);
+        a.dot(&b.cross(&c)) / 6.0
+    }
+
+    /// Surface area [m^2].
+    pub fn area(&self) -> f64 {
+        let area = |f: &[usize; 3]| {
+            let [a, b, c] = f.map(|v| self.vertices[v]);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        self.facets.iter().map(area).sum()
+    }
+
+    /// Centre of volume [m]; the vertex itself for a point.
+    pub fn centroid(&self) -> Vec3 {
+        if self.facets.is_empty() {
+            return self.vertices[0];
+        }
+        let mut moment = Vec3::zeros();
+        for facet in &self.facets {
+            let [a, b, c] = facet.map(|v| self.vertices[v]);
+            moment += (a + b + c) * (0.25 * self.signed_tetrahedron(facet));
+        }
+        moment / self.volume()
+    }
+
+    /// Second moment of volume about the origin, `integral of x x^T dV` [m^5].
+    pub fn second_moment(&self) -> Mat3 {
+        let mut moment = Mat3::zeros();
+        for facet in &self.facets {
+            let corners = facet.map(|v| self.vertices[v]);
+            let sum: Vec3 = corners.iter().sum();
+            let squares: Mat3 = corners.iter().map(|p| p * p.transpose()).sum();
+            moment += (squares + sum * sum.transpose()) * (self.signed_tetrahedron(facet) / 20.0);
+        }
+        moment
+    }
+
+    /// Largest distance of a vertex from the origin [m].
+    pub fn bounding_radius(&self) -> f64 {
+        self.vertices.iter().map(|v| v.norm()).fold(0.0, f64::max)
+    }
+
+    /// The polyhedron moved by `by` [m].
+    pub fn translated(&self, by: &Vec3) -> Self {
+        Polyhedron { vertices: self.vertices.iter().map(|v| v + by).collect(), ..self.clone() }
+    }
+
+    /// The polyhedron scaled about the origin.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Polyhedron { vertices: self.vertices.iter().map(|v| v * factor).collect(), ..self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cuboid_has_the_moments_of_a_box() {
+        let shape = Polyhedron::cuboid([2.0, 3.0, 4.0]).expect("a box");
+        assert!((shape.volume() - 24.0).abs() < 1e-12);
+        assert!((shape.area() - 52.0).abs() < 1e-12);
+        assert!(shape.centroid().norm() < 1e-12);
+        let expected =
+            Mat3::from_diagonal(&Vec3::new(24.0 * 4.0 / 12.0, 24.0 * 9.0 / 12.0, 24.0 * 16.0 / 12.0));
+        assert!((shape.second_moment() - expected).norm() < 1e-10);
+        assert_eq!(shape.edges.len(), 18);
+    }
+
+    #[test]
+    fn hull_drops_inner_points() {
+        let mut points = Polyhedron::cuboid([1.0, 1.0, 1.0]).expect("a box").vertices;
+        points.push(Vec3::new(0.1, 0.0, 0.0));
+        let hull = Polyhedron::convex_hull(&points).expect("a hull");
+        assert_eq!(hull.vertices.len(), 8);
+        assert!((hull.volume() - 1.0).abs() < 1e-12);
+    }
+}

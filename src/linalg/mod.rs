@@ -1,0 +1,1 @@
+//! Sparse linear algebra: patterns, ordering, factorisations, refactorisation. The only user of faer and sprs.

@@ -1,0 +1,49 @@
+//! 3-vectors, rotations, poses and small tensors.
+//!
+//! Vectors and matrices are nalgebra's. A [`Pose`] maps body coordinates to space:
+//! `x = position + rotation * xi`. Rotation vectors are in radians, right-handed.
+
+pub use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
+
+/// A position, displacement or force in space [m or N].
+pub type Vec3 = Vector3<f64>;
+/// A 3x3 matrix in space.
+pub type Mat3 = Matrix3<f64>;
+/// A rotation, kept normalised.
+pub type Rotation = UnitQuaternion<f64>;
+
+/// Placement of a body: `x = position + rotation * xi`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Position of the body's reference point [m].
+    pub position: Vec3,
+    pub rotation: Rotation,
+}
+
+impl Pose {
+    pub const fn new(position: Vec3, rotation: Rotation) -> Self {
+        Pose { position, rotation }
+    }
+
+    pub fn identity() -> Self {
+        Pose { position: Vec3::zeros(), rotation: Rotation::identity() }
+    }
+
+    /// Where the body point `xi` [m] is in space.
+    pub fn to_space(&self, xi: &Vec3) -> Vec3 {
+        self.position + self.rotation * xi
+    }
+
+    /// Body coordinates [m] of the point `x` in space.
+    pub fn to_body(&self, x: &Vec3) -> Vec3 {
+        self.rotation.inverse() * (x - self.position)
+    }
+
+    /// The pose after a translation [m] and a rotation vector [rad], both in space axes,
+    /// the rotation about the body's own reference point.
+    pub fn moved(&self, translation: &Vec3, rotation: &Vec3) -> Pose {
+        let mut turned = Rotation::from_scaled_axis(*rotation) * self.rotation;
+        turned.renormalize();
+        Pose { position: self.position + translation, rotation: turned }
+    }
+}
