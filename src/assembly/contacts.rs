@@ -2,7 +2,7 @@
 
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
-use crate::contact::search::{ContactShape, Neighbours, PairFeatures, visit_sites};
+use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{Feature, Site};
 use crate::model::{Committed, Model};
 use crate::tensor::{Pose, Vec3};
@@ -59,14 +59,14 @@ impl PairWork {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }
 
-    fn evaluate(&mut self, model: &Model, kinematics: &[Kinematics], poses: &[Pose]) {
+    fn evaluate(&mut self, model: &Model, kinematics: &[Kinematics], corners: &[Vec<Vec3>]) {
         let PairWork { features, stiffness, coefficient, carried, points, nearest, .. } = self;
         let (a, b) = (features.a as usize, features.b as usize);
         points.clear();
         let shapes = [&model.shapes[a], &model.shapes[b]];
         let reach = carried.points.iter().map(|p| p.offset).fold(0.0, f64::max);
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
-        *nearest = visit_sites(shapes, [&poses[a], &poses[b]], features, reach, |site, _| {
+        *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
             let memory = carried.point(site.feature);
             let sharpness = match site.feature {
                 Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
@@ -84,7 +84,7 @@ impl PairWork {
             let evaluation = force::evaluate(
                 &model.law,
                 &site,
-                &site_points(&site, shapes, [&poses[a], &poses[b]]),
+                &site_points(&site, [&corners[a], &corners[b]]),
                 &kinematics[a],
                 &kinematics[b],
                 &state,
@@ -94,10 +94,8 @@ impl PairWork {
     }
 }
 
-fn site_points(site: &Site, shapes: [&ContactShape; 2], poses: [&Pose; 2]) -> SitePoints {
-    let place = |side: usize, vertices: &[u32; 3]| {
-        vertices.map(|v| poses[side].to_space(&shapes[side].rounded.core.vertices[v as usize]))
-    };
+fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
+    let place = |side: usize, vertices: &[u32; 3]| vertices.map(|v| corners[side][v as usize]);
     SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) }
 }
 
@@ -107,7 +105,9 @@ pub struct Contacts {
     pub pairs: Vec<PairWork>,
     neighbours: Neighbours,
     kinematics: Vec<Kinematics>,
-    /// Carried memory of pairs that the search has lost sight of.
+    /// Core vertices of every body in space [m].
+    corners: Vec<Vec<Vec3>>,
+    /// Searches so far.
     pub searches: usize,
 }
 
@@ -131,8 +131,14 @@ impl Contacts {
             committed_position: old.position,
             turn_back: (old.rotation * now.rotation.inverse()).to_rotation_matrix().into_inner(),
         }));
-        let kinematics = &self.kinematics;
-        self.pairs.par_iter_mut().for_each(|pair| pair.evaluate(model, kinematics, poses));
+        self.corners.resize(poses.len(), Vec::new());
+        for ((corners, pose), shape) in self.corners.iter_mut().zip(poses).zip(&model.shapes) {
+            let turn = pose.rotation.to_rotation_matrix();
+            corners.clear();
+            corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
+        }
+        let (kinematics, corners) = (&self.kinematics, &self.corners);
+        self.pairs.par_iter_mut().for_each(|pair| pair.evaluate(model, kinematics, corners));
         for pair in &self.pairs {
             let (a, b) = (pair.a(), pair.b());
             let floor = CORE_FLOOR * (model.shapes[a].rounded.radius + model.shapes[b].rounded.radius);
@@ -144,15 +150,14 @@ impl Contacts {
     }
 
     /// Tangents of all active points in the configuration last evaluated.
-    pub fn update_tangents(&mut self, model: &Model, poses: &[Pose]) {
-        let kinematics = &self.kinematics;
+    pub fn update_tangents(&mut self, model: &Model) {
+        let (kinematics, corners) = (&self.kinematics, &self.corners);
         self.pairs.par_iter_mut().for_each(|pair| {
             let PairWork { features, points, tangents, .. } = pair;
             let (a, b) = (features.a as usize, features.b as usize);
-            let shapes = [&model.shapes[a], &model.shapes[b]];
             tangents.clear();
             for point in points.iter().filter(|p| p.evaluation.is_active()) {
-                let sites = site_points(&point.site, shapes, [&poses[a], &poses[b]]);
+                let sites = site_points(&point.site, [&corners[a], &corners[b]]);
                 tangents.push(force::tangent(
                     &model.law,
                     &point.site,

@@ -13,7 +13,7 @@ pub use dofs::Dofs;
 pub use pattern::BlockPattern;
 
 use crate::model::{Loads, Model};
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::{Pose, Vec3, Vector6};
 
 /// Adds every force on the free components into `residual` [N], which it clears first.
 pub fn residual_into(
@@ -30,6 +30,13 @@ pub fn residual_into(
         for point in pair.points.iter().filter(|p| p.evaluation.is_active()) {
             dofs.scatter(residual, pair.a(), &point.evaluation.wrench[..6]);
             dofs.scatter(residual, pair.b(), &point.evaluation.wrench[6..]);
+        }
+    }
+    if let Some(cover) = &model.cover {
+        let mut wrenches = vec![Vector6::zeros(); model.bodies.len()];
+        cover.loads_into(&mut wrenches, poses, loads.pressure);
+        for (i, wrench) in wrenches.iter().enumerate() {
+            dofs.scatter(residual, i, wrench.as_slice());
         }
     }
     for (i, body) in model.bodies.iter().enumerate() {
@@ -95,4 +102,25 @@ pub fn gravity_stiffness_into(
         }
         pattern.add_block(values, dofs, i, i, &full);
     }
+}
+
+/// The stiffness of the cover's follower pressure: minus the derivative of its loads.
+pub fn cover_stiffness_into(
+    values: &mut [f64],
+    model: &Model,
+    pattern: &BlockPattern,
+    dofs: &Dofs,
+    loads: &Loads,
+    poses: &[Pose],
+) {
+    let Some(cover) = &model.cover else { return };
+    cover.for_each_tangent_block(poses, loads.pressure, |i, j, tangent| {
+        let mut block = [[0.0; 6]; 6];
+        for (r, row) in block.iter_mut().enumerate() {
+            for (c, entry) in row.iter_mut().enumerate() {
+                *entry = -tangent[(r, c)];
+            }
+        }
+        pattern.add_block(values, dofs, i, j, &block);
+    });
 }

@@ -220,16 +220,16 @@ fn vertices_within_reach(
 }
 
 /// Calls `visit` with the site and core distance [m] of each feature pair of `pair` that is closer
-/// than `reach` beyond the rounding radii, in a fixed order. `corner_a(v)` gives vertex `v` of
-/// body `a` in space. Returns the smallest core distance met.
+/// than `reach` beyond the rounding radii, in a fixed order. `corners` are the core vertices of
+/// either body in space. Returns the smallest core distance met.
 pub fn visit_sites(
     shapes: [&ContactShape; 2],
-    poses: [&Pose; 2],
+    corners: [&[Vec3]; 2],
     pair: &PairFeatures,
     reach: f64,
     mut visit: impl FnMut(Site, f64),
 ) -> f64 {
-    let corner = |side: usize, v: u32| poses[side].to_space(&shapes[side].rounded.core.vertices[v as usize]);
+    let corner = |side: usize, v: u32| corners[side][v as usize];
     let limit = shapes[0].rounded.radius + shapes[1].rounded.radius + reach;
     let mut smallest = f64::INFINITY;
     for side in 0..2 {
@@ -237,7 +237,7 @@ pub fn visit_sites(
         let other = 1 - own;
         for VertexReach { vertex, facets } in list {
             let p = corner(own, *vertex);
-            let (distance, piece, count) = nearest_piece(&p, other, shapes[other], facets, &corner);
+            let (distance, piece, count) = nearest_piece(&p, shapes[other], facets, corners[other]);
             smallest = smallest.min(distance);
             if distance >= limit {
                 continue;
@@ -290,26 +290,24 @@ pub fn visit_sites(
 /// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`.
 fn nearest_piece(
     p: &Vec3,
-    side: usize,
     shape: &ContactShape,
     facets: &[u32],
-    corner: &impl Fn(usize, u32) -> Vec3,
+    corners: &[Vec3],
 ) -> (f64, [u32; 3], u8) {
     if shape.rounded.core.facets.is_empty() {
-        return ((p - corner(side, 0)).norm(), [0; 3], 1);
+        return ((p - corners[0]).norm(), [0; 3], 1);
     }
     let mut best = (f64::INFINITY, [0; 3], 0);
     for &f in facets {
-        let vertices = shape.rounded.core.facets[f as usize].map(|v| v as u32);
-        let [a, b, c] = vertices.map(|v| corner(side, v));
-        let (closest, spans) = closest_on_triangle(p, [&a, &b, &c]);
+        let vertices = shape.rounded.core.facets[f as usize];
+        let (closest, spans) = closest_on_triangle(p, vertices.map(|v| &corners[v]));
         let distance = (closest - p).norm();
         if distance < best.0 {
             let mut piece = [0; 3];
             let mut count = 0;
             for k in 0..3 {
                 if spans[k] {
-                    piece[count] = vertices[k];
+                    piece[count] = vertices[k] as u32;
                     count += 1;
                 }
             }

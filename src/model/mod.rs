@@ -2,12 +2,15 @@
 //! and the committed state that only an accepted increment changes.
 
 pub mod body;
+pub mod cover;
 pub mod loads;
 pub mod state;
 
 pub use body::{Body, BodyId, BodyKind};
 pub use loads::Loads;
 pub use state::{Committed, Counters};
+
+pub use cover::PressureCover;
 
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
@@ -21,6 +24,8 @@ pub struct Model {
     pub law: ContactLaw,
     /// Friction where neither body has its own.
     pub friction: Friction,
+    /// Cover that carries a pressure, where there is one.
+    pub cover: Option<PressureCover>,
 }
 
 impl Model {

@@ -129,10 +129,12 @@ impl<'a> Newton<'a> {
     /// The Newton step for `held`, or `None` where the matrix is singular.
     fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
         let start = std::time::Instant::now();
-        self.contacts.update_tangents(self.model, &self.poses);
+        self.contacts.update_tangents(self.model);
         self.times.tangents += start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
-        let pairs = || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
+        let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
+        let touching = || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
+        let pairs = || touching().chain(covered());
         if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
             let pattern = BlockPattern::new(&self.dofs, pairs());
             let symbolic = LuSymbolic::analyse(pattern.pattern.clone()).ok()?;
@@ -152,6 +154,7 @@ impl<'a> Newton<'a> {
             self.loads,
             &self.poses,
         );
+        assembly::cover_stiffness_into(&mut self.values, self.model, &system.pattern, &self.dofs, self.loads, &self.poses);
         system.pattern.add_diagonal(&mut self.values, &self.dofs, weight * self.typical_stiffness);
         self.times.assembly += start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();

@@ -41,6 +41,7 @@ fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {
             friction_blend: 0.05,
         },
         friction: Friction::constant(friction),
+        cover: None,
     };
     let poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, -0.05), crate::tensor::Rotation::identity()),
