@@ -50,7 +50,9 @@ impl RoundedBody {
         planes.iter_mut().for_each(|plane| plane.offset -= radius);
         let size = nominal.vertices.iter().map(|v| (v - nominal.vertices[0]).norm()).fold(0.0, f64::max);
         let core = polytope(&planes, nominal.vertices[0], size).map_err(|reason| {
-            fault(format!("a rounding radius of {radius} m does not fit into a body of size {size} m: {reason}"))
+            fault(format!(
+                "a rounding radius of {radius} m does not fit into a body of size {size} m: {reason}"
+            ))
         })?;
         Ok(RoundedBody { core, radius })
     }
@@ -77,9 +79,9 @@ pub fn facet_planes(shape: &Polyhedron) -> Vec<HalfSpace> {
     let mut planes: Vec<HalfSpace> = Vec::with_capacity(shape.facets.len());
     for (facet, normal) in shape.facets.iter().zip(&shape.normals) {
         let offset = facet.iter().map(|&v| normal.dot(&shape.vertices[v])).sum::<f64>() / 3.0;
-        let known = planes.iter().any(|p| {
-            (p.normal - normal).norm() < COPLANAR && (p.offset - offset).abs() < COPLANAR * size
-        });
+        let known = planes
+            .iter()
+            .any(|p| (p.normal - normal).norm() < COPLANAR && (p.offset - offset).abs() < COPLANAR * size);
         if !known {
             planes.push(HalfSpace { normal: *normal, offset });
         }
@@ -189,7 +191,9 @@ fn close_surface(planes: &[HalfSpace], polygons: &[Vec<Vec3>], merge: f64) -> Re
 fn best_fan(vertices: &[Vec3], ring: &[usize]) -> Vec<[usize; 3]> {
     let count = ring.len();
     let fan = |start: usize| -> Vec<[usize; 3]> {
-        (1..count - 1).map(|k| [ring[start], ring[(start + k) % count], ring[(start + k + 1) % count]]).collect()
+        (1..count - 1)
+            .map(|k| [ring[start], ring[(start + k) % count], ring[(start + k + 1) % count]])
+            .collect()
     };
     let smallest = |fan: &[[usize; 3]]| {
         fan.iter()

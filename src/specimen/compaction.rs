@@ -15,14 +15,16 @@
 //! times in s: only the packing matters, not the time that the engine took to reach it.
 
 use crate::error::{Error, Result};
+use crate::specimen::engine_contacts::FreshContacts;
 use crate::specimen::placement::Placement;
 use crate::specimen::shape::GrainShape;
 use crate::tensor::{Pose, Rotation, Vec3};
 use rapier3d_f64::dynamics::{RigidBodyBuilder, RigidBodyHandle};
-use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, SharedShape};
+use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, NarrowPhase, SharedShape};
 use rapier3d_f64::math::{Pose as EnginePose, Rotation as EngineRotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;
 use rapier3d_f64::prelude::CoefficientCombineRule;
+use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
 /// Panels of the wall: a regular polygon around the specimen.
@@ -51,13 +53,17 @@ pub const LARGEST_FRICTION: f64 = 1.0;
 const FRICTION_TIME: f64 = 0.8;
 const LEAST_FRICTION: f64 = 5e-3;
 
-/// At rest: strain [1] per second of the walls below this, for this long [s].
-const REST_RATE: f64 = 4e-4;
-const REST_TIME: f64 = 0.4;
+/// At rest: the pressure near its goal, and the void ratio of the last `REST_TIME` s in this band.
+const REST_TIME: f64 = 0.5;
+const REST_BAND: f64 = 2e-3;
 
-/// Time [s] of the final hold, and the bound of the whole compaction.
-const HOLD_TIME: f64 = 1.5;
-const LONGEST: f64 = 60.0;
+/// Time [s] of the final hold with its linear strain rate, and the bound of either compaction phase.
+const HOLD_TIME: f64 = 2.0;
+const HOLD_RATE: f64 = 0.1 * RATE;
+const LONGEST: f64 = 30.0;
+
+/// Damping [1/s] of the grains' velocities and spins: low on the way, high near jamming.
+const DAMPING: f64 = 0.5;
 
 /// A compacted packing, still as large as it came.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,50 +100,48 @@ pub fn compact(
 ) -> Result<Packing> {
     let mut chamber = Chamber::build(grains, placement)?;
     let start_fraction = chamber.solid_fraction();
-    let mut friction = LARGEST_FRICTION;
-    let mut loosest: Option<f64> = None;
-    let mut still = 0.0;
+    let asked_fraction = 1.0 / (1.0 + void_ratio);
 
-    while chamber.time < LONGEST {
+    // Approach, and the loosest packing.
+    loop {
         let rate = if chamber.solid_fraction() < APPROACH_FRACTION { APPROACH_RATE } else { RATE };
-        let strain_rate = chamber.advance(PRESSURE, rate);
-        let now = chamber.void_ratio();
-        if loosest.is_none() {
-            let done = (chamber.solid_fraction() - start_fraction) / (1.0 / (1.0 + void_ratio) - start_fraction);
-            progress(0.7 * done.clamp(0.0, 1.0));
-            if chamber.pressure >= 0.9 * PRESSURE {
-                loosest = Some(now);
-            }
-            continue;
-        }
-        if now <= void_ratio {
+        chamber.advance(PRESSURE, rate);
+        let done = (chamber.solid_fraction() - start_fraction) / (asked_fraction - start_fraction);
+        progress(0.6 * done.clamp(0.0, 1.0));
+        if chamber.at_rest() {
             break;
         }
-        if friction > 0.0 {
-            friction *= (-TIME_STEP / FRICTION_TIME).exp();
-            if friction < LEAST_FRICTION {
-                friction = 0.0;
-            }
-            chamber.set_friction(friction);
-        } else {
-            still = if strain_rate.abs() < REST_RATE { still + TIME_STEP } else { 0.0 };
-            if still >= REST_TIME {
-                break;
-            }
+        if chamber.time > LONGEST {
+            return Err(Error::Specimen(format!(
+                "compaction found no rest in {LONGEST} s: solid fraction {:.3}, pressure {:.2} of {PRESSURE}",
+                chamber.solid_fraction(),
+                chamber.pressure
+            )));
         }
-        progress(0.7 + 0.2 * (1.0 - friction / LARGEST_FRICTION));
     }
-    let Some(loosest) = loosest else {
-        return Err(Error::Specimen(format!(
-            "the walls found no resistance: solid fraction {:.3} after {LONGEST} s of compaction",
-            chamber.solid_fraction()
-        )));
-    };
+    let loosest = chamber.void_ratio();
 
-    chamber.calm();
+    // The friction dial.
+    let mut friction = LARGEST_FRICTION;
+    let dial_start = chamber.time;
+    while chamber.void_ratio() > void_ratio && chamber.time < dial_start + LONGEST {
+        friction *= (-TIME_STEP / FRICTION_TIME).exp();
+        if friction < LEAST_FRICTION {
+            friction = 0.0;
+        }
+        chamber.set_friction(friction);
+        chamber.advance(PRESSURE, RATE);
+        progress(0.6 + 0.3 * (1.0 - friction / LARGEST_FRICTION));
+        if friction == 0.0 && chamber.at_rest() {
+            break;
+        }
+    }
+    let densest = chamber.void_ratio();
+
+    // The hold.
     let held = chamber.time;
     while chamber.time < held + HOLD_TIME {
-        chamber.advance(HOLD_PRESSURE, 0.1 * RATE);
+        chamber.advance(HOLD_PRESSURE, HOLD_RATE);
         progress(0.9 + 0.1 * (chamber.time - held) / HOLD_TIME);
     }
     let poses = chamber.poses()?;
@@ -148,7 +152,7 @@ pub fn compact(
         height: chamber.height * unit,
         friction,
         void_ratio: chamber.void_ratio(),
-        range: [loosest, chamber.void_ratio()],
+        range: [loosest, densest],
         steps: chamber.steps,
     })
 }
@@ -175,6 +179,8 @@ struct Chamber {
     time: f64,
     steps: usize,
     friction_set: f64,
+    /// Void ratios of the last steps, newest last.
+    recent: VecDeque<f64>,
 }
 
 impl Chamber {
@@ -185,6 +191,7 @@ impl Chamber {
 
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;
+        world.narrow_phase = NarrowPhase::with_query_dispatcher(FreshContacts);
         let p = &mut world.integration_parameters;
         p.dt = TIME_STEP;
         p.num_solver_iterations = 4;
@@ -206,8 +213,8 @@ impl Chamber {
             let body = RigidBodyBuilder::dynamic()
                 .pose(engine_pose(pose, unit))
                 .can_sleep(false)
-                .linear_damping(0.5)
-                .angular_damping(0.5);
+                .linear_damping(DAMPING)
+                .angular_damping(DAMPING);
             bodies.push(world.insert(body, collider));
         }
         let (radius, height) = (placement.radius / unit, placement.height / unit);
@@ -243,6 +250,7 @@ impl Chamber {
             time: 0.0,
             steps: 0,
             friction_set: LARGEST_FRICTION,
+            recent: VecDeque::new(),
         })
     }
 
@@ -254,8 +262,8 @@ impl Chamber {
         1.0 / self.solid_fraction() - 1.0
     }
 
-    /// One time step of walls that seek `pressure` at no more than `rate`; returns the strain rate.
-    fn advance(&mut self, pressure: f64, rate: f64) -> f64 {
+    /// One time step of walls that seek `pressure` at no more than `rate`.
+    fn advance(&mut self, pressure: f64, rate: f64) {
         let force: f64 = self
             .panels
             .iter()
@@ -277,7 +285,19 @@ impl Chamber {
         self.world.step();
         self.time += TIME_STEP;
         self.steps += 1;
-        strain_rate
+        if self.recent.len() >= (REST_TIME / TIME_STEP) as usize {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(self.void_ratio());
+    }
+
+    /// Whether the walls carry the compaction pressure and have stopped.
+    fn at_rest(&self) -> bool {
+        let (low, high) =
+            self.recent.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(*e), h.max(*e)));
+        self.recent.len() >= (REST_TIME / TIME_STEP) as usize
+            && high - low < REST_BAND
+            && (self.pressure / PRESSURE - 1.0).abs() < 0.2
     }
 
     /// Sets the grains' friction, in steps of 5 % so that the engine is not told at every time step.
@@ -287,15 +307,6 @@ impl Chamber {
                 self.world.colliders[*collider].set_friction(friction);
             }
             self.friction_set = friction;
-        }
-    }
-
-    /// Takes the motion that is left out of the grains.
-    fn calm(&mut self) {
-        for (body, _) in &self.grains {
-            let body = &mut self.world.bodies[*body];
-            body.set_linvel(Vector::ZERO, true);
-            body.set_angvel(Vector::ZERO, true);
         }
     }
 

@@ -5,6 +5,7 @@
 //! any number of threads.
 
 pub mod compaction;
+mod engine_contacts;
 pub mod grading;
 pub mod placement;
 pub mod random;
@@ -169,8 +170,7 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
     let height = packing.height * relaxation.spread * scale;
 
     progress(Phase::Statistics, 0.0);
-    let mut specimen =
-        Specimen { grains, poses, diameter, height, statistics: Statistics::default() };
+    let mut specimen = Specimen { grains, poses, diameter, height, statistics: Statistics::default() };
     specimen.statistics = statistics::measure(&specimen, &classes, &packing, &relaxation, scale);
     progress(Phase::Statistics, 1.0);
     Ok(specimen)

@@ -52,7 +52,13 @@ pub fn place(grains: &[GrainShape], aspect: f64, seed: u64) -> Result<Placement>
     Err(Error::Specimen(format!("{} grains cannot be placed at random without overlap", grains.len())))
 }
 
-fn fill(grains: &[GrainShape], shapes: &[GjkShape], radius: f64, height: f64, seed: u64) -> Option<Vec<Pose>> {
+fn fill(
+    grains: &[GrainShape],
+    shapes: &[GjkShape],
+    radius: f64,
+    height: f64,
+    seed: u64,
+) -> Option<Vec<Pose>> {
     let largest = grains.iter().map(|g| g.rounded.bounding_radius()).fold(0.0, f64::max);
     let mut grid = BallGrid::new(1.6 * largest);
     let mut poses: Vec<Pose> = Vec::with_capacity(grains.len());

@@ -67,7 +67,13 @@ const VERTEX_TRIES: usize = 400;
 ///
 /// # Errors
 /// `Error::Specimen` where the law leaves no room for its vertices or its rounding.
-pub fn grain(law: &ShapeLaw, class_sizes: [f64; 2], class: usize, seed: u64, index: u64) -> Result<GrainShape> {
+pub fn grain(
+    law: &ShapeLaw,
+    class_sizes: [f64; 2],
+    class: usize,
+    seed: u64,
+    index: u64,
+) -> Result<GrainShape> {
     let mut stream = Stream::new(seed, Purpose::Shape, index);
     let mut reason = String::new();
     for _ in 0..DRAWS {
@@ -117,8 +123,7 @@ fn directions(stream: &mut Stream, count: usize, separation: f64) -> Option<Vec<
     while chosen.len() < count {
         let free = (0..VERTEX_TRIES).find_map(|_| {
             let (polar, azimuth) = (stream.between(0.0, PI), stream.between(0.0, TAU));
-            let direction =
-                Vec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
+            let direction = Vec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
             chosen.iter().all(|other| (other - direction).norm() >= separation).then_some(direction)
         })?;
         chosen.push(free);

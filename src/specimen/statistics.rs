@@ -2,12 +2,12 @@
 
 use crate::geometry::neighbours::{Ball, near_pairs};
 use crate::geometry::separation::{GjkShape, feature_distance, gjk_closest_points, separating_axis};
+use crate::specimen::Specimen;
 use crate::specimen::compaction::Packing;
 use crate::specimen::grading::{SizeClass, mass_fractions};
 use crate::specimen::placement::cylinder_volume;
 use crate::specimen::relaxation::Relaxation;
 use crate::specimen::shape::square_opening;
-use crate::specimen::Specimen;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -140,7 +140,8 @@ pub fn measure(
         wall_protrusion = wall_protrusion.max(outermost[0]);
         plate_protrusion = plate_protrusion.max(outermost[1]).max(outermost[2]);
         // The wall was a polygon about 0.3 % of the radius inside the circle.
-        let near_wall = [-0.005 * diameter, -CONTACT_TOLERANCE * grain.sieve_size, -CONTACT_TOLERANCE * grain.sieve_size];
+        let near_wall =
+            [-0.005 * diameter, -CONTACT_TOLERANCE * grain.sieve_size, -CONTACT_TOLERANCE * grain.sieve_size];
         bearing[k] += (0..3).filter(|&m| outermost[m] >= near_wall[m]).count();
     }
     let contacts = touching.iter().sum::<usize>() / 2;
@@ -157,8 +158,7 @@ pub fn measure(
         })
         .collect();
     let each = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..grains.len()).map(f).collect() };
-    let openings: Vec<f64> =
-        grains.par_iter().map(|g| square_opening(&g.nominal) / g.sieve_size).collect();
+    let openings: Vec<f64> = grains.par_iter().map(|g| square_opening(&g.nominal) / g.sieve_size).collect();
     let sphericity = |k: usize| {
         let shape = &grains[k].nominal;
         (36.0 * PI * shape.volume().powi(2)).cbrt() / shape.area()
@@ -198,7 +198,8 @@ pub fn pair_gaps(specimen: &Specimen) -> Vec<(usize, usize, f64, f64)> {
         .zip(poses)
         .map(|(g, p)| Ball { centre: p.position, radius: g.rounded.bounding_radius() })
         .collect();
-    let margin = |i: usize, j: usize| 10.0 * CONTACT_TOLERANCE * grains[i].sieve_size.min(grains[j].sieve_size);
+    let margin =
+        |i: usize, j: usize| 10.0 * CONTACT_TOLERANCE * grains[i].sieve_size.min(grains[j].sieve_size);
     near_pairs(&balls, 10.0 * CONTACT_TOLERANCE * unit)
         .into_par_iter()
         .filter_map(|(i, j)| {
@@ -221,7 +222,6 @@ pub fn pair_gaps(specimen: &Specimen) -> Vec<(usize, usize, f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, generate};
 
     #[test]
@@ -245,7 +245,25 @@ mod tests {
             }
         })
         .expect("a specimen");
-        println!("{:.2} s {:#?}", t.elapsed().as_secs_f64(), s.statistics);
+        let st = &s.statistics;
+        println!("{:.2} s classes {:?}", t.elapsed().as_secs_f64(), st.classes);
+        println!(
+            "e {:.4} range {:?} mu {} steps {} z {:.2} z' {:.2} rattlers {} overlaps {:?} before {:.2e} wall {:.2e} plate {:.2e} scale {} opening {:.3} spher {:.3}",
+            st.void_ratio,
+            st.void_ratio_range,
+            st.compaction_friction,
+            st.compaction_steps,
+            st.coordination_number,
+            st.coordination_number_without_rattlers,
+            st.rattlers,
+            st.worst_overlap,
+            st.overlap_before_relaxation,
+            st.wall_protrusion,
+            st.plate_protrusion,
+            st.grain_scale,
+            st.square_opening.mean,
+            st.sphericity.mean
+        );
         println!("D {} H {}", s.diameter, s.height);
     }
 }
