@@ -189,7 +189,8 @@ pub struct GjkShape {
 impl GjkShape {
     /// `unit` [m] should be near the bodies' size and must be the same for the two of a pair.
     pub fn new(shape: &Polyhedron, unit: f64) -> Self {
-        let vertices = shape.vertices.iter().map(|v| Vector::new(v.x / unit, v.y / unit, v.z / unit)).collect();
+        let vertices =
+            shape.vertices.iter().map(|v| Vector::new(v.x / unit, v.y / unit, v.z / unit)).collect();
         GjkShape { vertices, unit }
     }
 }
