@@ -225,9 +225,9 @@ impl PressureCover {
     /// as (i, j) and (j, i), the one the transpose of the other.
     ///
     /// K is the exact derivative of [`Self::loads_into`]. Its rotation-rotation part on the diagonal has
-    /// the skew part `-[m]x / 2`, with m the moment of the load, as every moment has that is differentiated by
-    /// spatial rotations; in the sum of all moments on a body in equilibrium it cancels. The
-    /// symmetric part is the second derivative of `-p V`.
+    /// the skew part `-[m]x / 2`, m being the moment of the load: so has the derivative of every
+    /// moment by spatial rotations. It cancels in the sum over all moments on a body in equilibrium.
+    /// The symmetric part is the second derivative of `-p V`.
     ///
     /// # Panics
     /// If `poses` is shorter than the list of bodies that the cover was draped over.

@@ -154,11 +154,11 @@ impl Grid {
 impl PressureCover {
     /// Drapes a cover over `outlines` between the bottom and the top rim.
     ///
-    /// Nodes about `spacing` [m] apart (0.35 to 0.5 of the median grain size is fine enough) are shot horizontally towards
-    /// the axis and stick to the first outline that they meet. A node that meets none, or that
-    /// ends more than `pore_depth` [m] (about half the largest grain size) inside the outermost node
-    /// within `2 pore_depth` of it, has met a pore: it is taken out, and facets between the nodes
-    /// around it span the pore.
+    /// Nodes about `spacing` [m] apart (0.35 to 0.5 of the median grain size is fine enough) are shot
+    /// horizontally towards the axis and stick to the first outline that they meet. A node that
+    /// meets none, or that ends more than `pore_depth` [m] (about half the largest grain size)
+    /// inside the outermost node within `2 pore_depth` of it, has met a pore: it is taken out, and
+    /// facets between the nodes around it span the pore.
     ///
     /// # Errors
     /// [`Error::Specimen`] where lengths are not positive and finite, the top rim is not above the
@@ -238,7 +238,7 @@ fn grid(rims: &[Rim; 2], spacing: f64, pore_depth: f64) -> Result<Grid> {
     let intervals = (height / spacing).ceil().max(2.0);
     if count * intervals > MOST_NODES {
         return Err(Error::Specimen(format!(
-            "the cover would have {:.1e} nodes at a spacing of {spacing} m; at most {MOST_NODES:.0e} are allowed",
+            "the cover would have {:.1e} nodes at a spacing of {spacing} m, more than {MOST_NODES:.0e}",
             count * intervals
         )));
     }
