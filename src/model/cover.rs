@@ -20,6 +20,12 @@
 //! ([`PressureCover::drape`]) and look at [`PressureCover::inward_facets`]. A new cover
 //! encloses a slightly different V, so work is summed cover by cover.
 //!
+//! How deep the cover follows the pores is a choice ([`PressureCover::drape`]'s `pore_depth`), and
+//! it sets the specimen's cross-section. Compacted packings of 150 and of 500 grains of 20 to 60 mm, in
+//! parts of the compaction wall's area: V/H = 0.87, 0.85, 0.83, 0.81 and 0.91, 0.90, 0.88, 0.87 at pore depths
+//! of 10, 15, 20 and 30 mm, whereas node spacings of 8, 12 and 18 mm agree within 0.01. So stresses belong to the
+//! cover's own [`PressureCover::mean_area`], not to the nominal one.
+//!
 //! Units: m, Pa, N, J. p > 0 presses inwards. The specimen's axis is z.
 
 mod bridging;

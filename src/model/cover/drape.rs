@@ -154,11 +154,11 @@ impl Grid {
 impl PressureCover {
     /// Drapes a cover over `outlines` between the bottom and the top rim.
     ///
-    /// Nodes about `spacing` [m] apart (0.35 to 0.5 of the median grain size is fine enough) are shot
-    /// horizontally towards the axis and stick to the first outline that they meet. A node that
-    /// meets none, or that ends more than `pore_depth` [m] (about half the largest grain size)
-    /// inside the outermost node within `2 pore_depth` of it, has met a pore: it is taken out, and
-    /// facets between the nodes around it span the pore.
+    /// Nodes about `spacing` [m] apart are shot horizontally towards the axis and stick to the first
+    /// outline that they meet. A node that meets none, or that ends more than `pore_depth` [m] inside
+    /// the outermost node within `2 pore_depth` of it, has met a pore: it is taken out, and facets
+    /// between the nodes around it span the pore. About 0.4 and 0.5 of the median grain size
+    /// are sensible; the module's head says how much each matters.
     ///
     /// # Errors
     /// [`Error::Specimen`] where lengths are not positive and finite, the top rim is not above the
