@@ -288,12 +288,7 @@ pub fn visit_sites(
 }
 
 /// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`.
-fn nearest_piece(
-    p: &Vec3,
-    shape: &ContactShape,
-    facets: &[u32],
-    corners: &[Vec3],
-) -> (f64, [u32; 3], u8) {
+fn nearest_piece(p: &Vec3, shape: &ContactShape, facets: &[u32], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
     if shape.rounded.core.facets.is_empty() {
         return ((p - corners[0]).norm(), [0; 3], 1);
     }

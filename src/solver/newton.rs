@@ -133,7 +133,8 @@ impl<'a> Newton<'a> {
         self.times.tangents += start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
-        let touching = || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
+        let touching =
+            || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
         let pairs = || touching().chain(covered());
         if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
             let pattern = BlockPattern::new(&self.dofs, pairs());
@@ -154,7 +155,14 @@ impl<'a> Newton<'a> {
             self.loads,
             &self.poses,
         );
-        assembly::cover_stiffness_into(&mut self.values, self.model, &system.pattern, &self.dofs, self.loads, &self.poses);
+        assembly::cover_stiffness_into(
+            &mut self.values,
+            self.model,
+            &system.pattern,
+            &self.dofs,
+            self.loads,
+            &self.poses,
+        );
         system.pattern.add_diagonal(&mut self.values, &self.dofs, weight * self.typical_stiffness);
         self.times.assembly += start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();

@@ -50,3 +50,16 @@ impl Default for Settings {
         }
     }
 }
+
+impl Settings {
+    /// For a first contact of loose bodies, which nothing yet holds: stronger stabilisation, and a
+    /// balance just good enough to load from.
+    pub fn for_seating(&self) -> Self {
+        Settings {
+            force_tolerance: self.force_tolerance.max(0.1),
+            proximal_start: 3e-2,
+            proximal_min: 1e-3,
+            ..self.clone()
+        }
+    }
+}

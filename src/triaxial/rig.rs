@@ -87,8 +87,7 @@ impl Rig {
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
             poses.push(Pose::new(Vec3::new(0.0, 0.0, z), Rotation::identity()));
         }
-        let tangential_ratio =
-            2.0 * (1.0 - parameters.poissons_ratio) / (2.0 - parameters.poissons_ratio);
+        let tangential_ratio = 2.0 * (1.0 - parameters.poissons_ratio) / (2.0 - parameters.poissons_ratio);
         let smallest = shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min);
         let law = ContactLaw {
             onset: 4e-3 * smallest,
@@ -111,8 +110,16 @@ impl Rig {
         Ok(rig)
     }
 
-    /// Lays a new cover over the grains where they are now.
-    pub fn drape(&mut self, diameter: f64) -> Result<()> {
+    /// Lays a new cover over the grains where they are now. Its rims are circles of the radius
+    /// that the cover has on the side, so that the pressure near the plates acts sideways.
+    fn drape(&mut self, diameter: f64) -> Result<()> {
+        let loose = self.draped(0.5 * diameter)?;
+        let fitting = self.draped(loose.statistics().mean_radius)?;
+        self.model.cover = Some(fitting);
+        Ok(())
+    }
+
+    fn draped(&self, rim_radius: f64) -> Result<PressureCover> {
         let poses = &self.committed.poses;
         let grains: Vec<usize> =
             (0..self.model.bodies.len()).filter(|&i| self.model.bodies[i].kind == BodyKind::Grain).collect();
@@ -130,15 +137,14 @@ impl Rig {
             .map(|&i| (6.0 * self.model.bodies[i].nominal.volume() / std::f64::consts::PI).cbrt())
             .collect();
         sizes.sort_by(f64::total_cmp);
-        let (median, largest) = (sizes[sizes.len() / 2], sizes[sizes.len() - 1]);
+        let median = sizes[sizes.len() / 2];
         let rim = |body: usize, sign: f64| {
-            let half = 0.5 * (self.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max)) * 2.0;
+            let half = self.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
             let pose = poses[body];
-            Rim { body, pose, centre: pose.position + Vec3::new(0.0, 0.0, sign * half), radius: 0.5 * diameter }
+            Rim { body, pose, centre: pose.position + Vec3::new(0.0, 0.0, sign * half), radius: rim_radius }
         };
         let rims = [rim(self.bottom, 1.0), rim(self.top, -1.0)];
-        self.model.cover = Some(PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * largest)?);
-        Ok(())
+        PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * median)
     }
 
     /// Everything held but the grains; the top plate's vertical free where `top_free`.

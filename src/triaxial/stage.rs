@@ -20,7 +20,9 @@ pub enum Stage {
 pub enum StageEnd {
     Finished,
     /// The smallest increment did not converge.
-    Stopped { reason: String },
+    Stopped {
+        reason: String,
+    },
     /// The observer asked to stop.
     Interrupted,
 }
@@ -44,6 +46,9 @@ pub struct StepReport<'a> {
     pub row: Row,
     pub increment: &'a IncrementReport,
 }
+
+/// Share of the consolidation pressure under which grains are seated.
+const SEATING_SHARE: f64 = 0.05;
 
 /// Reference of strains and running sums of a test.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,7 +87,12 @@ impl Test {
     }
 
     /// Runs a stage; `observe` is called after each accepted increment and says whether to go on.
-    pub fn run(&mut self, rig: &mut Rig, stage: &Stage, observe: &mut dyn FnMut(&Rig, &StepReport<'_>) -> bool) -> StageEnd {
+    pub fn run(
+        &mut self,
+        rig: &mut Rig,
+        stage: &Stage,
+        observe: &mut dyn FnMut(&Rig, &StepReport<'_>) -> bool,
+    ) -> StageEnd {
         let start_pressure = rig.pressure;
         let start_height = rig.height(&rig.committed.poses);
         let (nominal, goal_pressure, top_free) = match *stage {
@@ -103,8 +113,12 @@ impl Test {
             };
             let loads = rig.loads(top_free, pressure);
             let starts = self.starts(rig, last.as_ref().map(|(p, s)| (p, share / s)), lift, start_height);
-            let increment =
-                Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &rig.settings };
+            let increment = Increment {
+                model: &rig.model,
+                committed: &rig.committed,
+                loads: &loads,
+                settings: &rig.settings,
+            };
             let mut report = advance(&increment, starts, &mut rig.contacts);
             if !report.converged() {
                 let at_floor = share <= smallest * (1.0 + 1e-9);
@@ -135,6 +149,22 @@ impl Test {
             }
         }
         StageEnd::Finished
+    }
+
+    /// Brings the loose grains of a compacted specimen into touch under a small share of the
+    /// consolidation pressure, before the first row of the history. Returns the balance reached;
+    /// the first increment starts from there and has to meet the tolerance itself.
+    pub fn seat(&mut self, rig: &mut Rig, pressure: f64) -> IncrementReport {
+        let loads = rig.loads(true, SEATING_SHARE * pressure);
+        let settings = rig.settings.for_seating();
+        let increment =
+            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
+        rig.committed.poses.clone_from(&report.poses);
+        rig.committed.memory.clone_from(&report.memory);
+        rig.pressure = SEATING_SHARE * pressure;
+        self.restart(rig, report.energy.elastic);
+        report
     }
 
     /// Starting configurations in order of preference: the last motion continued, an affine
@@ -185,7 +215,8 @@ impl Test {
         let ram = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
         let lift = new[rig.top].position.z - old[rig.top].position.z;
         let area = volume / height;
-        self.ledger.external += 0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * (volume - old_volume);
+        self.ledger.external +=
+            0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * (volume - old_volume);
         self.ram = ram;
         self.ledger.elastic = report.energy.elastic - self.start_elastic;
         self.ledger.friction += report.energy.friction;
