@@ -55,15 +55,20 @@ const LEAST_FRICTION: f64 = 5e-3;
 
 /// At rest: the pressure near its goal, and the void ratio of the last `REST_TIME` s in this band.
 const REST_TIME: f64 = 0.5;
-const REST_BAND: f64 = 2e-3;
+const REST_BAND: f64 = 4e-3;
 
 /// Time [s] of the final hold with its linear strain rate, and the bound of either compaction phase.
 const HOLD_TIME: f64 = 2.0;
 const HOLD_RATE: f64 = 0.1 * RATE;
 const LONGEST: f64 = 30.0;
 
-/// Damping [1/s] of the grains' velocities and spins: low on the way, high near jamming.
+/// Damping [1/s] of the grains' velocities and spins: during compaction, and in the hold.
 const DAMPING: f64 = 0.5;
+const HOLD_DAMPING: f64 = 20.0;
+
+/// The hold and the removal of overlaps let the void ratio rise again by about this, so the dial
+/// stops so much below the asked one.
+const REBOUND: f64 = 0.005;
 
 /// A compacted packing, still as large as it came.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,55 +81,48 @@ pub struct Packing {
     pub height: f64,
     /// Friction at which the dial stopped.
     pub friction: f64,
-    /// Void ratio after the hold.
-    pub void_ratio: f64,
-    /// Void ratios of the loosest jammed packing seen and of the last one.
-    pub range: [f64; 2],
+    /// Which end of the dial was reached, if any.
+    pub end: DialEnd,
+    /// Void ratio of the loosest packing, under the compaction pressure.
+    pub loosest: f64,
     /// Time steps taken.
     pub steps: usize,
 }
 
-/// Compacts until the void ratio is `void_ratio`, or until the densest packing.
+/// Whether the friction dial met the asked void ratio or came to an end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DialEnd {
+    /// The asked void ratio was met on the way.
+    Met,
+    /// The packing was already denser than asked with the largest friction.
+    Loosest,
+    /// The packing stayed looser than asked without friction.
+    Densest,
+}
+
+/// Compacts to the void ratio `void_ratio`, or to the end of the dial that is nearest to it.
 ///
-/// `range` of the result tells whether the asked value was between loosest and densest; where
-/// it is above the loosest, the run still goes on to the densest to learn the range, and the
-/// packing returned is the loosest one if `keep_loosest`.
+/// With `explore`, a packing that is too dense at the loosest end is driven on to the densest, so
+/// that its void ratio tells the whole range.
 ///
 /// # Errors
-/// `Error::Specimen` where the engine loses a grain or comes to no rest in its bounded time.
+/// `Error::Specimen` where the engine refuses a shape, loses a grain, or never jams.
 pub fn compact(
     grains: &[GrainShape],
     placement: &Placement,
     void_ratio: f64,
+    explore: bool,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Packing> {
     let mut chamber = Chamber::build(grains, placement)?;
-    let start_fraction = chamber.solid_fraction();
-    let asked_fraction = 1.0 / (1.0 + void_ratio);
+    let loosest = approach(&mut chamber, void_ratio, progress)?;
+    let too_dense = loosest < void_ratio - REBOUND;
+    let goal = if too_dense { 0.0 } else { void_ratio - REBOUND };
 
-    // Approach, and the loosest packing.
-    loop {
-        let rate = if chamber.solid_fraction() < APPROACH_FRACTION { APPROACH_RATE } else { RATE };
-        chamber.advance(PRESSURE, rate);
-        let done = (chamber.solid_fraction() - start_fraction) / (asked_fraction - start_fraction);
-        progress(0.6 * done.clamp(0.0, 1.0));
-        if chamber.at_rest() {
-            break;
-        }
-        if chamber.time > LONGEST {
-            return Err(Error::Specimen(format!(
-                "compaction found no rest in {LONGEST} s: solid fraction {:.3}, pressure {:.2} of {PRESSURE}",
-                chamber.solid_fraction(),
-                chamber.pressure
-            )));
-        }
-    }
-    let loosest = chamber.void_ratio();
-
-    // The friction dial.
     let mut friction = LARGEST_FRICTION;
-    let dial_start = chamber.time;
-    while chamber.void_ratio() > void_ratio && chamber.time < dial_start + LONGEST {
+    let mut end = if too_dense { DialEnd::Loosest } else { DialEnd::Met };
+    let start = chamber.time;
+    while (explore || !too_dense) && chamber.void_ratio() > goal {
         friction *= (-TIME_STEP / FRICTION_TIME).exp();
         if friction < LEAST_FRICTION {
             friction = 0.0;
@@ -132,29 +130,51 @@ pub fn compact(
         chamber.set_friction(friction);
         chamber.advance(PRESSURE, RATE);
         progress(0.6 + 0.3 * (1.0 - friction / LARGEST_FRICTION));
-        if friction == 0.0 && chamber.at_rest() {
+        if friction == 0.0 && (chamber.at_rest() || chamber.time > start + LONGEST) {
+            if !too_dense {
+                end = DialEnd::Densest;
+            }
             break;
         }
     }
-    let densest = chamber.void_ratio();
 
-    // The hold.
+    // Full friction keeps the packing as dense as it is while the pressure falls.
+    chamber.damp(HOLD_DAMPING);
+    chamber.set_friction(LARGEST_FRICTION);
     let held = chamber.time;
     while chamber.time < held + HOLD_TIME {
         chamber.advance(HOLD_PRESSURE, HOLD_RATE);
         progress(0.9 + 0.1 * (chamber.time - held) / HOLD_TIME);
     }
-    let poses = chamber.poses()?;
-    let unit = chamber.unit;
     Ok(Packing {
-        poses,
-        diameter: 2.0 * chamber.radius * equal_area_factor() * unit,
-        height: chamber.height * unit,
+        poses: chamber.poses()?,
+        diameter: 2.0 * chamber.radius * equal_area_factor() * chamber.unit,
+        height: chamber.height * chamber.unit,
         friction,
-        void_ratio: chamber.void_ratio(),
-        range: [loosest, densest],
+        end,
+        loosest,
         steps: chamber.steps,
     })
+}
+
+/// Drives the walls in until they carry the pressure at rest with the largest friction; returns the
+/// void ratio there.
+fn approach(chamber: &mut Chamber, void_ratio: f64, progress: &mut dyn FnMut(f64)) -> Result<f64> {
+    let start = chamber.solid_fraction();
+    let asked = 1.0 / (1.0 + void_ratio);
+    while chamber.time < LONGEST {
+        let rate = if chamber.solid_fraction() < APPROACH_FRACTION { APPROACH_RATE } else { RATE };
+        chamber.advance(PRESSURE, rate);
+        progress(0.6 * ((chamber.solid_fraction() - start) / (asked - start)).clamp(0.0, 1.0));
+        if chamber.at_rest() {
+            return Ok(chamber.void_ratio());
+        }
+    }
+    Err(Error::Specimen(format!(
+        "compaction found no rest in {LONGEST} s: solid fraction {:.3}, pressure {:.2} of {PRESSURE}",
+        chamber.solid_fraction(),
+        chamber.pressure
+    )))
 }
 
 /// Radius of the circle with the polygon's area over the polygon's inner radius.
@@ -302,11 +322,20 @@ impl Chamber {
 
     /// Sets the grains' friction, in steps of 5 % so that the engine is not told at every time step.
     fn set_friction(&mut self, friction: f64) {
-        if friction == 0.0 || friction < 0.95 * self.friction_set {
+        let changed = (friction - self.friction_set).abs() > 0.05 * self.friction_set;
+        if changed || (friction == 0.0 && self.friction_set > 0.0) {
             for (_, collider) in &self.grains {
                 self.world.colliders[*collider].set_friction(friction);
             }
             self.friction_set = friction;
+        }
+    }
+
+    fn damp(&mut self, damping: f64) {
+        for (body, _) in &self.grains {
+            let body = &mut self.world.bodies[*body];
+            body.set_linear_damping(damping);
+            body.set_angular_damping(damping);
         }
     }
 

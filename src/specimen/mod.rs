@@ -21,6 +21,7 @@ pub use statistics::Statistics;
 
 use crate::error::{Error, Result};
 use crate::tensor::Pose;
+use compaction::{DialEnd, Packing};
 use grading::SizeClass;
 use shape::ShapeLaw;
 
@@ -149,31 +150,43 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
     let placement = placement::place(&grains, aspect, parameters.seed)?;
 
     progress(Phase::Compaction, 0.0);
-    let packing = compaction::compact(&grains, &placement, parameters.void_ratio, &mut |share| {
+    let explore = parameters.unreachable == Unreachable::Refuse;
+    let packing = compaction::compact(&grains, &placement, parameters.void_ratio, explore, &mut |share| {
         progress(Phase::Compaction, share)
     })?;
-    check_void_ratio(parameters, &packing)?;
 
     progress(Phase::Relaxation, 0.0);
     let mut poses = packing.poses.clone();
-    let radius = 0.5 * packing.diameter / compaction::equal_area_factor();
-    let walls = relaxation::Walls { radius, height: packing.height };
-    let relaxation = relaxation::relax(&grains, &mut poses, &walls)?;
+    let polygon = compaction::equal_area_factor();
+    let mut walls = relaxation::Walls { radius: 0.5 * packing.diameter / polygon, height: packing.height };
+    let relaxation = relaxation::relax(&grains, &mut poses, &mut walls)?;
+    let diameter = 2.0 * walls.radius * polygon;
+    check_void_ratio(parameters, &packing, void_ratio(&grains, diameter, walls.height))?;
 
     let scale = match parameters.size {
-        SpecimenSize::Cylinder { diameter, .. } => diameter / (packing.diameter * relaxation.spread),
+        SpecimenSize::Cylinder { diameter: asked, .. } => asked / diameter,
         SpecimenSize::Grains { .. } => 1.0,
     };
     let grains: Vec<GrainShape> = grains.iter().map(|g| g.scaled(scale)).collect();
     poses.iter_mut().for_each(|p| p.position *= scale);
-    let diameter = packing.diameter * relaxation.spread * scale;
-    let height = packing.height * relaxation.spread * scale;
 
     progress(Phase::Statistics, 0.0);
-    let mut specimen = Specimen { grains, poses, diameter, height, statistics: Statistics::default() };
+    let mut specimen = Specimen {
+        grains,
+        poses,
+        diameter: diameter * scale,
+        height: walls.height * scale,
+        statistics: Statistics::default(),
+    };
     specimen.statistics = statistics::measure(&specimen, &classes, &packing, &relaxation, scale);
     progress(Phase::Statistics, 1.0);
     Ok(specimen)
+}
+
+/// Volume of voids over volume of the nominal grains in a cylinder [m].
+fn void_ratio(grains: &[GrainShape], diameter: f64, height: f64) -> f64 {
+    let solid: f64 = grains.iter().map(|g| g.nominal.volume()).sum();
+    placement::cylinder_volume(diameter, height) / solid - 1.0
 }
 
 fn check_grading(classes: &[SizeClass], grains: &[GrainShape]) -> Result<()> {
@@ -194,16 +207,20 @@ fn check_grading(classes: &[SizeClass], grains: &[GrainShape]) -> Result<()> {
     Ok(())
 }
 
-fn check_void_ratio(parameters: &SpecimenParameters, packing: &compaction::Packing) -> Result<()> {
+fn check_void_ratio(parameters: &SpecimenParameters, packing: &Packing, reached: f64) -> Result<()> {
     let asked = parameters.void_ratio;
-    let reached = packing.void_ratio;
-    if parameters.unreachable == Unreachable::Refuse && (reached - asked).abs() > VOID_RATIO_TOLERANCE {
-        let [loosest, densest] = packing.range;
-        return Err(Error::Specimen(format!(
-            "a void ratio of {asked} cannot be reached with this grading, size and shape: compaction found \
-             {densest:.3} (without friction) to {loosest:.3} (with a friction of {})",
-            compaction::LARGEST_FRICTION
-        )));
+    if parameters.unreachable == Unreachable::Nearest || (reached - asked).abs() <= VOID_RATIO_TOLERANCE {
+        return Ok(());
     }
-    Ok(())
+    let loosest = packing.loosest;
+    Err(Error::Specimen(match packing.end {
+        DialEnd::Loosest | DialEnd::Densest => format!(
+            "a void ratio of {asked} cannot be reached with this grading, size and shape: compaction found \
+             {reached:.3} (without friction) to {loosest:.3} (with a friction of {})",
+            compaction::LARGEST_FRICTION
+        ),
+        DialEnd::Met => format!(
+            "compaction stopped at the void ratio {asked}, but the packing came to rest at {reached:.3}"
+        ),
+    }))
 }

@@ -2,12 +2,11 @@
 
 use crate::geometry::neighbours::{Ball, near_pairs};
 use crate::geometry::separation::{GjkShape, feature_distance, gjk_closest_points, separating_axis};
-use crate::specimen::Specimen;
-use crate::specimen::compaction::Packing;
+use crate::specimen::compaction::{DialEnd, Packing};
 use crate::specimen::grading::{SizeClass, mass_fractions};
-use crate::specimen::placement::cylinder_volume;
 use crate::specimen::relaxation::Relaxation;
 use crate::specimen::shape::square_opening;
+use crate::specimen::{Specimen, void_ratio};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -54,10 +53,12 @@ impl Histogram {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Statistics {
     pub classes: Vec<ClassStatistics>,
-    /// Void ratio asked for and reached.
+    /// Void ratio reached.
     pub void_ratio: f64,
-    /// Void ratio at the loosest jamming seen, and at the end of the compaction.
-    pub void_ratio_range: [f64; 2],
+    /// Void ratio of the loosest packing: at rest with the largest friction, under compaction pressure.
+    pub loosest_void_ratio: f64,
+    /// Whether compaction met the asked void ratio or came to an end of its range.
+    pub compaction_end: Option<DialEnd>,
     /// Friction at which the compaction stopped.
     pub compaction_friction: f64,
     /// Time steps of the compaction.
@@ -165,8 +166,9 @@ pub fn measure(
     };
     Statistics {
         classes: class_statistics,
-        void_ratio: cylinder_volume(*diameter, *height) / solid_volume - 1.0,
-        void_ratio_range: packing.range,
+        void_ratio: void_ratio(grains, *diameter, *height),
+        loosest_void_ratio: packing.loosest,
+        compaction_end: Some(packing.end),
         compaction_friction: packing.friction,
         compaction_steps: packing.steps,
         solid_volume,
@@ -232,14 +234,20 @@ mod tests {
         let point = |size, passing| SievePoint { size, passing };
         let mut p = SpecimenParameters::new(
             vec![point(0.06, 1.0), point(0.04, 0.62), point(0.02, 0.0)],
-            SpecimenSize::Grains { count, aspect: 2.0 },
+            if count > 3000 {
+                SpecimenSize::Cylinder { diameter: 0.3, height: 0.65 }
+            } else {
+                SpecimenSize::Grains { count, aspect: 2.0 }
+            },
             e,
         );
         p.unreachable = Unreachable::Nearest;
         let t = std::time::Instant::now();
         let mut last = None;
+        let mut lastshare = 0.0;
         let s = generate(&p, &mut |phase, share| {
-            if last != Some(phase) {
+            if last != Some(phase) || (share * 20.0).floor() != lastshare {
+                lastshare = (share * 20.0).floor();
                 println!("{phase:?} {share:.2} at {:.2} s", t.elapsed().as_secs_f64());
                 last = Some(phase);
             }
@@ -250,7 +258,7 @@ mod tests {
         println!(
             "e {:.4} range {:?} mu {} steps {} z {:.2} z' {:.2} rattlers {} overlaps {:?} before {:.2e} wall {:.2e} plate {:.2e} scale {} opening {:.3} spher {:.3}",
             st.void_ratio,
-            st.void_ratio_range,
+            (st.loosest_void_ratio, st.compaction_end),
             st.compaction_friction,
             st.compaction_steps,
             st.coordination_number,
