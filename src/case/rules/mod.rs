@@ -19,7 +19,7 @@ use super::walk::Walker;
 /// Fills in what follows from other values.
 pub fn derive(case: &mut Value) {
     let friction = case["contact"]["friction"].clone();
-    if let Some(contact) = case["contact"].as_object_mut()
+    if let Some(contact) = object(case, "/contact")
         && !friction.is_null()
     {
         contact.entry("residual_friction").or_insert(friction.clone());
@@ -39,12 +39,12 @@ pub fn derive(case: &mut Value) {
         }
     }
     let rock = case["rock"].clone();
-    if let Some(bodies) = case["scene"]["bodies"].as_array_mut() {
+    if let Some(bodies) = case.pointer_mut("/scene/bodies").and_then(Value::as_array_mut) {
         for own in bodies.iter_mut().filter_map(|body| body.get_mut("rock")) {
             material::derive(own, &rock);
         }
     }
-    if let Some(list) = case["stages"].as_array_mut() {
+    if let Some(list) = case.pointer_mut("/stages").and_then(Value::as_array_mut) {
         stages::derive(list);
     }
     if let Some(case) = case.as_object_mut() {
@@ -100,6 +100,10 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             format!("at most {peak}"),
         ));
     }
+}
+
+fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json::Map<String, Value>> {
+    value.pointer_mut(pointer).and_then(Value::as_object_mut)
 }
 
 fn number(object: &Value, key: &str) -> Option<f64> {

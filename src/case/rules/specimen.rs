@@ -11,11 +11,11 @@ use super::number;
 /// How far the ways of giving the size may disagree.
 const AGREEMENT: f64 = 0.05;
 /// Largest sieve size over the smaller of diameter and height.
-const LARGEST_GRAIN: f64 = 0.5;
+const LARGEST_GRAIN: f64 = 0.8;
 
 /// A grading from small to large is turned round.
 pub fn derive(specimen: &mut Value) {
-    if let Some(points) = specimen["grading"].as_array_mut() {
+    if let Some(points) = specimen.pointer_mut("/grading").and_then(Value::as_array_mut) {
         let passing = |point: &Value| point[1].as_f64();
         if let (Some(first), Some(last)) = (points.first().and_then(passing), points.last().and_then(passing))
             && first < last
@@ -125,7 +125,8 @@ fn size(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walker) {
     {
         let problem =
             format!("has grains of {largest:.4} m, too large for a specimen {d:.4} m wide and {h:.4} m high");
-        let accepted = "a largest size of at most half the diameter and half the height";
+        let accepted =
+            "a largest size of at most 0.8 of the diameter and of the height (laboratories keep to a fifth)";
         walker.fault(Fault::new(format!("{place}.grading"), format!("{largest} m"), problem, accepted));
     }
 }
