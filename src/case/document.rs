@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::size;
+use crate::specimen::{SpecimenSize, Unreachable};
+
+use super::size::MeanGrains;
 use super::types::*;
 
 /// The top level of the case file after completion: SI, defaults filled in.
@@ -42,14 +44,23 @@ struct Specimen {
     void_ratio: f64,
     vertices: [usize; 2],
     vertex_separation: f64,
+    unreachable: WhenUnreachable,
     cells_per_grain: usize,
 }
 
-/// The case of a completed value; otherwise why the table and the types disagree.
-pub fn to_case(value: Value) -> Result<Case, String> {
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum WhenUnreachable {
+    Refuse,
+    Nearest,
+}
+
+/// The case of a completed value, a specimen with its mean grains; otherwise why the table and the
+/// types disagree.
+pub fn to_case(value: Value, grains: Option<&MeanGrains>) -> Result<Case, String> {
     let document: Document = serde_json::from_value(value).map_err(|e| e.to_string())?;
     let geometry = match (document.specimen, document.scene) {
-        (Some(specimen), None) => Geometry::Specimen(specimen.to_case()?),
+        (Some(specimen), None) => Geometry::Specimen(specimen.to_case(grains.ok_or("no grains")?)?),
         (None, Some(scene)) => Geometry::Scene(scene),
         _ => return Err("neither specimen nor scene".into()),
     };
@@ -68,37 +79,34 @@ pub fn to_case(value: Value) -> Result<Case, String> {
 }
 
 impl Specimen {
-    fn to_case(&self) -> Result<SpecimenCase, String> {
-        let grain = size::mean_grain_volume(&self.grading);
-        let solids = |diameter, height| size::cylinder(diameter, height) / (1.0 + self.void_ratio);
-        let (diameter, height, grains, sized_by) =
-            match (self.diameter, self.height, self.grains, self.aspect) {
-                (Some(d), Some(h), _, _) => {
-                    (d, h, (solids(d, h) / grain).round() as usize, SizedBy::Dimensions)
-                }
-                (_, _, Some(grains), Some(aspect)) => {
-                    let d = size::diameter_of(grains as f64 * grain * (1.0 + self.void_ratio), aspect);
-                    (d, aspect * d, grains, SizedBy::Grains { aspect })
-                }
-                _ => return Err("the specimen has no size".into()),
-            };
+    fn to_case(&self, grains: &MeanGrains) -> Result<SpecimenCase, String> {
+        let size = match (self.diameter, self.height, self.grains, self.aspect) {
+            (Some(diameter), Some(height), ..) => SpecimenSize::Cylinder { diameter, height },
+            (_, _, Some(count), Some(aspect)) => SpecimenSize::Grains { count, aspect },
+            _ => return Err("the specimen has no size".into()),
+        };
+        let plan = grains.plan(size, self.void_ratio);
         Ok(SpecimenCase {
-            diameter,
-            height,
-            grains,
-            sized_by,
+            size,
+            diameter: plan.diameter,
+            height: plan.height,
+            grains: plan.numbers.iter().sum(),
             grading: self.grading.clone(),
             void_ratio: self.void_ratio,
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
+            unreachable: match self.unreachable {
+                WhenUnreachable::Refuse => Unreachable::Refuse,
+                WhenUnreachable::Nearest => Unreachable::Nearest,
+            },
             cells_per_grain: self.cells_per_grain,
         })
     }
 
     fn of(case: &SpecimenCase) -> Specimen {
-        let (diameter, height, grains, aspect) = match case.sized_by {
-            SizedBy::Dimensions => (Some(case.diameter), Some(case.height), None, None),
-            SizedBy::Grains { aspect } => (None, None, Some(case.grains), Some(aspect)),
+        let (diameter, height, grains, aspect) = match case.size {
+            SpecimenSize::Cylinder { diameter, height } => (Some(diameter), Some(height), None, None),
+            SpecimenSize::Grains { count, aspect } => (None, None, Some(count), Some(aspect)),
         };
         Specimen {
             diameter,
@@ -109,6 +117,10 @@ impl Specimen {
             void_ratio: case.void_ratio,
             vertices: case.vertices,
             vertex_separation: case.vertex_separation,
+            unreachable: match case.unreachable {
+                Unreachable::Refuse => WhenUnreachable::Refuse,
+                Unreachable::Nearest => WhenUnreachable::Nearest,
+            },
             cells_per_grain: case.cells_per_grain,
         }
     }

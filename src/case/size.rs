@@ -1,33 +1,38 @@
-//! How many grains fill how large a specimen: estimates for the check, before any is generated.
+//! How many grains fill how large a specimen, before any is generated.
 
-use std::f64::consts::PI;
+use crate::specimen::SievePoint;
+use crate::specimen::SpecimenSize;
+use crate::specimen::grading::{SizeClass, mean_volumes, size_classes};
+use crate::specimen::shape::ShapeLaw;
+use crate::specimen::size::{Plan, plan};
 
-/// Mean volume of a grain over the volume of the ellipsoid in which its vertices lie, for 8-16
-/// vertices kept 0.45 apart; a test measures it.
-pub const HULL_SHARE: f64 = 0.42;
-
-/// Mean volume of a grain [m3] of a grading of sieve sizes [m] and mass fractions passing.
-///
-/// Semi-axes are uniform within half the sizes of a class (Ma et al. 2011, eq. 1), independent, so
-/// that their mean product is the cube of their mean.
-pub fn mean_grain_volume(grading: &[[f64; 2]]) -> f64 {
-    let per_volume: f64 = grading
-        .windows(2)
-        .map(|class| {
-            let [upper, lower] = [class[0], class[1]];
-            let semi_axis = (upper[0] + lower[0]) / 4.0;
-            (upper[1] - lower[1]) / (HULL_SHARE * 4.0 / 3.0 * PI * semi_axis.powi(3))
-        })
-        .sum();
-    1.0 / per_volume
+/// The grains of a grading and a shape law, on average.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeanGrains {
+    classes: Vec<SizeClass>,
+    /// [m3] per class.
+    volumes: Vec<f64>,
 }
 
-/// Volume of a cylinder [m3].
-pub fn cylinder(diameter: f64, height: f64) -> f64 {
-    PI / 4.0 * diameter * diameter * height
-}
+impl MeanGrains {
+    /// # Errors
+    /// What the specimen generator refuses: a grading that is none, vertices that don't fit.
+    pub fn new(grading: &[[f64; 2]], vertices: [usize; 2], vertex_separation: f64) -> Result<Self, String> {
+        let curve: Vec<_> = grading.iter().map(|&[size, passing]| SievePoint { size, passing }).collect();
+        // The rounding has no say in the nominal volume.
+        let law = ShapeLaw { vertices, vertex_separation, rounding: 0.0 };
+        let classes = size_classes(&curve).map_err(|e| e.to_string())?;
+        let volumes = mean_volumes(&classes, &law).map_err(|e| e.to_string())?;
+        Ok(MeanGrains { classes, volumes })
+    }
 
-/// Diameter [m] of the cylinder of this volume [m3] with `aspect` = height over diameter.
-pub fn diameter_of(volume: f64, aspect: f64) -> f64 {
-    (4.0 * volume / (PI * aspect)).cbrt()
+    /// Expected diameter, height and numbers of grains.
+    pub fn plan(&self, size: SpecimenSize, void_ratio: f64) -> Plan {
+        plan(&self.classes, &self.volumes, &size, void_ratio)
+    }
+
+    /// The number of grains that a diameter and height [m] with this void ratio hold.
+    pub fn number(&self, diameter: f64, height: f64, void_ratio: f64) -> usize {
+        self.plan(SpecimenSize::Cylinder { diameter, height }, void_ratio).numbers.iter().sum()
+    }
 }

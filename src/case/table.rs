@@ -68,12 +68,12 @@ pub static SPECIMEN: &[Key] = &[
     ),
     Key::required(
         "void_ratio",
-        Quantity(Dimension::None, within(0.05, 5.0)),
+        Quantity(Dimension::None, within(0.05, 2.0)),
         "Volume of voids over volume of solids of the compacted specimen.",
     ),
     Key::default(
         "vertices",
-        Tuple(&[Count(4, 200), Count(4, 200)]),
+        Tuple(&[Count(4, 64), Count(4, 64)]),
         "[8, 16]",
         "Fewest and most vertices of a grain; their number is uniform between.",
     ),
@@ -82,6 +82,12 @@ pub static SPECIMEN: &[Key] = &[
         Quantity(Dimension::None, within(0.0, 0.8)),
         "0.45",
         "Least distance of two vertices of a grain on its unit sphere; 0 switches the rejection off.",
+    ),
+    Key::default(
+        "unreachable",
+        Choice(&["refuse", "nearest"]),
+        "\"refuse\"",
+        "What to do where compaction cannot reach the void_ratio: stop with the range, or take its nearest end.",
     ),
     Key::default("cells_per_grain", Count(1, 100_000), "38", "Quadratic tetrahedra per grain, about."),
 ];
@@ -156,8 +162,8 @@ const fn mean(form: Form) -> Key {
 
 const LAW: Key = Key::derived(
     "law",
-    Choice(&["constant", "weibull", "lognormal"]),
-    "weibull if weibull_shape is given, lognormal if variation is, else constant",
+    Choice(&["constant", "weibull", "normal", "lognormal", "gamma", "exponential"]),
+    "weibull if weibull_shape is given, gamma if gamma_shape, lognormal if variation, else constant",
     "Distribution of the cells' values.",
 );
 const WEIBULL_SHAPE: Key = Key::optional(
@@ -168,19 +174,25 @@ const WEIBULL_SHAPE: Key = Key::optional(
 const VARIATION: Key = Key::optional(
     "variation",
     Quantity(Dimension::None, positive(2.0)),
-    "Coefficient of variation of a lognormal law.",
+    "Standard deviation over mean of a lognormal or normal law.",
+);
+const GAMMA_SHAPE: Key = Key::optional(
+    "gamma_shape",
+    Quantity(Dimension::None, within(0.5, 1e6)),
+    "Shape parameter of a gamma law.",
 );
 
 static YOUNGS_MODULUS: &[Key] =
-    &[mean(Quantity(Dimension::Pressure, within(1e3, 1e13))), LAW, WEIBULL_SHAPE, VARIATION];
+    &[mean(Quantity(Dimension::Pressure, within(1e3, 1e13))), LAW, WEIBULL_SHAPE, GAMMA_SHAPE, VARIATION];
 static POISSONS_RATIO: &[Key] = &[
-    mean(Quantity(Dimension::None, Range { low: 0.0, above: false, high: 0.5, below: true })),
+    mean(Quantity(Dimension::None, Range { low: 0.0, above: false, high: 0.495, below: true })),
     LAW,
     WEIBULL_SHAPE,
+    GAMMA_SHAPE,
     VARIATION,
 ];
 static STRENGTH: &[Key] =
-    &[mean(Quantity(Dimension::Pressure, within(1e3, 1e11))), LAW, WEIBULL_SHAPE, VARIATION];
+    &[mean(Quantity(Dimension::Pressure, within(1e3, 1e11))), LAW, WEIBULL_SHAPE, GAMMA_SHAPE, VARIATION];
 
 static DAMAGE: &[Key] = &[
     Key::default(
@@ -226,7 +238,7 @@ static CONTACT: &[Key] = &[
     ),
     Key::default(
         "rounding",
-        Quantity(Dimension::None, positive(0.2)),
+        Quantity(Dimension::None, within(0.001, 0.1)),
         "0.02",
         "Radius of edges and corners over the size of the grain (of a scene's body: its smallest extent along its own axes).",
     ),

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
+
 /// A checked case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
@@ -37,13 +39,14 @@ pub enum Geometry {
 /// A generated cylindrical specimen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpecimenCase {
-    /// Of the compacted specimen [m]; estimated if `sized_by` is `Grains`.
+    /// As given.
+    pub size: SpecimenSize,
+    /// Of the compacted specimen [m]; expected, if `size` gives the number of grains.
     pub diameter: f64,
-    /// Of the compacted specimen [m]; estimated if `sized_by` is `Grains`.
+    /// Of the compacted specimen [m]; expected, if `size` gives the number of grains.
     pub height: f64,
-    /// Number of grains; estimated if `sized_by` is `Dimensions`.
+    /// Number of grains; expected, if `size` gives diameter and height.
     pub grains: usize,
-    pub sized_by: SizedBy,
     /// Sieve size [m] and mass fraction passing, from the largest size (1) down to the smallest (0).
     pub grading: Vec<[f64; 2]>,
     /// Volume of voids over volume of solids, after compaction.
@@ -52,17 +55,27 @@ pub struct SpecimenCase {
     pub vertices: [usize; 2],
     /// Least distance of a grain's vertices on the unit sphere; 0 is off.
     pub vertex_separation: f64,
+    /// What to do where compaction cannot reach `void_ratio`.
+    pub unreachable: Unreachable,
     /// Tet10 cells per grain, about.
     pub cells_per_grain: usize,
 }
 
-/// What fixes the size of the specimen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SizedBy {
-    /// Diameter and height; the number of grains follows.
-    Dimensions,
-    /// The number of grains and the aspect (height over diameter); diameter and height follow.
-    Grains { aspect: f64 },
+impl SpecimenCase {
+    /// What the generator takes. `rounding` is [`ContactCase::rounding`].
+    pub fn parameters(&self, seed: u64, rounding: f64) -> SpecimenParameters {
+        let grading = self.grading.iter().map(|&[size, passing]| SievePoint { size, passing });
+        SpecimenParameters {
+            grading: grading.collect(),
+            size: self.size,
+            void_ratio: self.void_ratio,
+            unreachable: self.unreachable,
+            vertices: self.vertices,
+            vertex_separation: self.vertex_separation,
+            rounding,
+            seed,
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -118,6 +131,25 @@ pub enum ShapeCase {
     Mesh(String),
 }
 
+impl ShapeCase {
+    /// Smallest edge of the box around the shape, along the body's own axes [m]; `None` for a mesh.
+    pub fn smallest_extent(&self) -> Option<f64> {
+        match self {
+            ShapeCase::Box(size) => size.iter().copied().reduce(f64::min),
+            ShapeCase::Sphere(radius) => Some(2.0 * radius),
+            ShapeCase::Polyhedron(points) => {
+                let along = |k: usize| {
+                    let high = points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+                    let low = points.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
+                    high - low
+                };
+                (0..3).map(along).reduce(f64::min)
+            }
+            ShapeCase::Mesh(_) => None,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fidelity {
@@ -165,8 +197,20 @@ pub enum Scatter {
         #[serde(rename = "weibull_shape")]
         shape: f64,
     },
-    /// Lognormal with this coefficient of variation.
-    Lognormal { variation: f64 },
+    /// Normal; the standard deviation over the mean.
+    Normal {
+        variation: f64,
+    },
+    /// Lognormal; the standard deviation of the value over the mean.
+    Lognormal {
+        variation: f64,
+    },
+    /// Gamma with this shape parameter.
+    Gamma {
+        #[serde(rename = "gamma_shape")]
+        shape: f64,
+    },
+    Exponential,
 }
 
 /// Damage softening after Ma et al. (2011), eqs. 6-10 as corrected in ARCHITECTURE.md.

@@ -248,27 +248,28 @@ impl Walker {
 
     /// Settles the law of a scattered quantity and refuses parameters of another law.
     fn scatter(&mut self, map: &mut Map<String, Value>, path: &str) {
-        let implied = match (map.contains_key("weibull_shape"), map.contains_key("variation")) {
-            (true, _) => "weibull",
-            (false, true) => "lognormal",
-            (false, false) => "constant",
-        };
+        const OWNERS: [(&str, &[&str]); 3] = [
+            ("weibull_shape", &["weibull"]),
+            ("gamma_shape", &["gamma"]),
+            ("variation", &["lognormal", "normal"]),
+        ];
+        let given = OWNERS.iter().filter(|(key, _)| map.contains_key(*key));
+        let implied = given.map(|(_, laws)| laws[0]).next().unwrap_or("constant");
         let law = map.get("law").and_then(Value::as_str).unwrap_or(implied).to_string();
-        for (key, owner) in [("weibull_shape", "weibull"), ("variation", "lognormal")] {
-            match (map.get(key), law == owner) {
-                (None, true) => self.fault(Fault::new(
-                    child(path, key),
-                    "nothing",
-                    format!("is missing for the law \"{law}\""),
-                    "a number",
-                )),
-                (Some(value), false) => self.fault(Fault::new(
-                    child(path, key),
-                    shown(value),
-                    format!("does not belong to the law \"{law}\""),
-                    format!("\"law\": \"{owner}\", or no {key}"),
-                )),
-                _ => {}
+        let foreign: Vec<_> = OWNERS
+            .iter()
+            .filter(|(key, laws)| map.contains_key(*key) && !laws.contains(&law.as_str()))
+            .collect();
+        for (key, laws) in &foreign {
+            let problem = format!("does not belong to the law \"{law}\"");
+            let accepted = format!("the law {}, or no {key}", laws.join(" or "));
+            let value = map.get(*key).map(shown).unwrap_or_default();
+            self.fault(Fault::new(child(path, key), value, problem, accepted));
+        }
+        for (key, _) in OWNERS.iter().filter(|(_, laws)| laws.contains(&law.as_str())) {
+            if foreign.is_empty() && !map.contains_key(*key) {
+                let problem = format!("is missing for the law \"{law}\"");
+                self.fault(Fault::new(child(path, key), "nothing", problem, "a number"));
             }
         }
         map.insert("law".into(), law.into());
@@ -284,6 +285,32 @@ pub fn child(path: &str, key: &str) -> String {
 /// Whether `path` is `ancestor` or below it.
 pub fn is_within(path: &str, ancestor: &str) -> bool {
     path.strip_prefix(ancestor).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+/// The value at a path, if it is there.
+pub fn at<'a>(root: &'a Value, path: &str) -> Option<&'a Value> {
+    let mut found = root;
+    let mut rest = path.strip_prefix('$')?;
+    while !rest.is_empty() {
+        if let Some(after) = rest.strip_prefix("[\"") {
+            // A quoted key, JSON escapes and all: the paths that `child` makes.
+            let Value::Object(map) = found else { return None };
+            let quoted = |key: &str| format!("{}]", &Value::from(key).to_string()[1..]);
+            let (key, value) = map.iter().find(|(key, _)| after.starts_with(&quoted(key)))?;
+            found = value;
+            rest = &after[quoted(key).len()..];
+        } else if let Some(after) = rest.strip_prefix('[') {
+            let (index, after) = after.split_once(']')?;
+            found = found.get(index.parse::<usize>().ok()?)?;
+            rest = after;
+        } else {
+            let after = rest.strip_prefix('.')?;
+            let end = after.find(['.', '[']).unwrap_or(after.len());
+            found = found.get(&after[..end])?;
+            rest = &after[end..];
+        }
+    }
+    Some(found)
 }
 
 /// The value as written, shortened for a message.

@@ -14,7 +14,8 @@ use serde_json::{Value, json};
 
 use crate::error::Fault;
 
-use super::walk::Walker;
+use super::size::MeanGrains;
+use super::walk::{Walker, at, shown};
 
 /// Fills in what follows from other values.
 pub fn derive(case: &mut Value) {
@@ -53,7 +54,10 @@ pub fn derive(case: &mut Value) {
 }
 
 /// Checks every rule. `raw` is the value as written, `folder` where mesh files are looked for.
-pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walker) {
+/// Returns the mean grains of a sound specimen.
+pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walker) -> Option<MeanGrains> {
+    let known = walker.faults.len();
+    let mut grains = None;
     let (specimen, scene) = (&raw["specimen"], &raw["scene"]);
     match (specimen.is_null(), scene.is_null()) {
         (true, true) => walker.fault(Fault::new(
@@ -69,7 +73,7 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             "a \"specimen\" or a \"scene\"",
         )),
         (false, true) => {
-            specimen::check(&case["specimen"], walker);
+            grains = specimen::check(&case["specimen"], walker);
             stages::check_specimen(&case["stages"], walker);
         }
         (true, false) => {
@@ -78,12 +82,7 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             for key in ["plates", "membrane"] {
                 if let Some(value) = raw.get(key) {
                     let problem = "belongs to a specimen, not to a scene";
-                    walker.fault(Fault::new(
-                        format!("$.{key}"),
-                        super::walk::shown(value),
-                        problem,
-                        "no such key",
-                    ));
+                    walker.fault(Fault::new(format!("$.{key}"), shown(value), problem, "no such key"));
                 }
             }
         }
@@ -100,6 +99,18 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             format!("at most {peak}"),
         ));
     }
+    show_as_written(&mut walker.faults[known..], raw);
+    grains
+}
+
+/// Rules see SI numbers; messages show what the file says.
+fn show_as_written(faults: &mut [Fault], raw: &Value) {
+    for fault in faults.iter_mut().filter(|fault| fault.value.parse::<f64>().is_ok()) {
+        match at(raw, &fault.path) {
+            Some(written) => fault.value = shown(written),
+            None => fault.value.push_str(", the default"),
+        }
+    }
 }
 
 fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json::Map<String, Value>> {
@@ -108,9 +119,4 @@ fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json:
 
 fn number(object: &Value, key: &str) -> Option<f64> {
     object[key].as_f64()
-}
-
-fn vector(value: &Value) -> Option<[f64; 3]> {
-    let items = value.as_array()?.iter().map(Value::as_f64).collect::<Option<Vec<_>>>()?;
-    items.try_into().ok()
 }

@@ -5,11 +5,12 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::error::Fault;
+use crate::geometry::RoundedBody;
 
 use super::super::overlap::Placed;
-use super::super::types::BodyCase;
+use super::super::types::{BodyCase, ShapeCase};
 use super::super::walk::{Walker, shown};
-use super::{material, number, vector};
+use super::material;
 
 /// Overlapping pairs that are listed one by one.
 const LISTED: usize = 20;
@@ -29,7 +30,6 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
         if let Some(file) = body["shape"]["mesh"].as_str() {
             check_mesh(file, folder, &format!("{path}.shape.mesh"), walker);
         }
-        check_sizes(body, &path, walker);
         // A body's own rock is complete only where the case's rock is; shapes do not need it.
         let mut bare = body.clone();
         if let Some(bare) = bare.as_object_mut() {
@@ -39,7 +39,10 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
             && let Ok(body) = serde_json::from_value::<BodyCase>(bare)
         {
             match Placed::new(&body) {
-                Ok(Some(body)) => placed.push((i, name, body)),
+                Ok(Some(it)) => {
+                    check_sizes(&body, &it, &case["contact"]["rounding"], &path, walker);
+                    placed.push((i, name, it));
+                }
                 Ok(None) => {}
                 Err(problem) => {
                     let found = shown(&bodies[i]["shape"]["polyhedron"]);
@@ -77,47 +80,25 @@ fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker
     }
 }
 
-fn check_sizes(body: &Value, path: &str, walker: &mut Walker) {
-    let Some(extent) = smallest_extent(&body["shape"]) else { return };
-    if let Some(rounding) = number(body, "rounding")
-        && rounding >= extent / 2.0
-        && body["shape"]["sphere"].is_null()
-    {
-        let problem = format!("is not below half the body's smallest extent {extent} m");
-        walker.fault(Fault::new(
-            format!("{path}.rounding"),
-            rounding,
-            problem,
-            format!("below {} m", extent / 2.0),
-        ));
-    }
-    if let Some(mesh_size) = number(body, "mesh_size")
+fn check_sizes(body: &BodyCase, placed: &Placed, ratio: &Value, path: &str, walker: &mut Walker) {
+    let Some(extent) = body.shape.smallest_extent() else { return };
+    if let Some(mesh_size) = body.mesh_size
         && mesh_size < extent / 1000.0
     {
         let problem = format!("would make cells a thousand times smaller than the body ({extent} m)");
-        walker.fault(Fault::new(
-            format!("{path}.mesh_size"),
-            mesh_size,
-            problem,
-            format!("above {} m", extent / 1000.0),
-        ));
+        let accepted = format!("above {} m", extent / 1000.0);
+        walker.fault(Fault::new(format!("{path}.mesh_size"), mesh_size, problem, accepted));
     }
-}
-
-/// Of the box around the shape in its own axes [m].
-fn smallest_extent(shape: &Value) -> Option<f64> {
-    if let Some(size) = vector(&shape["box"]) {
-        return Some(size.into_iter().fold(f64::INFINITY, f64::min));
+    let Some(radius) = body.rounding.or(ratio.as_f64().map(|ratio| ratio * extent)) else { return };
+    if matches!(body.shape, ShapeCase::Sphere(_)) {
+        if body.rounding.is_some() {
+            let problem = "rounds a sphere, which has no edges";
+            walker.fault(Fault::new(format!("{path}.rounding"), radius, problem, "no rounding"));
+        }
+    } else if RoundedBody::inset(&placed.shape, radius).is_err() {
+        let problem = format!("does not fit into the body, whose smallest extent is {extent} m");
+        walker.fault(Fault::new(format!("{path}.rounding"), radius, problem, "a smaller radius"));
     }
-    if let Some(radius) = number(shape, "sphere") {
-        return Some(2.0 * radius);
-    }
-    let points: Vec<[f64; 3]> = shape["polyhedron"].as_array()?.iter().map(vector).collect::<Option<_>>()?;
-    let extent = |k: usize| {
-        let of = |start: f64, pick: fn(f64, f64) -> f64| points.iter().map(|p| p[k]).fold(start, pick);
-        of(f64::NEG_INFINITY, f64::max) - of(f64::INFINITY, f64::min)
-    };
-    (0..3).map(extent).reduce(f64::min)
 }
 
 fn check_overlaps(placed: &[(usize, &str, Placed)], walker: &mut Walker) {
@@ -137,8 +118,8 @@ fn check_overlaps(placed: &[(usize, &str, Placed)], walker: &mut Walker) {
                 ));
                 return;
             }
-            // The pair is in the path, so that a body in two overlaps is listed twice.
-            walker.fault(Fault::new(
+            // Past the walker's one fault a place: a body may be in several overlaps.
+            walker.faults.push(Fault::new(
                 format!("$.scene.bodies[{i}]"),
                 format!("\"{right}\""),
                 format!("overlaps \"{left}\" by {depth:.3e} m"),

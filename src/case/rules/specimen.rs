@@ -4,12 +4,13 @@ use serde_json::Value;
 
 use crate::error::Fault;
 
-use super::super::size;
+use crate::specimen::SpecimenSize;
+use crate::specimen::size::CONSISTENCY;
+
+use super::super::size::MeanGrains;
 use super::super::walk::Walker;
 use super::number;
 
-/// How far the ways of giving the size may disagree.
-const AGREEMENT: f64 = 0.05;
 /// Largest sieve size over the smaller of diameter and height.
 const LARGEST_GRAIN: f64 = 0.8;
 
@@ -25,17 +26,32 @@ pub fn derive(specimen: &mut Value) {
     }
 }
 
-pub fn check(specimen: &Value, walker: &mut Walker) {
-    let counts = |i: usize| specimen["vertices"][i].as_u64();
-    if let (Some(fewest), Some(most)) = (counts(0), counts(1))
-        && fewest > most
-    {
-        let place = "$.specimen.vertices";
-        let found = format!("[{fewest}, {most}]");
-        walker.fault(Fault::new(place, found, "has the larger number first", "[fewest, most]"));
-    }
+/// The mean grains, which the built case needs too, if they are sound.
+pub fn check(specimen: &Value, walker: &mut Walker) -> Option<MeanGrains> {
     let grading = grading(specimen, walker);
-    size(specimen, grading.as_deref(), walker);
+    let grains = mean_grains(specimen, grading.as_deref(), walker);
+    let largest = grading.and_then(|grading| grading.first().map(|point| point[0]));
+    size(specimen, grains.as_ref(), largest, walker);
+    grains
+}
+
+fn mean_grains(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walker) -> Option<MeanGrains> {
+    let place = "$.specimen.vertices";
+    let count = |i: usize| specimen["vertices"][i].as_u64().map(|n| n as usize);
+    let (fewest, most) = (count(0)?, count(1)?);
+    let found = format!("[{fewest}, {most}]");
+    if fewest > most {
+        walker.fault(Fault::new(place, found, "has the larger number first", "[fewest, most]"));
+        return None;
+    }
+    match MeanGrains::new(grading?, [fewest, most], number(specimen, "vertex_separation")?) {
+        Ok(grains) => Some(grains),
+        Err(problem) => {
+            let accepted = "fewer vertices or a smaller vertex_separation";
+            walker.fault(Fault::new(place, found, format!("makes no grains: {problem}"), accepted));
+            None
+        }
+    }
 }
 
 /// The grading, if nothing is wrong with it.
@@ -71,22 +87,22 @@ fn grading(specimen: &Value, walker: &mut Walker) -> Option<Vec<[f64; 2]>> {
     walker.is_clean(place).then_some(points)
 }
 
-fn size(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walker) {
+fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, walker: &mut Walker) {
     let place = "$.specimen";
     let given = ["diameter", "height", "grains", "aspect"];
     if given.iter().any(|key| !walker.is_clean(&format!("{place}.{key}"))) {
         return;
     }
-    let [diameter, height, grains, aspect] = given.map(|key| number(specimen, key));
+    let [diameter, height, count, aspect] = given.map(|key| number(specimen, key));
     let found: Vec<&str> = given.into_iter().filter(|key| !specimen[*key].is_null()).collect();
     let accepted =
         "diameter and height (the number of grains follows), or grains and aspect (the size follows)";
-    let (Some(d), Some(h)) = (match (diameter, height, grains, aspect) {
-        (Some(d), Some(h), ..) => (Some(d), Some(h)),
-        (_, _, Some(n), Some(aspect)) => match (grading, number(specimen, "void_ratio")) {
-            (Some(grading), Some(e)) => {
-                let d = size::diameter_of(n * size::mean_grain_volume(grading) * (1.0 + e), aspect);
-                (Some(d), Some(aspect * d))
+    let (d, h) = match (diameter, height, count, aspect) {
+        (Some(d), Some(h), ..) => (d, h),
+        (_, _, Some(n), Some(aspect)) => match (grains, number(specimen, "void_ratio")) {
+            (Some(grains), Some(e)) => {
+                let plan = grains.plan(SpecimenSize::Grains { count: n as usize, aspect }, e);
+                (plan.diameter, plan.height)
             }
             _ => return,
         },
@@ -95,10 +111,8 @@ fn size(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walker) {
             walker.fault(Fault::new(place, found, "is not sized", accepted));
             return;
         }
-    }) else {
-        return;
     };
-    let agree = |a: f64, b: f64| (a / b - 1.0).abs() <= AGREEMENT;
+    let agree = |a: f64, b: f64| (a / b - 1.0).abs() <= CONSISTENCY;
     let mut differ = |key: &str, value: f64, expected: f64, why: &str| {
         if !agree(value, expected) {
             let problem = format!("disagrees with {why}, by which it would be {expected:.4}");
@@ -111,16 +125,16 @@ fn size(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walker) {
             if let Some(aspect) = aspect {
                 differ("aspect", aspect, h / d, "height over diameter");
             }
-            if let (Some(n), Some(grading), Some(e)) = (grains, grading, number(specimen, "void_ratio")) {
-                let expected = size::cylinder(d, h) / (1.0 + e) / size::mean_grain_volume(grading);
-                differ("grains", n, expected.round(), "diameter, height, void_ratio and grading");
+            if let (Some(n), Some(grains), Some(e)) = (count, grains, number(specimen, "void_ratio")) {
+                let expected = grains.number(d, h, e) as f64;
+                differ("grains", n, expected, "diameter, height, void_ratio and grading");
             }
         }
         (Some(given), None) => differ("diameter", given, d, "grains, aspect, void_ratio and grading"),
         (None, Some(given)) => differ("height", given, h, "grains, aspect, void_ratio and grading"),
         (None, None) => {}
     }
-    if let Some(largest) = grading.and_then(|grading| grading.first()).map(|point| point[0])
+    if let Some(largest) = largest
         && largest > LARGEST_GRAIN * d.min(h)
     {
         let problem =

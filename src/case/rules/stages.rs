@@ -46,21 +46,23 @@ pub fn check_specimen(stages: &Value, walker: &mut Walker) {
             (held, sheared, unloaded) = (Err(()), true, true);
             continue;
         };
-        let place = format!("{path}.kind");
-        let mut refuse = |problem: &str, accepted: &str| {
-            walker.fault(Fault::new(&place, format!("\"{kind}\""), problem, accepted));
-        };
-        match kind {
+        let adrift = held == Ok(None);
+        let lacks = match kind {
             "load" => {
-                refuse("loads the bodies of a scene, and this case has a specimen", "consolidate, shear, ...")
+                Some(("loads the bodies of a scene, and this case has a specimen", "a stage of specimens"))
             }
-            "shear" | "unload" | "reload" | "constant_volume" | "constant_p" if held == Ok(None) => refuse(
-                "has no consolidate stage before it",
-                "a first stage {\"kind\": \"consolidate\", \"pressure\": ...}",
-            ),
-            "unload" if !sheared => refuse("has nothing to unload", "a shear stage before it"),
-            "reload" if !unloaded => refuse("has no unload stage before it", "an unload stage before it"),
-            _ => {}
+            "shear" | "unload" | "reload" | "constant_volume" | "constant_p" if adrift => {
+                // Said once: the stages after it lack the same.
+                held = Err(());
+                let accepted = "a first stage {\"kind\": \"consolidate\", \"pressure\": ...}";
+                Some(("has no consolidate stage before it", accepted))
+            }
+            "unload" if !sheared => Some(("has nothing to unload", "a shear stage before it")),
+            "reload" if !unloaded => Some(("has no unload stage before it", "an unload stage before it")),
+            _ => None,
+        };
+        if let Some((problem, accepted)) = lacks {
+            walker.fault(Fault::new(format!("{path}.kind"), format!("\"{kind}\""), problem, accepted));
         }
         match kind {
             "consolidate" => {
@@ -119,7 +121,8 @@ pub fn check_scene(stages: &Value, bodies: &Value, walker: &mut Walker) {
     let Some(stages) = stages.as_array() else { return };
     let list = || bodies.as_array().into_iter().flatten();
     let names: Vec<&str> = list().filter_map(|body| body["name"].as_str()).collect();
-    let all_named = list().all(|body| !body["name"].is_null()) && bodies.is_array();
+    let sound_name = |i: usize| walker.is_clean(&format!("$.scene.bodies[{i}].name"));
+    let all_named = bodies.is_array() && (0..list().count()).all(sound_name) && names.len() == list().count();
     for (i, stage) in stages.iter().enumerate() {
         let path = format!("$.stages[{i}]");
         let Some(kind) = stage["kind"].as_str() else { continue };
