@@ -480,7 +480,9 @@ fn killed_writer_leaves_its_last_commit() {
         assert_eq!(summary.last_good_increment as usize, summary.increments, "row and status are one commit");
         let expected: Vec<f64> = (1..=summary.increments).map(|i| history_row(i).axial_strain).collect();
         assert_eq!(reader.history("axial_strain").expect("column"), expected);
-        assert_eq!(reader.shape("bodies/left/force").expect("shape")[0], summary.increments);
+        if summary.increments > 0 {
+            assert_eq!(reader.shape("bodies/left/force").expect("shape")[0], summary.increments);
+        }
         if reader.has("VTKHDF") {
             assert_eq!(summary.states.len(), summary.increments / 10);
             let stress = reader.floats("VTKHDF/CellData/stress").expect("stress");

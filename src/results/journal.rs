@@ -13,12 +13,13 @@
 //! Layout, little-endian: magic, old length, number of blocks; then offset, length and bytes of each
 //! block; then the CRC-32 of all that.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
+use super::lock::Lock;
 use super::store::failure;
 
 const MAGIC: &[u8; 8] = b"RIPRAPJ1";
@@ -69,20 +70,16 @@ pub(super) fn discard(file: &Path) -> Result<()> {
 /// Puts a results file back to its last commit if a killed process left a journal beside it; tells
 /// whether it had to. Errors: the file is in use, or cannot be written.
 pub fn recover(file: &Path) -> Result<bool> {
-    let journal = path_of(file);
-    if !journal.exists() || !file.exists() {
+    if !path_of(file).exists() || !file.exists() {
         return Ok(false);
     }
-    let mut target =
-        OpenOptions::new().read(true).write(true).open(file).map_err(|e| Error::io("repair", file, e))?;
-    match target.try_lock() {
-        Ok(()) => {}
-        Err(TryLockError::WouldBlock) => {
-            return Err(failure(file, "/", "in use by another process (it is locked)"));
-        }
-        Err(TryLockError::Error(e)) => return Err(Error::io("lock", file, e)),
-    }
+    recover_locked(file, &Lock::for_writing(file)?)
+}
+
+/// As [`recover`], for one who has the file locked for writing.
+pub(super) fn recover_locked(file: &Path, _lock: &Lock) -> Result<bool> {
     // Read it under the lock: its writer may have finished in the meantime.
+    let journal = path_of(file);
     let bytes = match std::fs::read(&journal) {
         Ok(bytes) => bytes,
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(false),
@@ -90,7 +87,7 @@ pub fn recover(file: &Path) -> Result<bool> {
     };
     let rolled_back = match parse(&bytes) {
         Some((old_length, blocks)) => {
-            restore(&mut target, old_length, &blocks).map_err(|e| Error::io("repair", file, e))?;
+            restore(file, old_length, &blocks).map_err(|e| Error::io("repair", file, e))?;
             true
         }
         None => false,
@@ -99,7 +96,8 @@ pub fn recover(file: &Path) -> Result<bool> {
     Ok(rolled_back)
 }
 
-fn restore(target: &mut File, old_length: u64, blocks: &[(u64, &[u8])]) -> io::Result<()> {
+fn restore(file: &Path, old_length: u64, blocks: &[(u64, &[u8])]) -> io::Result<()> {
+    let mut target = OpenOptions::new().write(true).open(file)?;
     for (offset, bytes) in blocks {
         target.seek(SeekFrom::Start(*offset))?;
         target.write_all(bytes)?;

@@ -15,6 +15,7 @@ mod fields;
 mod grains;
 mod history;
 pub mod journal;
+mod lock;
 mod reader;
 mod record;
 mod store;

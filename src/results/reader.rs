@@ -12,9 +12,14 @@ use crate::error::Result;
 
 use super::history::HISTORY;
 use super::journal;
+use super::lock::{Access, Lock};
 use super::record::{Outcome, Status};
-use super::store::{explain, failure, is_locked};
+use super::store::{explain, failure};
 use super::writer::RESTART_SLOTS;
+
+/// How often, and after what pause, a file in the middle of a live commit is looked at again.
+const ATTEMPTS: usize = 100;
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// A point from which a run can continue.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,6 +40,7 @@ pub struct Reader {
     file: File,
     path: PathBuf,
     live: bool,
+    _lock: Option<Lock>,
 }
 
 impl Reader {
@@ -44,25 +50,37 @@ impl Reader {
         if !path.exists() {
             return Err(failure(path, "/", "no such file"));
         }
-        match journal::recover(path).and_then(|_| open_locked(path)) {
-            Ok(Some(file)) => return Ok(Reader { file, path: path.to_path_buf(), live: false }),
-            Ok(None) => {}
-            // In the middle of a commit of a running process.
-            Err(_) if journal::path_of(path).exists() => {}
-            Err(error) => return Err(error),
-        }
-        // Its writer is alive. A commit takes milliseconds; wait for a moment between two.
+        // A commit of a live writer takes milliseconds; try again between two.
         let mut last = failure(path, "/", "is being written to all the time; try again");
-        for _ in 0..100 {
-            if !journal::path_of(path).exists() {
-                match open_unlocked(path) {
-                    Ok(file) => return Ok(Reader { file, path: path.to_path_buf(), live: true }),
+        for _ in 0..ATTEMPTS {
+            let journal = journal::path_of(path);
+            if let Some(lock) = Lock::acquire(path, Access::Read)? {
+                if !journal.exists() {
+                    let (path, file) = (path.to_path_buf(), open(path)?);
+                    return Ok(Reader { file, path, live: false, _lock: Some(lock) });
+                }
+                drop(lock);
+                if let Some(lock) = Lock::acquire(path, Access::Write)? {
+                    journal::recover_locked(path, &lock)?;
+                }
+                continue;
+            }
+            if !journal.exists() {
+                match open(path) {
+                    Ok(file) => {
+                        return Ok(Reader { file, path: path.to_path_buf(), live: true, _lock: None });
+                    }
                     Err(error) => last = error,
                 }
             }
-            sleep(Duration::from_millis(10));
+            sleep(PAUSE);
         }
         Err(last)
+    }
+
+    /// For one who has the file locked already.
+    pub(super) fn of_owner(path: &Path) -> Result<Self> {
+        Ok(Reader { file: open(path)?, path: path.to_path_buf(), live: false, _lock: None })
     }
 
     /// Whether another process was writing the file when it was opened.
@@ -202,16 +220,7 @@ impl Reader {
     }
 }
 
-/// `None` if another process has it locked.
-fn open_locked(path: &Path) -> Result<Option<File>> {
-    match File::open(path) {
-        Ok(file) => Ok(Some(file)),
-        Err(error) if is_locked(&error) => Ok(None),
-        Err(error) => Err(failure(path, "/", explain(&error))),
-    }
-}
-
-fn open_unlocked(path: &Path) -> Result<File> {
+fn open(path: &Path) -> Result<File> {
     let opened = FileAccess::build().file_locking(false).finish().and_then(|access| {
         let mut options = File::with_options();
         options.set_access_plist(&access)?.open(path)

@@ -267,7 +267,7 @@ pub(super) fn explain(error: &hdf5::Error) -> String {
 }
 
 /// Whether another process holds the file's lock.
-pub(super) fn is_locked(error: &hdf5::Error) -> bool {
+fn is_locked(error: &hdf5::Error) -> bool {
     error.contains_minor(MinorErrorCode::CantLockFile)
         || error
             .stack()

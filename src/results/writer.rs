@@ -1,6 +1,5 @@
 //! Writes a results file as a run goes on.
 
-use std::fs::{OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 use hdf5::file::{CacheDecreaseMode, CacheIncreaseMode, FileAccess, FlashIncreaseMode};
@@ -13,6 +12,8 @@ use super::fields::{FieldMesh, FieldState};
 use super::grains::{GRAIN_QUANTITIES, GrainRow};
 use super::history::{HISTORY, HistoryRow, Value};
 use super::journal;
+use super::lock::Lock;
+use super::reader::{Reader, Restart};
 use super::record::{COMMIT, CaseRecord, Outcome, VERSION, host};
 use super::store::{Growing, Layout, Store, explain, failure};
 use super::table::{Column, ColumnData};
@@ -49,6 +50,8 @@ pub struct Writer {
     fixed_extents: Vec<(u64, u64)>,
     fixed_changed: bool,
     committed_length: u64,
+    /// Last, so that the file is closed before it is released.
+    _lock: Lock,
 }
 
 impl Writer {
@@ -60,22 +63,20 @@ impl Writer {
             if existing == Existing::Refuse {
                 return Err(failure(path, "/", "exists already; give --force to replace it"));
             }
-            refuse_if_locked(path)?;
+            Lock::for_writing(path)?;
         }
         if let Some(parent) = path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
             std::fs::create_dir_all(parent).map_err(|e| Error::io("create", parent, e))?;
         }
         let unfinished = unfinished_name(path);
-        if unfinished.exists() {
-            refuse_if_locked(&unfinished)?;
-        }
+        let lock = Lock::for_writing(&unfinished)?;
         let made = access().and_then(|access| {
             let mut options = File::with_options();
             options.set_access_plist(&access)?.create(&unfinished)
         });
         let file = made.map_err(|e| failure(path, "/", explain(&e)))?;
         let store = Store { file, path: unfinished.clone() };
-        let mut writer = Self::lay_out(store, case)?;
+        let mut writer = Self::lay_out(store, lock, case)?;
         writer.commit()?;
         std::fs::rename(&unfinished, path).map_err(|e| Error::io("create", path, e))?;
         writer.store.path = path.to_path_buf();
@@ -84,7 +85,7 @@ impl Writer {
         Ok(writer)
     }
 
-    fn lay_out(store: Store, case: &CaseRecord) -> Result<Self> {
+    fn lay_out(store: Store, lock: Lock, case: &CaseRecord) -> Result<Self> {
         store.group("case")?;
         for (name, value) in [
             ("title", case.title.as_str()),
@@ -114,10 +115,10 @@ impl Writer {
             store.describe(&column.dataset, quantity.units, quantity.long_name)?;
             history.push(column);
         }
-        Ok(Self::over(store, history, status))
+        Ok(Self::over(store, lock, history, status))
     }
 
-    fn over(store: Store, history: Vec<Growing>, status: Dataset) -> Self {
+    fn over(store: Store, lock: Lock, history: Vec<Growing>, status: Dataset) -> Self {
         Writer {
             store,
             history,
@@ -131,19 +132,21 @@ impl Writer {
             fixed_extents: Vec::new(),
             fixed_changed: false,
             committed_length: 0,
+            _lock: lock,
         }
     }
 
     /// Opens a file to continue it after its last restart point: rows and states behind that point are
     /// dropped, the status is `running` again. Returns the restart point too; errors if there is none.
-    pub fn resume(path: &Path) -> Result<(Self, super::reader::Restart)> {
-        journal::recover(path)?;
-        let restart = {
-            let reader = super::reader::Reader::open(path)?;
-            reader
-                .restart()?
-                .ok_or_else(|| failure(path, "restart", "has no restart point to resume from"))?
-        };
+    pub fn resume(path: &Path) -> Result<(Self, Restart)> {
+        if !path.exists() {
+            return Err(failure(path, "/", "no such file"));
+        }
+        let lock = Lock::for_writing(path)?;
+        journal::recover_locked(path, &lock)?;
+        let restart = Reader::of_owner(path)?
+            .restart()?
+            .ok_or_else(|| failure(path, "restart", "has no restart point to resume from"))?;
         let opened = access().and_then(|access| {
             let mut options = File::with_options();
             options.set_access_plist(&access)?.open_rw(path)
@@ -155,7 +158,7 @@ impl Writer {
         for quantity in HISTORY {
             history.push(store.grown(&format!("history/{}", quantity.name))?);
         }
-        let mut writer = Self::over(store, history, status);
+        let mut writer = Self::over(store, lock, history, status);
         writer.committed_length = writer.length_on_disk()?;
         writer.rows = restart.rows;
         writer.restarts = restart.written;
@@ -166,7 +169,7 @@ impl Writer {
         Ok((writer, restart))
     }
 
-    fn drop_after(&mut self, restart: &super::reader::Restart) -> Result<()> {
+    fn drop_after(&mut self, restart: &Restart) -> Result<()> {
         for column in &self.history {
             if column.rows() < restart.rows {
                 return Err(self.store.fail(&column.name, "is shorter than the restart point says"));
@@ -405,7 +408,7 @@ impl Writer {
     }
 }
 
-/// How the file is opened: locked, and with its metadata held in memory from one flush to the next, so
+/// How the file is opened: without HDF5's own lock (see `lock`), and with its metadata held in memory from one flush to the next, so
 /// that the file on disk changes only where the journal expects it.
 fn access() -> hdf5::Result<FileAccess> {
     let mut cache = FileAccess::try_new()?.get_mdc_config()?;
@@ -413,22 +416,11 @@ fn access() -> hdf5::Result<FileAccess> {
     cache.incr_mode = CacheIncreaseMode::Off;
     cache.flash_incr_mode = FlashIncreaseMode::Off;
     cache.decr_mode = CacheDecreaseMode::Off;
-    FileAccess::build().libver_v18().file_locking(true).mdc_config(&cache).finish()
+    FileAccess::build().libver_v18().file_locking(false).mdc_config(&cache).finish()
 }
 
 fn unfinished_name(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_os_string();
     name.push(".new");
     PathBuf::from(name)
-}
-
-fn refuse_if_locked(path: &Path) -> Result<()> {
-    let file = OpenOptions::new().read(true).open(path).map_err(|e| Error::io("open", path, e))?;
-    match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => {
-            Err(failure(path, "/", "in use by another process (it is locked); wait for that run to end"))
-        }
-        Err(TryLockError::Error(e)) => Err(Error::io("lock", path, e)),
-    }
 }
