@@ -33,7 +33,7 @@ pub fn path_of(file: &Path) -> PathBuf {
 
 /// Copies what a flush may overwrite, the first `old_length` bytes except `fixed` (sorted, disjoint
 /// (offset, length) that no flush touches), to the journal.
-pub(super) fn write(file: &Path, old_length: u64, fixed: &[(u64, u64)]) -> Result<()> {
+pub fn write(file: &Path, old_length: u64, fixed: &[(u64, u64)]) -> Result<()> {
     let blocks = complement(old_length, fixed);
     let mut source = File::open(file).map_err(|e| Error::io("read", file, e))?;
     let mut bytes = Vec::new();
