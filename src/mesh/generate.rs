@@ -102,7 +102,7 @@ pub struct NearPoint {
 
 /// Mesh of a sphere about the origin: edges no longer than `mesh_size` [m] before smoothing, finer in
 /// `near`. Surface corners lie on the sphere, cells are straight-sided, so the volume is a little
-/// below the sphere's (by about `(mesh_size / radius)^2 / 5`).
+/// below the sphere's (by at most about `3/8 (mesh_size / radius)^2`).
 ///
 /// Errors ([`Error::Mesh`]) where a length is not positive or there would be too many cells.
 pub fn sphere_mesh(radius: f64, mesh_size: f64, near: Option<&NearPoint>) -> Result<Mesh> {

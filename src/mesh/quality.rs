@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn regular_and_corner_tetrahedra() {
         let p = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
-        let regular = [p(1., 1., 1.), p(1., -1., -1.), p(-1., 1., -1.), p(-1., -1., 1.)];
+        let regular = [p(1., 1., 1.), p(-1., 1., -1.), p(1., -1., -1.), p(-1., -1., 1.)];
         let quality = CellQuality::of(&regular);
         assert!((quality.radius_ratio - 1.0).abs() < 1e-14, "{quality:?}");
         assert!((quality.smallest_dihedral - (1.0_f64 / 3.0).acos()).abs() < 1e-14);
