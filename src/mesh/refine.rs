@@ -31,14 +31,11 @@ impl PartialOrd for Candidate {
     }
 }
 
-/// An edge inside the body counts as this much of its length: cutting the surface first spreads
-/// the nodes over it, where contact needs them.
-const INNER_EDGE: f64 = 0.75;
-
-/// Cuts the longest edges until the number of cells is as close to `goal` as single cuts allow.
-pub(crate) fn refine_to_count(mesh: &mut Tetrahedra, goal: usize) {
+/// Cuts the longest edges until the number of cells is as close to `goal` as single cuts allow. An
+/// edge inside the body counts as `inner_edge` of its length.
+pub(crate) fn refine_to_count(mesh: &mut Tetrahedra, goal: usize, inner_edge: f64) {
     let measure = |mesh: &Tetrahedra, a: u32, b: u32| {
-        mesh.length(a, b) * if mesh.on_boundary(a, b) { 1.0 } else { INNER_EDGE }
+        mesh.length(a, b) * if mesh.on_boundary(a, b) { 1.0 } else { inner_edge }
     };
     let mut heap = all_edges(mesh, &measure);
     while mesh.cells.len() < goal {
