@@ -171,11 +171,12 @@ fn quadrature() -> Vec<([f64; 4], f64)> {
     let line = [(-q, w), (-p, v), (p, v), (q, w)].map(|(x, w)| (0.5 * (1.0 + x), 0.5 * w));
     let mut rule = Vec::new();
     for (r, wr) in line {
+        let rest: f64 = 1.0 - r;
         for (s, ws) in line {
             for (t, wt) in line {
-                let l = [r, (1.0 - r) * s, (1.0 - r) * (1.0 - s) * t];
+                let l = [r, rest * s, rest * (1.0 - s) * t];
                 // Volume 1/6 of the unit tetrahedron, so that the weights sum to one.
-                let weight = 6.0 * wr * ws * wt * (1.0 - r).powi(2) * (1.0 - s);
+                let weight = 6.0 * wr * ws * wt * rest.powi(2) * (1.0 - s);
                 rule.push(([l[0], l[1], l[2], 1.0 - l[0] - l[1] - l[2]], weight));
             }
         }
