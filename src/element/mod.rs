@@ -1,1 +1,8 @@
-//! (being built)
+//! Element kernels: shape functions, quadrature, the straight-sided tet10.
+//!
+//! Tension positive, SI. Strains in the Voigt order of [`crate::material`]: xx, yy, zz, xy, yz, zx,
+//! engineering shear. Node order as in [`crate::mesh`].
+
+pub mod tet10;
+
+pub use tet10::{POINT_COUNT, POINTS, StraightTet10};

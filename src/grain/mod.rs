@@ -1,1 +1,14 @@
-//! (being built)
+//! A grain as a mechanical body, in body coordinates: mass, elimination onto the surface, local
+//! contact stiffness.
+//!
+//! SI units, tension positive. Loads are forces on the grain.
+
+pub mod condensed;
+pub mod local;
+pub mod mass;
+pub mod surface;
+
+pub use condensed::CondensedGrain;
+pub use local::LocalStiffness;
+pub use mass::MassProperties;
+pub use surface::{Surface, SurfacePoint};

@@ -1,1 +1,18 @@
-//! (being built)
+//! Meshes of ten-node tetrahedra: generation, quality, surface, parts and files.
+//!
+//! Every cell is straight-sided, its mid-side nodes half-way along the edges. Lengths in metres,
+//! in body coordinates. Nodes of a cell are in VTK's order (cell type 24): four corners, then the
+//! middles of edges 01, 12, 20, 03, 13, 23.
+
+pub mod file;
+pub mod generate;
+pub mod quality;
+pub mod tet10;
+pub mod tetrahedra;
+
+mod improve;
+mod refine;
+
+pub use generate::{NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
+pub use quality::{CellQuality, QualityReport};
+pub use tet10::{CellId, Mesh, NodeId, SurfaceFacet};

@@ -1,0 +1,266 @@
+//! Points on the surface of a mesh: where they are and how they hang on the surface nodes.
+//!
+//! Displacement over a facet is interpolated with the six quadratic shape functions, so it is
+//! continuous over the whole surface.
+
+use crate::mesh::{Mesh, NodeId};
+use crate::tensor::Vec3;
+
+/// A place on the surface, in body coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Index of the facet in the mesh's surface.
+    pub facet: u32,
+    /// Indices of the six facet nodes among the surface nodes.
+    pub nodes: [u32; 6],
+    /// Shape functions there; they sum to one.
+    pub weights: [f64; 6],
+    /// [m]
+    pub position: Vec3,
+    /// Outward unit normal of the facet.
+    pub normal: Vec3,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Facet {
+    corners: [Vec3; 3],
+    normal: Vec3,
+    nodes: [u32; 6],
+}
+
+/// A node of the bounding-volume tree: a leaf has facets `first..first + count`, an inner node has
+/// its children at `first` and `first + 1`.
+#[derive(Debug, Clone, Copy)]
+struct Branch {
+    low: Vec3,
+    high: Vec3,
+    first: u32,
+    count: u32,
+}
+
+/// The surface of a mesh, ready for closest-point searches.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    facets: Vec<Facet>,
+    /// Facet numbers in tree order.
+    order: Vec<u32>,
+    branches: Vec<Branch>,
+    nodes: Vec<NodeId>,
+}
+
+const LEAF: usize = 4;
+/// Twice the depth of a balanced tree over 2^32 facets is enough: each level leaves one behind.
+const DEEPEST: usize = 64;
+
+impl Surface {
+    pub fn new(mesh: &Mesh) -> Self {
+        let nodes = mesh.surface_nodes();
+        let index = |node: NodeId| nodes.partition_point(|other| *other < node) as u32;
+        let facets: Vec<Facet> = mesh
+            .surface
+            .iter()
+            .map(|facet| {
+                let corners = [0, 1, 2].map(|k| mesh.nodes[facet.nodes[k].index()]);
+                let [a, b, c] = corners;
+                Facet { corners, normal: (b - a).cross(&(c - a)).normalize(), nodes: facet.nodes.map(index) }
+            })
+            .collect();
+        let mut order: Vec<u32> = (0..facets.len() as u32).collect();
+        let mut branches = vec![Branch { low: Vec3::zeros(), high: Vec3::zeros(), first: 0, count: 0 }];
+        let mut waiting = vec![(0usize, 0usize, facets.len())];
+        while let Some((slot, first, last)) = waiting.pop() {
+            let (mut low, mut high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+            for &facet in &order[first..last] {
+                for corner in &facets[facet as usize].corners {
+                    low = low.inf(corner);
+                    high = high.sup(corner);
+                }
+            }
+            let count = last - first;
+            if count <= LEAF {
+                branches[slot] = Branch { low, high, first: first as u32, count: count as u32 };
+                continue;
+            }
+            let axis = (high - low).imax();
+            let centre = |facet: &u32| facets[*facet as usize].corners.iter().map(|p| p[axis]).sum::<f64>();
+            order[first..last].sort_by(|a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
+            let middle = first + count / 2;
+            let children = branches.len();
+            branches[slot] = Branch { low, high, first: children as u32, count: 0 };
+            branches.extend([branches[slot]; 2]);
+            waiting.push((children, first, middle));
+            waiting.push((children + 1, middle, last));
+        }
+        Surface { facets, order, branches, nodes }
+    }
+
+    /// Surface nodes of the mesh, ascending; [`SurfacePoint::nodes`] counts in this list.
+    pub fn nodes(&self) -> &[NodeId] {
+        &self.nodes
+    }
+
+    /// Bytes on the heap.
+    pub fn memory(&self) -> usize {
+        size_of_val(&self.facets[..])
+            + size_of_val(&self.order[..])
+            + size_of_val(&self.branches[..])
+            + size_of_val(&self.nodes[..])
+    }
+
+    /// The surface point closest to `xi` [m], of equally close ones the one found first in a fixed
+    /// order. From outside a convex body (and on it) a continuous function of `xi`; from inside it
+    /// jumps where two facets are equally near: there use [`Self::locate_along`].
+    pub fn locate(&self, xi: &Vec3) -> SurfacePoint {
+        let (mut best_facet, mut best, mut best_distance) = (0u32, [1.0, 0.0, 0.0], f64::INFINITY);
+        let mut stack = [0u32; DEEPEST];
+        let mut height = 1;
+        while height > 0 {
+            height -= 1;
+            let branch = &self.branches[stack[height] as usize];
+            if box_distance(branch, xi) >= best_distance {
+                continue;
+            }
+            if branch.count > 0 {
+                for &facet in &self.order[branch.first as usize..(branch.first + branch.count) as usize] {
+                    let corners = &self.facets[facet as usize].corners;
+                    let l = closest_on_triangle(corners, xi);
+                    let distance = (interpolate(corners, &l) - xi).norm_squared();
+                    if distance < best_distance {
+                        (best_facet, best, best_distance) = (facet, l, distance);
+                    }
+                }
+            } else {
+                let (left, right) = (branch.first, branch.first + 1);
+                let left_first = box_distance(&self.branches[left as usize], xi)
+                    <= box_distance(&self.branches[right as usize], xi);
+                let (near, far) = if left_first { (left, right) } else { (right, left) };
+                // The tree is balanced, so its depth stays far below the stack's.
+                stack[height] = far;
+                stack[height + 1] = near;
+                height += 2;
+            }
+        }
+        self.point(best_facet, &best)
+    }
+
+    /// Where the line from `xi` along `outward` leaves a convex body. With the contact normal as
+    /// direction this is a continuous function of both, for `xi` inside or outside.
+    ///
+    /// For a body that is not convex, or if `outward` is zero, the point closest to `xi`.
+    pub fn locate_along(&self, xi: &Vec3, outward: &Vec3) -> SurfacePoint {
+        let mut travel = f64::INFINITY;
+        for facet in &self.facets {
+            let speed = facet.normal.dot(outward);
+            if speed > 0.0 {
+                travel = travel.min(facet.normal.dot(&(facet.corners[0] - xi)) / speed);
+            }
+        }
+        if travel.is_finite() { self.locate(&(xi + outward * travel)) } else { self.locate(xi) }
+    }
+
+    fn point(&self, facet: u32, l: &[f64; 3]) -> SurfacePoint {
+        let &Facet { corners, normal, nodes } = &self.facets[facet as usize];
+        let weights = [
+            l[0] * (2.0 * l[0] - 1.0),
+            l[1] * (2.0 * l[1] - 1.0),
+            l[2] * (2.0 * l[2] - 1.0),
+            4.0 * l[0] * l[1],
+            4.0 * l[1] * l[2],
+            4.0 * l[2] * l[0],
+        ];
+        SurfacePoint { facet, nodes, weights, position: interpolate(&corners, l), normal }
+    }
+}
+
+fn interpolate(corners: &[Vec3; 3], l: &[f64; 3]) -> Vec3 {
+    corners[0] * l[0] + corners[1] * l[1] + corners[2] * l[2]
+}
+
+/// Squared distance from a box; zero inside.
+fn box_distance(branch: &Branch, x: &Vec3) -> f64 {
+    (branch.low - x).sup(&(x - branch.high)).sup(&Vec3::zeros()).norm_squared()
+}
+
+/// Area coordinates of the closest point. Source: Ericson (2005), "Real-Time Collision Detection", 5.1.5.
+fn closest_on_triangle([a, b, c]: &[Vec3; 3], p: &Vec3) -> [f64; 3] {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let v = d1 / (d1 - d3);
+        return [1.0 - v, v, 0.0];
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let w = d2 / (d2 - d6);
+        return [1.0 - w, 0.0, w];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - w, w];
+    }
+    let sum = va + vb + vc;
+    let (v, w) = (vb / sum, vc / sum);
+    [1.0 - v - w, v, w]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{cuboid_mesh, sphere_mesh};
+
+    fn points(count: usize) -> impl Iterator<Item = Vec3> {
+        let mut random = rand_mt::Mt64::new(9);
+        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        (0..count).map(move |_| Vec3::new(draw(), draw(), draw()) * 3.0)
+    }
+
+    #[test]
+    fn tree_search_finds_the_closest_facet() {
+        let mesh = sphere_mesh(1.0, 0.4, None).expect("a mesh");
+        let surface = Surface::new(&mesh);
+        for x in points(500) {
+            let found = surface.locate(&x);
+            let nearest = surface
+                .facets
+                .iter()
+                .map(|f| (interpolate(&f.corners, &closest_on_triangle(&f.corners, &x)) - x).norm())
+                .fold(f64::INFINITY, f64::min);
+            assert!(((found.position - x).norm() - nearest).abs() < 1e-14);
+            assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+            // Quadratic shape functions reproduce the position itself.
+            let again: Vec3 = found
+                .nodes
+                .iter()
+                .zip(&found.weights)
+                .map(|(&k, w)| mesh.nodes[surface.nodes()[k as usize].index()] * *w)
+                .sum();
+            assert!((again - found.position).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn line_leaves_the_box_where_it_should() {
+        let surface = Surface::new(&cuboid_mesh([1.0, 1.0, 1.0], 0.5).expect("a mesh"));
+        let x = Vec3::new(0.48, 0.49, 0.1);
+        let found = surface.locate_along(&x, &Vec3::new(1.0, 1.0, 0.0).normalize());
+        assert!((found.position - Vec3::new(0.49, 0.5, 0.1)).norm() < 1e-14);
+        let outside = surface.locate_along(&Vec3::new(0.2, 0.7, 0.1), &Vec3::y());
+        assert!((outside.position - Vec3::new(0.2, 0.5, 0.1)).norm() < 1e-14);
+        assert_eq!(surface.locate_along(&x, &Vec3::zeros()), surface.locate(&x));
+    }
+}

@@ -1,0 +1,433 @@
+//! Supernodal LLT and LDLT of symmetric sparse matrices: analysed once, refactored into the same
+//! buffers, solved with iterative refinement and a residual check.
+//!
+//! faer does the work, sequentially: parallelism inside one factorisation gains little on the
+//! matrices met here, so callers parallelise over grains and cases. The same input gives the same
+//! bits on any thread count.
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::ldlt::factor::LdltError;
+use faer::linalg::cholesky::llt::factor::LltError;
+use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    self, CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymmetricOrdering,
+};
+use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side, Spec};
+
+use crate::linalg::ordering::Ordering;
+use crate::linalg::symmetric::{SymmetricMatrix, SymmetricPattern};
+
+/// Which factors are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Factorisation {
+    /// `A = L L^T`, for positive definite matrices.
+    Llt,
+    /// `A = L D L^T` without pivoting, for quasi-definite matrices.
+    Ldlt,
+}
+
+/// Why a factorisation or a solution is not there. Callers cut the step or report; nothing panics.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FactorError {
+    #[error("the matrix is not positive definite (pivot {pivot} of the elimination)")]
+    NotPositiveDefinite { pivot: usize },
+    #[error("the matrix has a zero pivot (pivot {pivot} of the elimination)")]
+    ZeroPivot { pivot: usize },
+    #[error("{0} holds a value that is not finite")]
+    NotFinite(&'static str),
+    #[error("the solution leaves a relative residual of {residual:.1e}, more than {tolerance:.1e}")]
+    Residual { residual: f64, tolerance: f64 },
+    #[error("expected {expected} entries, found {found}")]
+    Size { expected: usize, found: usize },
+    #[error("there is no numeric factor yet, or the last factorisation failed")]
+    NotFactorised,
+    #[error("the ordering does not belong to the pattern, or METIS failed with status {0}")]
+    Ordering(i32),
+    #[error("not enough memory for the factor")]
+    OutOfMemory,
+}
+
+impl From<FaerError> for FactorError {
+    fn from(error: FaerError) -> Self {
+        match error {
+            FaerError::IndexOverflow | FaerError::OutOfMemory => FactorError::OutOfMemory,
+            _ => FactorError::OutOfMemory,
+        }
+    }
+}
+
+/// How a solution is improved and judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refinement {
+    /// Steps of iterative refinement after the first solution.
+    pub steps: usize,
+    /// Largest accepted relative residual `|b - A x| / |b|` (2-norms).
+    pub tolerance: f64,
+}
+
+impl Default for Refinement {
+    /// One step, and a residual far above rounding but well below any tolerance of the solver.
+    fn default() -> Self {
+        Refinement { steps: 1, tolerance: 1e-8 }
+    }
+}
+
+/// A sparse factorisation with reusable buffers.
+pub struct SparseCholesky {
+    kind: Factorisation,
+    symbolic: SymbolicCholesky<u32>,
+    pattern_entries: usize,
+    values: Vec<f64>,
+    factorised: bool,
+    scratch: MemBuffer,
+    residual: Vec<f64>,
+}
+
+impl std::fmt::Debug for SparseCholesky {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SparseCholesky")
+            .field("kind", &self.kind)
+            .field("size", &self.size())
+            .field("factorised", &self.factorised)
+            .finish_non_exhaustive()
+    }
+}
+
+impl SparseCholesky {
+    /// Symbolic factorisation of `pattern`.
+    pub fn analyse(
+        pattern: &SymmetricPattern,
+        ordering: &Ordering,
+        kind: Factorisation,
+    ) -> Result<Self, FactorError> {
+        let size = pattern.size();
+        let order = match ordering {
+            Ordering::MinimumDegree => SymmetricOrdering::Amd,
+            Ordering::Given(permutation) if permutation.forward().len() == size => SymmetricOrdering::Custom(
+                PermRef::new_checked(permutation.forward(), permutation.inverse(), size),
+            ),
+            Ordering::Given(permutation) => {
+                return Err(FactorError::Size { expected: size, found: permutation.forward().len() });
+            }
+        };
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let symbolic =
+            cholesky::factorize_symbolic_cholesky(symbolic_ref(pattern), Side::Lower, order, params)?;
+        let numeric = match kind {
+            Factorisation::Llt => symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
+            Factorisation::Ldlt => symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default()),
+        };
+        let scratch = numeric.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        Ok(SparseCholesky {
+            kind,
+            values: vec![0.0; symbolic.len_val()],
+            pattern_entries: pattern.entries(),
+            factorised: false,
+            scratch: allocate(scratch)?,
+            residual: vec![0.0; 2 * size],
+            symbolic,
+        })
+    }
+
+    /// Number of unknowns.
+    pub fn size(&self) -> usize {
+        self.symbolic.nrows()
+    }
+
+    /// Number of values in the factor, fill and supernode padding included.
+    pub fn factor_entries(&self) -> usize {
+        self.symbolic.len_val()
+    }
+
+    /// Numeric factorisation of `matrix`, which must have the analysed pattern.
+    pub fn factorise(&mut self, matrix: &SymmetricMatrix) -> Result<(), FactorError> {
+        self.factorised = false;
+        check_size(self.size(), matrix.size())?;
+        check_size(self.pattern_entries, matrix.values.len())?;
+        if !matrix.values.iter().all(|v| v.is_finite()) {
+            return Err(FactorError::NotFinite("the matrix"));
+        }
+        let a = SparseColMatRef::new(symbolic_ref(matrix.pattern()), &matrix.values);
+        let stack = MemStack::new(&mut self.scratch);
+        match self.kind {
+            Factorisation::Llt => {
+                self.symbolic
+                    .factorize_numeric_llt(
+                        &mut self.values,
+                        a,
+                        Side::Lower,
+                        Default::default(),
+                        Par::Seq,
+                        stack,
+                        Spec::default(),
+                    )
+                    .map_err(|LltError::NonPositivePivot { index }| FactorError::NotPositiveDefinite {
+                        pivot: index,
+                    })?;
+            }
+            Factorisation::Ldlt => {
+                self.symbolic
+                    .factorize_numeric_ldlt(
+                        &mut self.values,
+                        a,
+                        Side::Lower,
+                        Default::default(),
+                        Par::Seq,
+                        stack,
+                        Spec::default(),
+                    )
+                    .map_err(|LdltError::ZeroPivot { index }| FactorError::ZeroPivot { pivot: index })?;
+            }
+        }
+        if !self.values.iter().all(|v| v.is_finite()) {
+            return Err(FactorError::NotFinite("the factor"));
+        }
+        self.factorised = true;
+        Ok(())
+    }
+
+    /// Solves `A x = rhs` with the last factor and refines against `matrix`; returns the relative
+    /// residual. `matrix` may differ from the factored one: refinement then is a stationary iteration.
+    pub fn solve_into(
+        &mut self,
+        x: &mut [f64],
+        matrix: &SymmetricMatrix,
+        rhs: &[f64],
+        refinement: Refinement,
+    ) -> Result<f64, FactorError> {
+        let size = self.size();
+        check_size(size, matrix.size())?;
+        check_size(size, rhs.len())?;
+        check_size(size, x.len())?;
+        let norm = norm(rhs);
+        if !norm.is_finite() {
+            return Err(FactorError::NotFinite("the right-hand side"));
+        }
+        x.copy_from_slice(rhs);
+        self.back_substitute(x, 1)?;
+        if norm == 0.0 {
+            return Ok(0.0);
+        }
+        let mut work = std::mem::take(&mut self.residual);
+        let result = self.refine(x, matrix, rhs, norm, refinement, &mut work);
+        self.residual = work;
+        result
+    }
+
+    fn refine(
+        &mut self,
+        x: &mut [f64],
+        matrix: &SymmetricMatrix,
+        rhs: &[f64],
+        scale: f64,
+        refinement: Refinement,
+        work: &mut [f64],
+    ) -> Result<f64, FactorError> {
+        let (residual, best) = work.split_at_mut(rhs.len());
+        let mut left = residual_into(residual, matrix, x, rhs) / scale;
+        for _ in 0..refinement.steps {
+            best.copy_from_slice(x);
+            self.back_substitute(residual, 1)?;
+            x.iter_mut().zip(&*residual).for_each(|(x, dx)| *x += dx);
+            let refined = residual_into(residual, matrix, x, rhs) / scale;
+            // Not `refined >= left`: that would keep a NaN.
+            if !(refined < left) {
+                x.copy_from_slice(best);
+                break;
+            }
+            left = refined;
+        }
+        if !left.is_finite() {
+            return Err(FactorError::NotFinite("the solution"));
+        }
+        if left > refinement.tolerance {
+            return Err(FactorError::Residual { residual: left, tolerance: refinement.tolerance });
+        }
+        Ok(left)
+    }
+
+    /// Overwrites the `columns` right-hand sides in `x`, one after another, with `A^-1` times them.
+    /// No refinement and no residual check: only that the result is finite.
+    pub fn back_substitute(&mut self, x: &mut [f64], columns: usize) -> Result<(), FactorError> {
+        if columns > 1 {
+            let needed = self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
+            if needed.size_bytes() > self.scratch.len() {
+                self.scratch = allocate(needed.or(StackReq::new::<u8>(self.scratch.len())))?;
+            }
+        }
+        let mut scratch = std::mem::replace(&mut self.scratch, MemBuffer::new(StackReq::EMPTY));
+        let result = self.substitute(x, columns, &mut scratch);
+        self.scratch = scratch;
+        result
+    }
+
+    /// [`Self::back_substitute`] through a shared reference, with scratch memory of its own.
+    pub fn back_substitute_shared(&self, x: &mut [f64], columns: usize) -> Result<(), FactorError> {
+        let mut scratch = allocate(self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq))?;
+        self.substitute(x, columns, &mut scratch)
+    }
+
+    fn substitute(&self, x: &mut [f64], columns: usize, scratch: &mut MemBuffer) -> Result<(), FactorError> {
+        let size = self.size();
+        check_size(size * columns, x.len())?;
+        if !self.factorised {
+            return Err(FactorError::NotFactorised);
+        }
+        let rhs = MatMut::from_column_major_slice_mut(x, size, columns);
+        let stack = MemStack::new(scratch);
+        match self.kind {
+            Factorisation::Llt => LltRef::<'_, u32, f64>::new(&self.symbolic, &self.values)
+                .solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack),
+            Factorisation::Ldlt => LdltRef::<'_, u32, f64>::new(&self.symbolic, &self.values)
+                .solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack),
+        }
+        if x.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(FactorError::NotFinite("the solution")) }
+    }
+}
+
+fn allocate(request: StackReq) -> Result<MemBuffer, FactorError> {
+    MemBuffer::try_new(request).map_err(|_| FactorError::OutOfMemory)
+}
+
+fn symbolic_ref(pattern: &SymmetricPattern) -> SymbolicSparseColMatRef<'_, u32> {
+    SymbolicSparseColMatRef::new_checked(
+        pattern.size(),
+        pattern.size(),
+        pattern.starts(),
+        None,
+        pattern.rows(),
+    )
+}
+
+fn check_size(expected: usize, found: usize) -> Result<(), FactorError> {
+    if expected == found { Ok(()) } else { Err(FactorError::Size { expected, found }) }
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+fn residual_into(out: &mut [f64], matrix: &SymmetricMatrix, x: &[f64], rhs: &[f64]) -> f64 {
+    matrix.multiply_into(out, x);
+    out.iter_mut().zip(rhs).for_each(|(r, b)| *r = b - *r);
+    norm(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::ordering::NodeGraph;
+
+    /// Laplacian of a square grid plus `shift` on the diagonal, the last half negated for `quasi`.
+    fn laplacian(side: usize, shift: f64, quasi: bool) -> (SymmetricMatrix, NodeGraph) {
+        let n = side * side;
+        let mut cliques = Vec::new();
+        for k in 0..n {
+            if k % side + 1 < side {
+                cliques.push([k as u32, k as u32 + 1]);
+            }
+            if k + side < n {
+                cliques.push([k as u32, (k + side) as u32]);
+            }
+        }
+        let graph = NodeGraph::from_cliques(n, cliques.iter().map(|c| &c[..])).expect("in range");
+        let mut a = SymmetricMatrix::zeros(SymmetricPattern::from_graph(&graph, 1).expect("small"));
+        for k in 0..n {
+            let sign = if quasi && k >= n / 2 { -1.0 } else { 1.0 };
+            assert!(a.add(k, k, sign * (4.0 + shift)));
+        }
+        for [i, j] in cliques {
+            assert!(a.add(i as usize, j as usize, -1.0));
+        }
+        (a, graph)
+    }
+
+    fn load(n: usize) -> Vec<f64> {
+        (0..n).map(|k| ((k * 7919) % 101) as f64 / 101.0 - 0.4).collect()
+    }
+
+    #[test]
+    fn factors_solve_and_refactor() {
+        for (kind, quasi) in
+            [(Factorisation::Llt, false), (Factorisation::Ldlt, false), (Factorisation::Ldlt, true)]
+        {
+            let (a, graph) = laplacian(31, 0.1, quasi);
+            for ordering in
+                [Ordering::MinimumDegree, Ordering::nested_dissection(&graph, 1).expect("an ordering")]
+            {
+                let mut factor = SparseCholesky::analyse(a.pattern(), &ordering, kind).expect("analysed");
+                let rhs = load(a.size());
+                let mut x = vec![0.0; a.size()];
+                for scale in [1.0, 3.0] {
+                    let mut b = a.clone();
+                    b.values.iter_mut().for_each(|v| *v *= scale);
+                    factor.factorise(&b).expect("factorised");
+                    let residual =
+                        factor.solve_into(&mut x, &b, &rhs, Refinement::default()).expect("solved");
+                    assert!(residual < 1e-12, "{kind:?} {residual:e}");
+                }
+                let mut two: Vec<f64> = [rhs.clone(), rhs.clone()].concat();
+                factor.back_substitute(&mut two, 2).expect("solved");
+                let mut shared = rhs.clone();
+                factor.back_substitute_shared(&mut shared, 1).expect("solved");
+                for k in 0..rhs.len() {
+                    assert!((two[k] - x[k]).abs() < 1e-10 && (two[k + rhs.len()] - x[k]).abs() < 1e-10);
+                    assert!((shared[k] - x[k]).abs() < 1e-10);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bad_matrices_are_errors() {
+        let (mut a, _) = laplacian(5, -8.0, false);
+        let mut factor = SparseCholesky::analyse(a.pattern(), &Ordering::MinimumDegree, Factorisation::Llt)
+            .expect("analysed");
+        assert!(matches!(factor.factorise(&a), Err(FactorError::NotPositiveDefinite { .. })));
+        assert_eq!(factor.back_substitute(&mut load(25), 1), Err(FactorError::NotFactorised));
+        a.values[3] = f64::NAN;
+        assert_eq!(factor.factorise(&a), Err(FactorError::NotFinite("the matrix")));
+
+        let pattern = SymmetricPattern::from_entries(2, [(0, 1)]).expect("in range");
+        let mut singular = SymmetricMatrix::zeros(pattern);
+        let mut factor =
+            SparseCholesky::analyse(singular.pattern(), &Ordering::MinimumDegree, Factorisation::Ldlt)
+                .expect("analysed");
+        assert!(matches!(
+            factor.factorise(&singular),
+            Err(FactorError::ZeroPivot { .. } | FactorError::NotFinite(_))
+        ));
+        // Nearly singular and inconsistent: the residual check speaks, or the factor does.
+        singular.values.copy_from_slice(&[1.0, 1.0, 1.0 + 1e-17]);
+        let outcome = factor
+            .factorise(&singular)
+            .and_then(|()| factor.solve_into(&mut [0.0; 2], &singular, &[1.0, -1.0], Refinement::default()));
+        assert!(outcome.is_err(), "{outcome:?}");
+    }
+
+    #[test]
+    fn same_bits_each_time() {
+        let (a, graph) = laplacian(40, 0.01, false);
+        let solve = || {
+            let ordering = Ordering::nested_dissection(&graph, 1).expect("an ordering");
+            let mut factor =
+                SparseCholesky::analyse(a.pattern(), &ordering, Factorisation::Ldlt).expect("analysed");
+            factor.factorise(&a).expect("factorised");
+            let mut x = vec![0.0; a.size()];
+            factor.solve_into(&mut x, &a, &load(a.size()), Refinement::default()).expect("solved");
+            x
+        };
+        let reference = solve();
+        std::thread::scope(|scope| {
+            let runs: Vec<_> = (0..2).map(|_| scope.spawn(solve)).collect();
+            for run in runs {
+                assert_eq!(run.join().expect("no panic"), reference);
+            }
+        });
+    }
+}

@@ -1,0 +1,183 @@
+//! Symmetric sparse matrices, lower triangle by columns (compressed, rows ascending).
+//!
+//! The diagonal is always stored, so that grounding or regularising an unknown never changes the
+//! pattern. Indices are `u32`: half the memory traffic of `usize`, and what the factorisation takes.
+
+use crate::linalg::ordering::NodeGraph;
+
+/// Which entries of the lower triangle are stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SymmetricPattern {
+    size: usize,
+    starts: Vec<u32>,
+    rows: Vec<u32>,
+}
+
+impl SymmetricPattern {
+    /// From entries in any order and triangle; duplicates merge and the diagonal is added.
+    /// `None` if an index is not below `size`, or there are more entries than `u32` counts.
+    pub fn from_entries(size: usize, entries: impl IntoIterator<Item = (usize, usize)>) -> Option<Self> {
+        u32::try_from(size).ok()?;
+        let mut columns: Vec<Vec<u32>> = (0..size).map(|k| vec![k as u32]).collect();
+        for (i, j) in entries {
+            if i >= size || j >= size {
+                return None;
+            }
+            columns[i.min(j)].push(i.max(j) as u32);
+        }
+        let mut starts = Vec::with_capacity(size + 1);
+        let mut rows = Vec::new();
+        starts.push(0);
+        for column in &mut columns {
+            column.sort_unstable();
+            column.dedup();
+            rows.extend_from_slice(column);
+            starts.push(u32::try_from(rows.len()).ok()?);
+        }
+        Some(SymmetricPattern { size, starts, rows })
+    }
+
+    /// Dense blocks of `unknowns` x `unknowns` for every node and every pair of neighbours.
+    /// `None` if there are more entries than `u32` counts.
+    pub fn from_graph(graph: &NodeGraph, unknowns: usize) -> Option<Self> {
+        let size = graph.len().checked_mul(unknowns)?;
+        u32::try_from(size).ok()?;
+        let mut starts = Vec::with_capacity(size + 1);
+        let mut rows = Vec::new();
+        starts.push(0);
+        for node in 0..graph.len() {
+            for column in node * unknowns..(node + 1) * unknowns {
+                rows.extend((column..(node + 1) * unknowns).map(|row| row as u32));
+                for &other in graph.neighbours(node).iter().filter(|&&other| other as usize > node) {
+                    let first = other as usize * unknowns;
+                    rows.extend((first..first + unknowns).map(|row| row as u32));
+                }
+                starts.push(u32::try_from(rows.len()).ok()?);
+            }
+        }
+        Some(SymmetricPattern { size, starts, rows })
+    }
+
+    /// Number of rows.
+    pub const fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Number of stored entries.
+    pub fn entries(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Where each column begins in [`Self::rows`]; one more than there are columns.
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// Row of each stored entry, ascending in each column.
+    pub fn rows(&self) -> &[u32] {
+        &self.rows
+    }
+
+    /// Place of entry (`i`, `j`) or (`j`, `i`) in the values; `None` if it is not stored.
+    pub fn position(&self, i: usize, j: usize) -> Option<usize> {
+        let (row, column) = (i.max(j), i.min(j));
+        let first = *self.starts.get(column)? as usize;
+        let last = *self.starts.get(column + 1)? as usize;
+        self.rows[first..last].binary_search(&(row as u32)).ok().map(|k| first + k)
+    }
+}
+
+/// A symmetric matrix on a [`SymmetricPattern`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SymmetricMatrix {
+    pattern: SymmetricPattern,
+    /// One value per stored entry, in the order of [`SymmetricPattern::rows`].
+    pub values: Vec<f64>,
+}
+
+impl SymmetricMatrix {
+    pub fn zeros(pattern: SymmetricPattern) -> Self {
+        let values = vec![0.0; pattern.entries()];
+        SymmetricMatrix { pattern, values }
+    }
+
+    pub const fn pattern(&self) -> &SymmetricPattern {
+        &self.pattern
+    }
+
+    pub const fn size(&self) -> usize {
+        self.pattern.size
+    }
+
+    pub fn set_zero(&mut self) {
+        self.values.fill(0.0);
+    }
+
+    /// Adds `value` to entry (`i`, `j`) of the symmetric matrix (both triangles at once). Returns
+    /// whether the entry is in the pattern; nothing is added where it is not.
+    #[must_use = "an entry outside the pattern is not added"]
+    pub fn add(&mut self, i: usize, j: usize, value: f64) -> bool {
+        match self.pattern.position(i, j) {
+            Some(place) => {
+                self.values[place] += value;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Entry (`i`, `j`), zero where none is stored.
+    pub fn get(&self, i: usize, j: usize) -> f64 {
+        self.pattern.position(i, j).map_or(0.0, |place| self.values[place])
+    }
+
+    /// `out = A x`.
+    ///
+    /// # Panics
+    /// If a slice is not as long as the matrix is wide.
+    pub fn multiply_into(&self, out: &mut [f64], x: &[f64]) {
+        assert!(out.len() == self.size() && x.len() == self.size(), "vector and matrix sizes differ");
+        out.fill(0.0);
+        for column in 0..self.size() {
+            let (first, last) =
+                (self.pattern.starts[column] as usize, self.pattern.starts[column + 1] as usize);
+            let mut sum = 0.0;
+            for (&row, &value) in self.pattern.rows[first..last].iter().zip(&self.values[first..last]) {
+                let row = row as usize;
+                if row == column {
+                    sum += value * x[column];
+                } else {
+                    out[row] += value * x[column];
+                    sum += value * x[row];
+                }
+            }
+            out[column] += sum;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn graph_and_entries_give_the_same_pattern() {
+        let graph = NodeGraph::from_cliques(4, [&[0u32, 2][..], &[1, 2], &[3]]).expect("a graph");
+        let entries = [[0, 0], [1, 1], [2, 2], [3, 3], [2, 0], [1, 2]]
+            .into_iter()
+            .flat_map(|[i, j]| (0..3).flat_map(move |a| (0..3).map(move |b| (3 * i + a, 3 * j + b))));
+        let expected = SymmetricPattern::from_entries(12, entries).expect("in range");
+        assert_eq!(SymmetricPattern::from_graph(&graph, 3), Some(expected));
+    }
+
+    #[test]
+    fn product_uses_both_triangles() {
+        let pattern = SymmetricPattern::from_entries(3, [(0, 1), (2, 1)]).expect("in range");
+        let mut a = SymmetricMatrix::zeros(pattern);
+        assert!(a.add(0, 0, 2.0) && a.add(0, 1, -1.0) && a.add(1, 1, 3.0) && a.add(1, 2, 4.0));
+        assert!(!a.add(0, 2, 1.0));
+        let mut y = [0.0; 3];
+        a.multiply_into(&mut y, &[1.0, 2.0, 3.0]);
+        assert_eq!(y, [0.0, 17.0, 8.0]);
+    }
+}

@@ -1,0 +1,307 @@
+//! Meshes from files: VTK XML unstructured grids (`.vtu`) with ASCII data.
+//!
+//! Tetrahedra (cell type 10) and quadratic tetrahedra with straight sides (24) are read; cells of
+//! lower dimension are ignored; anything else is refused. Lengths are metres.
+//! Source: VTK file formats, "XML file formats", UnstructuredGrid.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::mesh::tet10::{EDGES, Mesh};
+use crate::tensor::Vec3;
+
+/// Largest distance of a mid-side node from the middle of its edge, over the length of the edge.
+const STRAIGHT: f64 = 1e-6;
+/// Largest part by which the convex hull may exceed the mesh in volume.
+const CONVEX: f64 = 1e-6;
+
+/// Reads a mesh and checks that it is one convex body.
+///
+/// Linear tetrahedra get straight mid-side nodes; unused nodes are dropped.
+/// Errors: [`Error::Io`] where the file cannot be read; [`Error::Mesh`], naming the file, where it is
+/// not an ASCII .vtu of tetrahedra, a cell is flat or curved, the cells do not form one part, or the
+/// body is not convex (contact needs convex bodies for now).
+pub fn read_mesh(path: &Path) -> Result<Mesh> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::io("read", path, source))?;
+    parse_mesh(&path.display().to_string(), &text)
+}
+
+/// [`read_mesh`] from text; `name` is what errors call it.
+pub fn parse_mesh(name: &str, text: &str) -> Result<Mesh> {
+    let fail = |message: String| Error::Mesh { name: name.into(), message };
+    let (points, cells) = tetrahedra_of(text).map_err(fail)?;
+    let mesh = Mesh::from_tetrahedra(name, points, &cells)?;
+    let parts = mesh.connected_parts().len();
+    if parts != 1 {
+        return Err(fail(format!(
+            "falls into {parts} parts that share no facet; merge coincident nodes or use one file a body"
+        )));
+    }
+    let (hull, volume) = (mesh.convex_hull()?.volume(), mesh.volume());
+    if hull > volume * (1.0 + CONVEX) {
+        return Err(fail(format!(
+            "is not convex (its convex hull has {hull:.6e} m^3, the cells {volume:.6e} m^3); \
+             contact needs convex bodies: split it into convex parts"
+        )));
+    }
+    Ok(mesh)
+}
+
+type Corners = (Vec<Vec3>, Vec<[u32; 4]>);
+
+fn tetrahedra_of(text: &str) -> std::result::Result<Corners, String> {
+    let data = Arrays::read(text)?;
+    let coordinates: Vec<f64> = data.numbers("Points", None)?;
+    if coordinates.is_empty() || coordinates.len() % 3 != 0 {
+        return Err(format!("Points holds {} numbers, not three a point", coordinates.len()));
+    }
+    let points: Vec<Vec3> = coordinates.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
+    if let Some(bad) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+        return Err(format!("point {bad} has a coordinate that is not finite"));
+    }
+    let connectivity: Vec<usize> = data.numbers("Cells", Some("connectivity"))?;
+    let offsets: Vec<usize> = data.numbers("Cells", Some("offsets"))?;
+    let types: Vec<u32> = data.numbers("Cells", Some("types"))?;
+    if offsets.len() != types.len() {
+        return Err(format!("{} offsets and {} types", offsets.len(), types.len()));
+    }
+    let mut cells = Vec::new();
+    let mut first = 0;
+    for (index, (&last, &kind)) in offsets.iter().zip(&types).enumerate() {
+        let nodes = connectivity.get(first..last).ok_or_else(|| {
+            format!("cell {index}: its offsets {first}..{last} do not fit the connectivity")
+        })?;
+        first = last;
+        if let Some(bad) = nodes.iter().find(|&&node| node >= points.len()) {
+            return Err(format!("cell {index} names point {bad}; there are {}", points.len()));
+        }
+        match (kind, nodes.len()) {
+            (10, 4) => {}
+            (24, 10) => check_straight(index, nodes, &points)?,
+            (10 | 24, count) => return Err(format!("cell {index}: a tetrahedron with {count} points")),
+            // Vertices, lines, triangles, pixels and quadrilaterals, linear and quadratic.
+            (1..=9 | 21..=23 | 28 | 30 | 32 | 34 | 36, _) => continue,
+            (other, _) => {
+                return Err(format!(
+                    "cell {index} has VTK type {other}; only tetrahedra (10, 24) can be used"
+                ));
+            }
+        }
+        cells.push([nodes[0], nodes[1], nodes[2], nodes[3]]);
+    }
+    if cells.is_empty() {
+        return Err("has no tetrahedra".into());
+    }
+    let mut used: Vec<usize> = cells.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    // Positions in `used` fit u32: promotion refuses more nodes than that.
+    let cells =
+        cells.iter().map(|cell| cell.map(|node| used.partition_point(|&k| k < node) as u32)).collect();
+    Ok((used.iter().map(|&node| points[node]).collect(), cells))
+}
+
+fn check_straight(index: usize, nodes: &[usize], points: &[Vec3]) -> std::result::Result<(), String> {
+    for (k, &[i, j]) in EDGES.iter().enumerate() {
+        let (a, b) = (points[nodes[i]], points[nodes[j]]);
+        let off = (points[nodes[4 + k]] - (a + b) * 0.5).norm();
+        if off > STRAIGHT * (b - a).norm() {
+            return Err(format!(
+                "cell {index} is curved: point {} is {off:.2e} m off the middle of its edge; only straight-sided \
+                 cells can be used",
+                nodes[4 + k]
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The ASCII data arrays of the piece, by section and name.
+struct Arrays<'a> {
+    found: BTreeMap<(String, String), &'a str>,
+}
+
+impl<'a> Arrays<'a> {
+    /// Scans the tags of the file; what it needs of XML is tags, attributes and comments.
+    fn read(text: &'a str) -> std::result::Result<Self, String> {
+        let mut found = BTreeMap::new();
+        let (mut section, mut pieces, mut grid) = (String::new(), 0, false);
+        let mut rest = text;
+        while let Some(open) = rest.find('<') {
+            rest = &rest[open..];
+            if let Some(comment) = rest.strip_prefix("<!--") {
+                let end = comment.find("-->").ok_or("a comment is not closed")?;
+                rest = &comment[end + 3..];
+                continue;
+            }
+            let end = rest.find('>').ok_or("a tag is not closed: the file is not XML or is cut off")?;
+            let tag = rest[1..end].trim_end_matches('/').trim();
+            let empty = rest[..end].ends_with('/');
+            rest = &rest[end + 1..];
+            let (element, attributes) = tag.split_once(char::is_whitespace).unwrap_or((tag, ""));
+            match element {
+                "VTKFile" => {
+                    let kind = attribute(attributes, "type").unwrap_or_default();
+                    if kind != "UnstructuredGrid" {
+                        return Err(format!("is a VTK file of type {kind:?}, not UnstructuredGrid"));
+                    }
+                    grid = true;
+                }
+                "Piece" => pieces += 1,
+                "Points" | "Cells" | "PointData" | "CellData" | "FieldData" => section = element.to_string(),
+                "AppendedData" => return Err("holds appended binary data; save it as ASCII .vtu".into()),
+                "DataArray" if section == "Points" || section == "Cells" => {
+                    let name = attribute(attributes, "Name").unwrap_or_default();
+                    let format = attribute(attributes, "format").unwrap_or_default();
+                    if format != "ascii" {
+                        return Err(format!(
+                            "the array {name:?} of {section} has the format {format:?}; save it as ASCII .vtu"
+                        ));
+                    }
+                    let body = if empty {
+                        ""
+                    } else {
+                        let close = rest.find('<').ok_or("an array is not closed: the file is cut off")?;
+                        &rest[..close]
+                    };
+                    let key = if section == "Points" { String::new() } else { name.to_string() };
+                    found.insert((section.clone(), key), body);
+                }
+                _ => {}
+            }
+        }
+        if !grid {
+            return Err("is not a VTK XML file (no VTKFile tag)".into());
+        }
+        if pieces != 1 {
+            return Err(format!("has {pieces} pieces; save it as one"));
+        }
+        Ok(Arrays { found })
+    }
+
+    fn numbers<T: std::str::FromStr>(
+        &self,
+        section: &str,
+        name: Option<&str>,
+    ) -> std::result::Result<Vec<T>, String> {
+        let key = (section.to_string(), name.unwrap_or_default().to_string());
+        let what = name.map_or(section.to_string(), |name| format!("{section}/{name}"));
+        let text = self.found.get(&key).ok_or_else(|| format!("has no {what}"))?;
+        text.split_ascii_whitespace()
+            .map(|word| word.parse().map_err(|_| format!("{what}: {word:?} is not a number that fits")))
+            .collect()
+    }
+}
+
+/// The value of `name="value"` or `name='value'`.
+fn attribute<'a>(attributes: &'a str, name: &str) -> Option<&'a str> {
+    let mut rest = attributes;
+    while let Some(equals) = rest.find('=') {
+        let key = rest[..equals].trim();
+        let value = rest[equals + 1..].trim_start();
+        let quote = value.chars().next().filter(|c| *c == '"' || *c == '\'')?;
+        let value = &value[1..];
+        let end = value.find(quote)?;
+        if key == name {
+            return Some(&value[..end]);
+        }
+        rest = &value[end + 1..];
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+
+    use super::*;
+    use crate::mesh::cuboid_mesh;
+
+    fn vtu(points: &[Vec3], cells: &[Vec<u32>]) -> String {
+        let mut text = String::from(
+            "<?xml version=\"1.0\"?>\n<!-- <Piece> in a comment -->\n<VTKFile type=\"UnstructuredGrid\" version='1.0'>\n\
+             <UnstructuredGrid><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\">\n\
+             <PointData><DataArray Name=\"x\" format=\"binary\">AAAA</DataArray></PointData>\n\
+             <Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n",
+        );
+        let write = |text: &mut String, name: &str, values: Vec<u32>| {
+            let words: Vec<String> = values.iter().map(u32::to_string).collect();
+            writeln!(text, "<DataArray Name=\"{name}\" format = \"ascii\">{}</DataArray>", words.join(" "))
+                .expect("to a string");
+        };
+        points.iter().for_each(|p| writeln!(text, "{:e} {:e} {:e}", p.x, p.y, p.z).expect("to a string"));
+        text += "</DataArray></Points><Cells>";
+        write(&mut text, "connectivity", cells.iter().flatten().copied().collect());
+        let mut end = 0;
+        let ends = cells.iter().map(|cell| {
+            end += cell.len() as u32;
+            end
+        });
+        write(&mut text, "offsets", ends.collect());
+        let types = cells.iter().map(|cell| match cell.len() {
+            4 => 10,
+            10 => 24,
+            8 => 12,
+            3 => 5,
+            _ => 1,
+        });
+        write(&mut text, "types", types.collect());
+        text + "</Cells></Piece></UnstructuredGrid></VTKFile>\n"
+    }
+
+    fn box_file(quadratic: bool) -> (Mesh, String) {
+        let mesh = cuboid_mesh([0.2, 0.1, 0.1], 0.1).expect("a mesh");
+        let count = if quadratic { 10 } else { 4 };
+        let mut cells: Vec<Vec<u32>> =
+            mesh.cells.iter().map(|cell| cell[..count].iter().map(|node| node.0).collect()).collect();
+        cells.push(vec![0, 1, 2]);
+        let text = vtu(&mesh.nodes, &cells);
+        (mesh, text)
+    }
+
+    fn message(text: &str) -> String {
+        parse_mesh("body.vtu", text).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn linear_and_quadratic_files_give_the_same_mesh() {
+        for quadratic in [false, true] {
+            let (mesh, text) = box_file(quadratic);
+            assert_eq!(parse_mesh("body.vtu", &text).expect("a mesh"), mesh);
+        }
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("body.vtu");
+        std::fs::write(&path, box_file(true).1).expect("written");
+        assert_eq!(read_mesh(&path).expect("a mesh").cells.len(), 12);
+        assert!(matches!(read_mesh(&directory.path().join("none.vtu")), Err(Error::Io { .. })));
+    }
+
+    #[test]
+    fn unusable_files_are_refused_with_a_reason() {
+        let (mesh, text) = box_file(true);
+        assert!(message("").contains("not a VTK XML file"));
+        assert!(message(&text.replace("UnstructuredGrid\"", "PolyData\"")).contains("PolyData"));
+        assert!(
+            message(&text.replace("format = \"ascii\"", "format = \"binary\"")).contains("save it as ASCII")
+        );
+        assert!(message(&text[..text.len() / 2]).contains("body.vtu"));
+        assert!(message(&text.replace("Name=\"types\"", "Name=\"kinds\"")).contains("has no Cells/types"));
+        let corners: Vec<u32> = mesh.cells[0].iter().map(|node| node.0).collect();
+        assert!(message(&vtu(&mesh.nodes, &[(0..8).collect()])).contains("type 12"));
+        assert!(message(&vtu(&mesh.nodes, &[vec![0, 1, 2, 999]])).contains("names point 999"));
+        assert!(message(&vtu(&mesh.nodes, &[vec![0, 1, 2]])).contains("no tetrahedra"));
+        let mut curved = mesh.nodes.clone();
+        curved[corners[5] as usize].x += 1e-3;
+        assert!(message(&vtu(&curved, &[corners.clone()])).contains("curved"));
+        // An L of two bricks out of three.
+        let bent = cuboid_mesh([0.2, 0.2, 0.1], 0.1).expect("a mesh");
+        let cells: Vec<Vec<u32>> =
+            bent.cells[..18].iter().map(|cell| cell.iter().map(|node| node.0).collect()).collect();
+        assert!(message(&vtu(&bent.nodes, &cells)).contains("not convex"));
+        let apart: Vec<Vec<u32>> =
+            [0usize, 23].iter().map(|&k| bent.cells[k].iter().map(|node| node.0).collect()).collect();
+        assert!(message(&vtu(&bent.nodes, &apart)).contains("2 parts"));
+        assert!(message(&text.replace("e-2", "e-x")).contains("not a number"));
+    }
+}
