@@ -64,7 +64,7 @@ impl BallGrid {
 /// All pairs `(i, j)`, `i < j`, of balls within `margin` [m] of each other, in ascending order.
 pub fn near_pairs(balls: &[Ball], margin: f64) -> Vec<(usize, usize)> {
     let largest = balls.iter().map(|b| b.radius).fold(0.0, f64::max);
-    if !(largest > 0.0) {
+    if balls.is_empty() || largest <= 0.0 {
         return vec![];
     }
     let mut grid = BallGrid::new(2.0 * largest);

@@ -181,7 +181,7 @@ fn close_surface(planes: &[HalfSpace], polygons: &[Vec<Vec3>], merge: f64) -> Re
     }
     let slack = 4.0 * merge;
     let inside = |v: &Vec3| planes.iter().all(|p| p.normal.dot(v) - p.offset <= slack);
-    if !core.vertices.iter().all(inside) || !(core.volume() > 0.0) {
+    if !core.vertices.iter().all(inside) || core.volume().is_nan() || core.volume() <= 0.0 {
         return Err("the moved facets enclose nothing".into());
     }
     Ok(core)

@@ -16,7 +16,7 @@ pub mod statistics;
 
 pub use grading::SievePoint;
 pub use shape::GrainShape;
-pub use size::SpecimenSize;
+pub use size::{Consistency, Plan, SpecimenSize};
 pub use statistics::Statistics;
 
 use crate::error::{Error, Result};
@@ -80,6 +80,38 @@ impl SpecimenParameters {
         }
     }
 
+    /// What these parameters would draw: numbers of grains per class, solid volume and size.
+    ///
+    /// # Errors
+    /// `Error::Specimen` where the parameters are out of range.
+    pub fn plan(&self) -> Result<Plan> {
+        self.check()?;
+        let classes = grading::size_classes(&self.grading)?;
+        let volumes = grading::mean_volumes(&classes, &self.shape_law())?;
+        let plan = size::plan(&classes, &volumes, &self.size, self.void_ratio);
+        match self.size {
+            SpecimenSize::Grains { count, .. } if plan.numbers.iter().sum::<usize>() != count => {
+                Err(Error::Specimen(format!(
+                    "{count} grains cannot fill the {} size classes of the grading",
+                    classes.len()
+                )))
+            }
+            SpecimenSize::Grains { .. } | SpecimenSize::Cylinder { .. } => Ok(plan),
+        }
+    }
+
+    /// How a number of grains stated beside the size agrees with it; [`size::CONSISTENCY`] is the
+    /// largest deviation that counts as agreement.
+    ///
+    /// # Errors
+    /// `Error::Specimen` where the parameters are out of range.
+    pub fn consistency(&self, diameter: f64, height: f64, count: usize) -> Result<Consistency> {
+        self.check()?;
+        let classes = grading::size_classes(&self.grading)?;
+        let volumes = grading::mean_volumes(&classes, &self.shape_law())?;
+        Ok(size::consistency(&classes, &volumes, (diameter, height), self.void_ratio, count))
+    }
+
     fn check(&self) -> Result<()> {
         let fail = |message: String| Err(Error::Specimen(message));
         if !(self.void_ratio > 0.0 && self.void_ratio < 2.0) {
@@ -135,13 +167,10 @@ pub struct Specimen {
 /// `Error::Specimen` where the parameters are out of range, the grading cannot be met with so few
 /// grains, the void ratio is out of reach (with the range), or compaction fails.
 pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase, f64)) -> Result<Specimen> {
-    parameters.check()?;
+    progress(Phase::Shapes, 0.0);
+    let plan = parameters.plan()?;
     let law = parameters.shape_law();
     let classes = grading::size_classes(&parameters.grading)?;
-
-    progress(Phase::Shapes, 0.0);
-    let volumes = grading::mean_volumes(&classes, &law)?;
-    let plan = size::plan(&classes, &volumes, &parameters.size, parameters.void_ratio);
     let grains = grading::draw(&classes, &plan.numbers, plan.solid_volume, &law, parameters.seed)?;
     check_grading(&classes, &grains)?;
 
@@ -282,6 +311,7 @@ mod tests {
     fn parameters_out_of_range_are_refused() {
         let good = parameters(SpecimenSize::Grains { count: 25, aspect: 1.5 }, 0.6);
         let bad = [
+            SpecimenParameters { size: SpecimenSize::Grains { count: 1, aspect: 1.0 }, ..good.clone() },
             SpecimenParameters { void_ratio: -0.1, ..good.clone() },
             SpecimenParameters { void_ratio: f64::NAN, ..good.clone() },
             SpecimenParameters { vertices: [3, 8], ..good.clone() },
