@@ -58,10 +58,15 @@ const LEAST_FRICTION: f64 = 5e-3;
 const REST_TIME: f64 = 0.5;
 const REST_BAND: f64 = 4e-3;
 
+/// The same for the densest packing, where the pressure's servo creeps in slowly, and the time [s]
+/// without friction after which it counts as densest anyway.
+const DENSEST_BAND: f64 = 1.5e-3;
+const DENSEST_TIME: f64 = 6.0;
+
 /// A packing with the largest friction may creep for this long [s] before it counts as the loosest.
 const CREEP_TIME: f64 = 1.5;
 
-/// Time [s] of the final hold with its linear strain rate, and the bound of either compaction phase.
+/// Time [s] of the hold with its linear strain rate, and the bound of the approach.
 const HOLD_TIME: f64 = 2.0;
 const HOLD_RATE: f64 = 0.1 * RATE;
 const LONGEST: f64 = 30.0;
@@ -157,7 +162,7 @@ pub fn compact(
 /// Lets friction fall until the void ratio is `goal`; true where the dial ends before that, with the
 /// packing at rest without friction.
 fn turn_dial(chamber: &mut Chamber, friction: &mut f64, goal: f64, progress: &mut dyn FnMut(f64)) -> bool {
-    let start = chamber.time;
+    let mut smooth = 0.0;
     while chamber.void_ratio() > goal {
         *friction *= (-TIME_STEP / FRICTION_TIME).exp();
         if *friction < LEAST_FRICTION {
@@ -166,8 +171,11 @@ fn turn_dial(chamber: &mut Chamber, friction: &mut f64, goal: f64, progress: &mu
         chamber.set_friction(*friction);
         chamber.advance(PRESSURE, RATE);
         progress(0.6 + 0.3 * (1.0 - *friction / LARGEST_FRICTION));
-        if *friction == 0.0 && (chamber.at_rest() || chamber.time > start + LONGEST) {
-            return true;
+        if *friction == 0.0 {
+            smooth += TIME_STEP;
+            if chamber.at_rest(DENSEST_BAND) || smooth > DENSEST_TIME {
+                return true;
+            }
         }
     }
     false
@@ -197,7 +205,7 @@ fn approach(chamber: &mut Chamber, void_ratio: f64, progress: &mut dyn FnMut(f64
         if jammed_at.is_none() && chamber.pressure > 0.9 * PRESSURE {
             jammed_at = Some(chamber.time);
         }
-        if chamber.at_rest() || jammed_at.is_some_and(|time| chamber.time > time + CREEP_TIME) {
+        if chamber.at_rest(REST_BAND) || jammed_at.is_some_and(|time| chamber.time > time + CREEP_TIME) {
             return Ok(chamber.void_ratio());
         }
     }
@@ -342,12 +350,12 @@ impl Chamber {
         self.recent.push_back(self.void_ratio());
     }
 
-    /// Whether the walls carry the compaction pressure and have stopped.
-    fn at_rest(&self) -> bool {
+    /// Whether the walls carry the compaction pressure and the void ratio has stayed within `band`.
+    fn at_rest(&self, band: f64) -> bool {
         let (low, high) =
             self.recent.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(*e), h.max(*e)));
         self.recent.len() >= (REST_TIME / TIME_STEP) as usize
-            && high - low < REST_BAND
+            && high - low < band
             && (self.pressure / PRESSURE - 1.0).abs() < 0.2
     }
 
