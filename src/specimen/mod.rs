@@ -209,6 +209,13 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
     };
     specimen.statistics = statistics::measure(&specimen, &classes, &packing, &relaxation, scale);
     progress(Phase::Statistics, 1.0);
+    let [by_gjk, by_axes] = specimen.statistics.worst_overlap;
+    if by_gjk.max(by_axes) > relaxation::OVERLAP_TOLERANCE {
+        return Err(Error::Specimen(format!(
+            "grains still overlap after the removal of overlaps: by {by_gjk:.1e} of their size by GJK, by \
+             {by_axes:.1e} by separating axes"
+        )));
+    }
     Ok(specimen)
 }
 
