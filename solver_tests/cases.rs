@@ -93,8 +93,8 @@ fn the_committed_schema_is_current() {
     assert!(committed == current, "cases/riprap.schema.json is stale: run this test with RIPRAP_REWRITE=1");
 }
 
-/// The source's full-size specimen has 3783 grains; its grading is known from a chart only, and the
-/// figures in the case were read so as to meet that number to a few percent.
+/// The source's full-size specimen has 3783 grains; its grading is printed as a chart only, so that the
+/// case's figures are ours. Tolerance: the 5 % within which a case's own size and number must agree.
 #[test]
 fn the_full_size_has_about_the_grains_of_the_source() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/shuibuya/p0800_3783.json");
