@@ -132,15 +132,19 @@ class Results:
         return text.split("\n") if text else []
 
     def shear_rows(self):
-        """The rows of the history that belong to the main stages: all behind the leading consolidation."""
+        """Rows of the stages behind the leading consolidation, led by its last row where there is one, and whether so."""
         leading = 0
         for kind in self.stages:
             if kind != "consolidate":
                 break
             leading += 1
         stage = self.history["stage"]
-        rows = stage >= leading
-        return rows if rows.any() else numpy.ones(len(stage), dtype=bool)
+        rows = numpy.flatnonzero(stage >= leading)
+        if not len(rows):
+            return numpy.arange(len(stage)), False
+        if rows[0] > 0:
+            return numpy.concatenate([[rows[0] - 1], rows]), True
+        return rows, False
 
     @property
     def states(self):

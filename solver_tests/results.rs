@@ -379,6 +379,26 @@ fn existing_file_is_kept_unless_replaced() {
 }
 
 #[test]
+fn dropping_a_writer_does_not_commit() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("dropped.h5");
+    let mesh = block_of_grains([2, 1, 1]);
+    let mut writer = Writer::create(&path, &case_record(), Existing::Refuse).expect("a new file");
+    writer.write_mesh(&mesh).expect("mesh");
+    writer.append(&history_row(1), &[]).expect("row");
+    writer.commit().expect("commit");
+    let committed = std::fs::metadata(&path).expect("file").len();
+    writer.append(&history_row(2), &[]).expect("row");
+    writer.save_state(&Fields::new(&mesh, 1).at(2)).expect("state");
+    writer.save_restart(2, &[1; 100_000]).expect("restart");
+    drop(writer);
+    assert_eq!(std::fs::metadata(&path).expect("file").len(), committed);
+    assert!(!journal::path_of(&path).exists());
+    let summary = Summary::of(&Reader::open(&path).expect("opens")).expect("summary");
+    assert_eq!((summary.increments, summary.states.len(), summary.restart_increment), (1, 0, None));
+}
+
+#[test]
 fn foreign_and_damaged_files_are_errors() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("bad.h5");
@@ -416,7 +436,8 @@ fn python_reader_rolls_back_as_riprap_does() {
     let program = "import sys, riprap_results\n\
         with riprap_results.Results(sys.argv[1]) as results: print(len(results.history), len(results.states))";
     for whole_journal in [true, false] {
-        journal::write(&path, good.len() as u64, &[(4096, 1000)]).expect("journal");
+        let snapshot = journal::snapshot(&path, good.len() as u64, &[(4096, 1000)]).expect("snapshot");
+        journal::write(&path, &snapshot).expect("journal");
         if whole_journal {
             let mut torn = good.clone();
             torn[..2000].fill(0);
@@ -455,7 +476,7 @@ fn scripts_draw_their_pictures() {
     };
     draw("plot_history.py", &[], "curves.png");
     draw("plot_history.py", &["--energy"], "energies.png");
-    draw("plot_specimen.py", &["--state", "0", "-1", "--colour", "damage"], "specimen.png");
+    draw("plot_specimen.py", &["--state", "0", "-1", "--colour", "damage", "--size", "200"], "specimen.png");
     let missing = Command::new(&python)
         .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/plot_history.py"))
         .args(["nowhere.h5", "--out", "x.png"])

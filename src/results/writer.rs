@@ -50,6 +50,10 @@ pub struct Writer {
     fixed_extents: Vec<(u64, u64)>,
     fixed_changed: bool,
     committed_length: u64,
+    /// Whether anything was changed since the last commit.
+    dirty: bool,
+    /// Behind all that keeps the file open, so that it acts on the closed file.
+    undo: journal::Undo,
     /// Last, so that the file is closed before it is released.
     _lock: Lock,
 }
@@ -70,15 +74,25 @@ impl Writer {
         }
         let unfinished = unfinished_name(path);
         let lock = Lock::for_writing(&unfinished)?;
-        let made = access().and_then(|access| {
-            let mut options = File::with_options();
-            options.set_access_plist(&access)?.create(&unfinished)
-        });
-        let file = made.map_err(|e| failure(path, "/", explain(&e)))?;
-        let store = Store { file, path: unfinished.clone() };
-        let mut writer = Self::lay_out(store, lock, case)?;
-        writer.commit()?;
-        std::fs::rename(&unfinished, path).map_err(|e| Error::io("create", path, e))?;
+        let begun = begin(&unfinished)
+            .and_then(|file| {
+                let store = Store { file, path: unfinished.clone() };
+                let mut writer = Self::lay_out(store, lock, case)?;
+                writer.commit()?;
+                Ok(writer)
+            })
+            .and_then(|writer| match std::fs::rename(&unfinished, path) {
+                Ok(()) => Ok(writer),
+                Err(e) => Err(Error::io("create", path, e)),
+            });
+        let mut writer = match begun {
+            Ok(writer) => writer,
+            Err(error) => {
+                // Best effort: the error that matters is the one returned.
+                let _ = std::fs::remove_file(&unfinished);
+                return Err(error);
+            }
+        };
         writer.store.path = path.to_path_buf();
         // Of a file that was replaced.
         journal::discard(path)?;
@@ -132,6 +146,8 @@ impl Writer {
             fixed_extents: Vec::new(),
             fixed_changed: false,
             committed_length: 0,
+            dirty: true,
+            undo: journal::Undo::default(),
             _lock: lock,
         }
     }
@@ -211,6 +227,7 @@ impl Writer {
 
     /// Writes the mesh of the saved states; once, before the first of them.
     pub fn write_mesh(&mut self, mesh: &FieldMesh) -> Result<()> {
+        self.dirty = true;
         if self.fields.is_some() {
             return Err(self.store.fail("VTKHDF", "the mesh has been written already"));
         }
@@ -223,6 +240,7 @@ impl Writer {
 
     /// Writes a table whose columns are equally long, e.g. `grains`, `contacts/0` or `breakage`.
     pub fn write_table(&mut self, group: &str, columns: &[Column]) -> Result<()> {
+        self.dirty = true;
         self.store.group(group)?;
         let rows = columns.first().map_or(0, Column::rows);
         for column in columns {
@@ -244,6 +262,7 @@ impl Writer {
 
     /// Makes `/bodies/<name>` for the bodies of a scene; rows then come with [`Writer::append`].
     pub fn add_bodies(&mut self, names: &[&str]) -> Result<()> {
+        self.dirty = true;
         for name in names {
             if name.is_empty() || name.contains('/') || *name == "." {
                 return Err(self.store.fail("bodies", format!("a body cannot be named {name:?}")));
@@ -262,6 +281,7 @@ impl Writer {
 
     /// Appends an accepted increment; `bodies` in the order of [`Writer::add_bodies`], empty for a specimen.
     pub fn append(&mut self, row: &HistoryRow, bodies: &[BodyRow]) -> Result<()> {
+        self.dirty = true;
         if bodies.len() != self.bodies.len() {
             let message = format!("{} rows for {} bodies", bodies.len(), self.bodies.len());
             return Err(self.store.fail("bodies", message));
@@ -284,6 +304,7 @@ impl Writer {
 
     /// Appends a state of the fields; returns its number, which also names `/contacts/<state>`.
     pub fn save_state(&mut self, state: &FieldState<'_>) -> Result<usize> {
+        self.dirty = true;
         let Some(fields) = &mut self.fields else {
             return Err(self.store.fail("VTKHDF", "the mesh has not been written yet"));
         };
@@ -293,6 +314,7 @@ impl Writer {
 
     /// Appends a state of the grains, to go with the last [`Writer::save_state`].
     pub fn save_grains(&mut self, grains: &[GrainRow]) -> Result<()> {
+        self.dirty = true;
         if self.grains.is_empty() {
             for quantity in &GRAIN_QUANTITIES {
                 let name = format!("grains/{}", quantity.name);
@@ -327,6 +349,7 @@ impl Writer {
 
     /// Stores what a run needs to continue from here; [`Writer::resume`] returns the bytes as they are.
     pub fn save_restart(&mut self, increment: u64, bytes: &[u8]) -> Result<()> {
+        self.dirty = true;
         let name = RESTART_SLOTS[self.restarts % 2];
         let slot = match self.store.file.link_exists(name) {
             true => self.store.grown(name)?,
@@ -351,7 +374,9 @@ impl Writer {
     /// Makes all that was appended since the last commit part of the file.
     pub fn commit(&mut self) -> Result<()> {
         if self.committed_length > 0 {
-            journal::write(&self.store.path, self.committed_length, &self.fixed_extents)?;
+            let snapshot = self.snapshot()?;
+            journal::write(&self.store.path, &snapshot)?;
+            self.undo.armed = Some((self.store.path.clone(), snapshot));
         }
         self.store.hdf5("/", self.store.file.flush())?;
         if self.fixed_changed || self.committed_length == 0 {
@@ -359,7 +384,10 @@ impl Writer {
             self.fixed_changed = false;
         }
         self.committed_length = self.length_on_disk()?;
-        journal::discard(&self.store.path)
+        journal::discard(&self.store.path)?;
+        self.undo.armed = None;
+        self.dirty = false;
+        Ok(())
     }
 
     /// Notes how the run ended, and commits. The writer can then be dropped.
@@ -372,11 +400,16 @@ impl Writer {
         &self.store.path
     }
 
-    fn set_status(&self, outcome: Outcome, reason: &str, increment: u64) -> Result<()> {
+    fn set_status(&mut self, outcome: Outcome, reason: &str, increment: u64) -> Result<()> {
+        self.dirty = true;
         let text = self.store.unicode("status", outcome.as_str())?;
         self.store.hdf5("status", self.status.write_scalar(&text))?;
         self.store.text_attribute(&self.status, "reason", reason)?;
         self.store.number_attribute(&self.status, "last_good_increment", increment)
+    }
+
+    fn snapshot(&self) -> Result<Vec<u8>> {
+        journal::snapshot(&self.store.path, self.committed_length, &self.fixed_extents)
     }
 
     fn gather_fixed(&self) -> Result<Vec<(u64, u64)>> {
@@ -408,6 +441,18 @@ impl Writer {
     }
 }
 
+impl Drop for Writer {
+    /// Keeps HDF5 from writing out what was not committed: the file is put back once it is closed.
+    fn drop(&mut self) {
+        if self.dirty && self.committed_length > 0 && self.undo.armed.is_none() {
+            // A file that cannot be read now cannot be put back either.
+            if let Ok(snapshot) = self.snapshot() {
+                self.undo.armed = Some((self.store.path.clone(), snapshot));
+            }
+        }
+    }
+}
+
 /// How the file is opened: without HDF5's own lock (see `lock`), and with its metadata held in memory from one flush to the next, so
 /// that the file on disk changes only where the journal expects it.
 fn access() -> hdf5::Result<FileAccess> {
@@ -417,6 +462,14 @@ fn access() -> hdf5::Result<FileAccess> {
     cache.flash_incr_mode = FlashIncreaseMode::Off;
     cache.decr_mode = CacheDecreaseMode::Off;
     FileAccess::build().libver_v18().file_locking(false).mdc_config(&cache).finish()
+}
+
+fn begin(path: &Path) -> Result<File> {
+    let made = access().and_then(|access| {
+        let mut options = File::with_options();
+        options.set_access_plist(&access)?.create(path)
+    });
+    made.map_err(|e| failure(path, "/", explain(&e)))
 }
 
 fn unfinished_name(path: &Path) -> PathBuf {
