@@ -123,7 +123,7 @@ pub(super) fn recover_locked(file: &Path, _lock: &Lock) -> Result<bool> {
     Ok(rolled_back)
 }
 
-fn restore(file: &Path, old_length: u64, blocks: &[(u64, &[u8])]) -> io::Result<()> {
+fn restore(file: &Path, old_length: u64, blocks: &[Block<'_>]) -> io::Result<()> {
     let mut target = OpenOptions::new().write(true).open(file)?;
     for (offset, bytes) in blocks {
         target.seek(SeekFrom::Start(*offset))?;
@@ -133,8 +133,11 @@ fn restore(file: &Path, old_length: u64, blocks: &[(u64, &[u8])]) -> io::Result<
     target.sync_all()
 }
 
+/// A stretch of a file: offset and bytes.
+type Block<'a> = (u64, &'a [u8]);
+
 /// Old length and blocks of a journal; `None` if it is incomplete.
-fn parse(bytes: &[u8]) -> Option<(u64, Vec<(u64, &[u8])>)> {
+fn parse(bytes: &[u8]) -> Option<(u64, Vec<Block<'_>>)> {
     let (body, checksum) = bytes.split_at_checked(bytes.len().checked_sub(4)?)?;
     if crc32(body).to_le_bytes() != *checksum {
         return None;

@@ -13,7 +13,6 @@ use super::grains::{GRAIN_QUANTITIES, GrainRow};
 use super::history::{HISTORY, HistoryRow, Value};
 use super::journal;
 use super::lock::Lock;
-use super::reader::{Reader, Restart};
 use super::record::{COMMIT, CaseRecord, Outcome, VERSION, host};
 use super::store::{Growing, Layout, Store, explain, failure};
 use super::table::{Column, ColumnData};
@@ -36,20 +35,22 @@ pub enum Existing {
 /// A results file being written. What is appended becomes part of the file at the next [`Writer::commit`],
 /// all of it or nothing. Dropping a writer does not commit.
 pub struct Writer {
-    store: Store,
-    history: Vec<Growing>,
-    bodies: Vec<Vec<Growing>>,
-    fields: Option<VtkHdf>,
-    grains: Vec<Growing>,
+    pub(super) store: Store,
+    pub(super) history: Vec<Growing>,
+    pub(super) bodies: Vec<Vec<Growing>>,
+    /// Not written yet.
+    mesh: Option<FieldMesh>,
+    pub(super) fields: Option<VtkHdf>,
+    pub(super) grains: Vec<Growing>,
     status: Dataset,
-    rows: usize,
-    restarts: usize,
+    pub(super) rows: usize,
+    pub(super) restarts: usize,
     /// Datasets that are written whole and not changed afterwards.
-    fixed: Vec<Dataset>,
+    pub(super) fixed: Vec<Dataset>,
     /// Where raw data lie that no later flush changes: sorted, disjoint (offset, length).
-    fixed_extents: Vec<(u64, u64)>,
+    pub(super) fixed_extents: Vec<(u64, u64)>,
     fixed_changed: bool,
-    committed_length: u64,
+    pub(super) committed_length: u64,
     /// Whether anything was changed since the last commit.
     dirty: bool,
     /// Behind all that keeps the file open, so that it acts on the closed file.
@@ -132,11 +133,12 @@ impl Writer {
         Ok(Self::over(store, lock, history, status))
     }
 
-    fn over(store: Store, lock: Lock, history: Vec<Growing>, status: Dataset) -> Self {
+    pub(super) fn over(store: Store, lock: Lock, history: Vec<Growing>, status: Dataset) -> Self {
         Writer {
             store,
             history,
             bodies: Vec::new(),
+            mesh: None,
             fields: None,
             grains: Vec::new(),
             status,
@@ -152,89 +154,13 @@ impl Writer {
         }
     }
 
-    /// Opens a file to continue it after its last restart point: rows and states behind that point are
-    /// dropped, the status is `running` again. Returns the restart point too; errors if there is none.
-    pub fn resume(path: &Path) -> Result<(Self, Restart)> {
-        if !path.exists() {
-            return Err(failure(path, "/", "no such file"));
+    /// Gives the mesh of the saved states; before the first of them, and again after a resume. It is written with the
+    /// first state, since VTK cannot read a temporal file of no steps.
+    pub fn set_mesh(&mut self, mesh: FieldMesh) -> Result<()> {
+        if let Some(fields) = &self.fields {
+            return fields.check_mesh(&self.store, &mesh);
         }
-        let lock = Lock::for_writing(path)?;
-        journal::recover_locked(path, &lock)?;
-        let restart = Reader::of_owner(path)?
-            .restart()?
-            .ok_or_else(|| failure(path, "restart", "has no restart point to resume from"))?;
-        let opened = access().and_then(|access| {
-            let mut options = File::with_options();
-            options.set_access_plist(&access)?.open_rw(path)
-        });
-        let file = opened.map_err(|e| failure(path, "/", explain(&e)))?;
-        let store = Store { file, path: path.to_path_buf() };
-        let status = store.open("status")?;
-        let mut history = Vec::new();
-        for quantity in HISTORY {
-            history.push(store.grown(&format!("history/{}", quantity.name))?);
-        }
-        let mut writer = Self::over(store, lock, history, status);
-        writer.committed_length = writer.length_on_disk()?;
-        writer.rows = restart.rows;
-        writer.restarts = restart.written;
-        writer.drop_after(&restart)?;
-        writer.set_status(Outcome::Running, "", restart.increment)?;
-        // By itself, so that space freed here is not written to before the file has forgotten it.
-        writer.commit()?;
-        Ok((writer, restart))
-    }
-
-    fn drop_after(&mut self, restart: &Restart) -> Result<()> {
-        for column in &self.history {
-            if column.rows() < restart.rows {
-                return Err(self.store.fail(&column.name, "is shorter than the restart point says"));
-            }
-            column.resize(&self.store, restart.rows)?;
-        }
-        if self.store.file.link_exists("bodies") {
-            let names = self.store.hdf5("bodies", self.store.group("bodies")?.member_names())?;
-            for body in names {
-                let mut columns = Vec::new();
-                for quantity in &BODY_QUANTITIES {
-                    let column = self.store.grown(&format!("bodies/{body}/{}", quantity.name))?;
-                    column.resize(&self.store, restart.rows)?;
-                    columns.push(column);
-                }
-                self.bodies.push(columns);
-            }
-        }
-        if self.store.file.link_exists("VTKHDF") {
-            self.fields = Some(VtkHdf::resume(&self.store, restart.states)?);
-        }
-        if self.store.file.link_exists("grains/position") {
-            for quantity in &GRAIN_QUANTITIES {
-                let column = self.store.grown(&format!("grains/{}", quantity.name))?;
-                column.resize(&self.store, restart.states)?;
-                self.grains.push(column);
-            }
-        }
-        if self.store.file.link_exists("contacts") {
-            let contacts = self.store.group("contacts")?;
-            for name in self.store.hdf5("contacts", contacts.member_names())? {
-                if name.parse::<usize>().is_ok_and(|state| state >= restart.states) {
-                    self.store.hdf5(&format!("contacts/{name}"), contacts.unlink(&name))?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Writes the mesh of the saved states; once, before the first of them.
-    pub fn write_mesh(&mut self, mesh: &FieldMesh) -> Result<()> {
-        self.dirty = true;
-        if self.fields.is_some() {
-            return Err(self.store.fail("VTKHDF", "the mesh has been written already"));
-        }
-        let (fields, fixed) = VtkHdf::create(&self.store, mesh)?;
-        self.fields = Some(fields);
-        self.fixed.extend(fixed);
-        self.fixed_changed = true;
+        self.mesh = Some(mesh);
         Ok(())
     }
 
@@ -305,10 +231,15 @@ impl Writer {
     /// Appends a state of the fields; returns its number, which also names `/contacts/<state>`.
     pub fn save_state(&mut self, state: &FieldState<'_>) -> Result<usize> {
         self.dirty = true;
-        let Some(fields) = &mut self.fields else {
-            return Err(self.store.fail("VTKHDF", "the mesh has not been written yet"));
-        };
         self.fixed_changed = true;
+        if let Some(mesh) = self.mesh.take() {
+            let (fields, fixed) = VtkHdf::create(&self.store, &mesh)?;
+            self.fields = Some(fields);
+            self.fixed.extend(fixed);
+        }
+        let Some(fields) = &mut self.fields else {
+            return Err(self.store.fail("VTKHDF", "no mesh has been set"));
+        };
         fields.save(&self.store, state)
     }
 
@@ -400,7 +331,7 @@ impl Writer {
         &self.store.path
     }
 
-    fn set_status(&mut self, outcome: Outcome, reason: &str, increment: u64) -> Result<()> {
+    pub(super) fn set_status(&mut self, outcome: Outcome, reason: &str, increment: u64) -> Result<()> {
         self.dirty = true;
         let text = self.store.unicode("status", outcome.as_str())?;
         self.store.hdf5("status", self.status.write_scalar(&text))?;
@@ -412,7 +343,7 @@ impl Writer {
         journal::snapshot(&self.store.path, self.committed_length, &self.fixed_extents)
     }
 
-    fn gather_fixed(&self) -> Result<Vec<(u64, u64)>> {
+    pub(super) fn gather_fixed(&self) -> Result<Vec<(u64, u64)>> {
         let mut extents = Vec::new();
         for dataset in &self.fixed {
             self.store.raw_extents(dataset, &mut extents)?;
@@ -434,7 +365,7 @@ impl Writer {
         Ok(extents)
     }
 
-    fn length_on_disk(&self) -> Result<u64> {
+    pub(super) fn length_on_disk(&self) -> Result<u64> {
         let found =
             std::fs::metadata(&self.store.path).map_err(|e| Error::io("read", &self.store.path, e))?;
         Ok(found.len())
@@ -455,7 +386,7 @@ impl Drop for Writer {
 
 /// How the file is opened: without HDF5's own lock (see `lock`), and with its metadata held in memory from one flush to the next, so
 /// that the file on disk changes only where the journal expects it.
-fn access() -> hdf5::Result<FileAccess> {
+pub(super) fn access() -> hdf5::Result<FileAccess> {
     let mut cache = FileAccess::try_new()?.get_mdc_config()?;
     cache.evictions_enabled = false;
     cache.incr_mode = CacheIncreaseMode::Off;
