@@ -495,19 +495,37 @@ fn child_writes_without_end() {
     let limit: usize =
         std::env::var("RIPRAP_TEST_ROWS").ok().and_then(|rows| rows.parse().ok()).unwrap_or(1_000_000);
     let mesh = block_of_grains([6, 6, 6]);
+    let path = PathBuf::from(path);
     let write = || -> riprap::error::Result<()> {
-        let mut writer = Writer::create(Path::new(&path), &case_record(), Existing::Replace)?;
+        let (mut writer, done) = match path.exists() && std::env::var("RIPRAP_TEST_RESUME").is_ok() {
+            true => {
+                let (writer, restart) = Writer::resume(&path)?;
+                (writer, restart.rows)
+            }
+            false => {
+                let mut writer = Writer::create(&path, &case_record(), Existing::Replace)?;
+                writer.add_bodies(&["left"])?;
+                writer.save_restart(0, &[])?;
+                writer.commit()?;
+                (writer, 0)
+            }
+        };
         writer.set_mesh(mesh.clone())?;
-        writer.add_bodies(&["left"])?;
-        for increment in 1..=limit {
+        for increment in done + 1..=limit {
             writer.append(&history_row(increment), &[body_row(increment)])?;
             if increment % 10 == 0 {
-                writer.save_state(&Fields::new(&mesh, increment / 10).at(increment))?;
+                let state = writer.save_state(&Fields::new(&mesh, increment / 10).at(increment))?;
+                let table = [Column::integers(
+                    "first",
+                    "first grain",
+                    (0..1000).map(|n| n * increment as i64).collect(),
+                )];
+                writer.write_table(&format!("contacts/{state}"), &table)?;
                 writer.save_restart(increment as u64, &vec![(increment % 251) as u8; 200_000 + increment])?;
             }
             writer.commit()?;
         }
-        Ok(())
+        writer.finish(Outcome::Finished, "", limit as u64)
     };
     if let Err(error) = write() {
         eprintln!("ERROR {error}");
@@ -515,14 +533,18 @@ fn child_writes_without_end() {
     }
 }
 
-fn spawn_child(path: &Path) -> Child {
-    Command::new(std::env::current_exe().expect("this test"))
+fn child(path: &Path) -> Command {
+    let mut command = Command::new(std::env::current_exe().expect("this test"));
+    command
         .args(["child_writes_without_end", "--exact", "--ignored", "--nocapture"])
         .env("RIPRAP_TEST_FILE", path)
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("a child process")
+        .stderr(Stdio::null());
+    command
+}
+
+fn spawn_child(path: &Path) -> Child {
+    child(path).spawn().expect("a child process")
 }
 
 fn wait_for(what: &str, mut ready: impl FnMut() -> bool) {
@@ -576,6 +598,53 @@ fn killed_writer_leaves_its_last_commit() {
         }
     }
     println!("{kills} kills, {in_commit} in a commit, {torn} files unreadable before the roll-back");
+}
+
+#[test]
+fn run_killed_again_and_again_ends_as_an_uninterrupted_one() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let (killed, whole) = (dir.path().join("killed.h5"), dir.path().join("whole.h5"));
+    let rows = "150";
+    for kill in 0..5_u64 {
+        let mut running = child(&killed)
+            .env("RIPRAP_TEST_ROWS", rows)
+            .env("RIPRAP_TEST_RESUME", "1")
+            .spawn()
+            .expect("a child process");
+        wait_for("the child's file", || killed.exists());
+        std::thread::sleep(Duration::from_micros(60_000 + (kill * 48_271) % 90_000));
+        running.kill().expect("kill");
+        running.wait().expect("end of the child");
+    }
+    for path in [&killed, &whole] {
+        let mut running = child(path);
+        let ended = running.env("RIPRAP_TEST_ROWS", rows).env("RIPRAP_TEST_RESUME", "1").status();
+        assert!(ended.expect("runs").success());
+    }
+    let (a, b) = (Reader::open(&whole).expect("opens"), Reader::open(&killed).expect("opens"));
+    assert_eq!(a.members("contacts").expect("names"), b.members("contacts").expect("names"));
+    for name in [
+        "history/increment",
+        "history/axial_strain",
+        "bodies/left/position",
+        "contacts/0/first",
+        "contacts/14/first",
+        "VTKHDF/Points",
+        "VTKHDF/Connectivity",
+        "VTKHDF/PointData/displacement",
+        "VTKHDF/CellData/damage",
+        "VTKHDF/CellData/stress",
+        "VTKHDF/Steps/Values",
+        "VTKHDF/Steps/PointDataOffsets/displacement",
+    ] {
+        let (of_whole, of_killed) = (a.floats(name).expect("numbers"), b.floats(name).expect("numbers"));
+        assert!(of_whole == of_killed && !of_whole.is_empty(), "{name} differs");
+    }
+    assert_eq!(
+        a.restart().expect("restart").map(|r| r.bytes),
+        b.restart().expect("restart").map(|r| r.bytes)
+    );
+    assert_eq!(a.status().expect("status"), b.status().expect("status"));
 }
 
 #[test]
