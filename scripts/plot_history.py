@@ -75,7 +75,7 @@ def draw_curves(files):
         peak = int(numpy.nanargmax(q))
         top.plot(strain[peak], q[peak], "o", markersize=5, color=style["color"])
         top.annotate(
-            f"{q[peak]:.2f} MPa at {strain[peak]:.1f} %",
+            f"{q[peak]:.3g} MPa at {strain[peak]:.3g} %",
             (strain[peak], q[peak]),
             xytext=(0, 7),
             textcoords="offset points",
@@ -90,7 +90,7 @@ def draw_curves(files):
     bottom.set_xlabel("axial strain  [%]")
     bottom.axhline(0, color="#555555", linewidth=0.8)
     if drawn:
-        top.legend(loc="lower right", fontsize=9)
+        top.legend(loc="best", fontsize=9)
     figure.align_ylabels()
     return figure
 

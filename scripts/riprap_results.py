@@ -11,6 +11,7 @@ A file whose writer was killed in the middle of a write is put back to its last 
 
 import os
 import struct
+import time
 import zlib
 
 import h5py
@@ -97,17 +98,27 @@ class Results:
         if not os.path.exists(self.path):
             raise ResultsError(f"{self.path}: no such file")
         recover(self.path)
+        self.live = False
         try:
-            self.file = h5py.File(self.path, "r")
-        except BlockingIOError:
-            # Its run goes on: read it as of its last commit.
-            self.file = h5py.File(self.path, "r", locking=False)
+            self.file = self._open()
         except OSError as error:
             raise ResultsError(f"{self.path}: {error}") from error
         if "history" not in self.file or "case" not in self.file:
             self.file.close()
             raise ResultsError(f"{self.path}: has no /history and /case; is it a results file of riprap?")
         self.history = History(self.file["history"])
+
+    def _open(self):
+        try:
+            return h5py.File(self.path, "r")
+        except BlockingIOError:
+            self.live = True
+        # Its run goes on: read it as of its last commit, not in the midst of one.
+        for _ in range(100):
+            if not os.path.exists(f"{self.path}.journal"):
+                break
+            time.sleep(0.01)
+        return h5py.File(self.path, "r", locking=False)
 
     def __enter__(self):
         return self
@@ -121,9 +132,10 @@ class Results:
 
     @property
     def status(self):
-        """`running`, `finished`, `interrupted` or `stopped`, and the reason."""
+        """`running`, `finished`, `interrupted`, `stopped` or `killed`, and the reason."""
         status = self.file["status"]
-        return status.asstr()[()], status.attrs["reason"]
+        text = status.asstr()[()]
+        return "killed" if text == "running" and not self.live else text, status.attrs["reason"]
 
     @property
     def stages(self):

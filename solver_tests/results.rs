@@ -154,7 +154,7 @@ fn write_small_file(path: &Path) -> FieldMesh {
     writer
         .write_table("grains", &[Column::floats("volume", "m3", "volume of the grain", vec![1e-6, 1e-6])])
         .expect("grains");
-    writer.add_bodies(&["left", "right"]).expect("bodies");
+    writer.set_bodies(&["left", "right"]).expect("bodies");
     let mut state = 0;
     for increment in 0..=12 {
         if increment > 0 {
@@ -504,7 +504,7 @@ fn child_writes_without_end() {
             }
             false => {
                 let mut writer = Writer::create(&path, &case_record(), Existing::Replace)?;
-                writer.add_bodies(&["left"])?;
+                writer.set_bodies(&["left"])?;
                 writer.save_restart(0, &[])?;
                 writer.commit()?;
                 (writer, 0)
@@ -675,7 +675,7 @@ fn resumed_file_equals_an_uninterrupted_one() {
     let mesh = block_of_grains([2, 1, 1]);
     let go_on = |writer: &mut Writer, from: usize, to: usize| {
         for increment in from..=to {
-            writer.append(&history_row(increment), &[body_row(increment)]).expect("row");
+            writer.append(&history_row(increment), &[body_row(increment), body_row(0)]).expect("row");
             if increment % 4 == 0 {
                 writer.save_state(&Fields::new(&mesh, increment / 4).at(increment)).expect("state");
                 writer.save_grains(&[grain_row(0, increment), grain_row(1, increment)]).expect("grains");
@@ -689,7 +689,8 @@ fn resumed_file_equals_an_uninterrupted_one() {
     let begin = |path: &Path| {
         let mut writer = Writer::create(path, &case_record(), Existing::Refuse).expect("a new file");
         writer.set_mesh(mesh.clone()).expect("mesh");
-        writer.add_bodies(&["left"]).expect("bodies");
+        // Not in alphabetical order, and not to be put into it.
+        writer.set_bodies(&["wedge", "base"]).expect("bodies");
         writer
     };
     let whole = dir.path().join("whole.h5");
@@ -702,9 +703,11 @@ fn resumed_file_equals_an_uninterrupted_one() {
     let mut writer = begin(&parts);
     go_on(&mut writer, 1, 10);
     // More that was never committed.
-    writer.append(&history_row(11), &[body_row(11)]).expect("row");
+    writer.append(&history_row(11), &[body_row(11), body_row(0)]).expect("row");
     drop(writer);
     let (mut writer, restart) = Writer::resume(&parts).expect("resumes");
+    assert!(writer.set_bodies(&["base", "wedge"]).is_err(), "other bodies are refused");
+    writer.set_bodies(&["wedge", "base"]).expect("the same bodies");
     assert!(writer.set_mesh(block_of_grains([1, 1, 1])).is_err(), "another mesh is refused");
     writer.set_mesh(mesh.clone()).expect("the same mesh");
     assert_eq!((restart.increment, restart.rows, restart.states), (8, 8, 2));
@@ -721,7 +724,8 @@ fn resumed_file_equals_an_uninterrupted_one() {
     for name in [
         "history/increment",
         "history/axial_strain",
-        "bodies/left/position",
+        "bodies/wedge/position",
+        "bodies/base/position",
         "grains/position",
         "contacts/4/first",
         "VTKHDF/PointData/displacement",

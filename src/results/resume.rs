@@ -66,8 +66,7 @@ impl Writer {
             column.resize(&self.store, restart.rows)?;
         }
         if self.store.file.link_exists("bodies") {
-            let names = self.store.hdf5("bodies", self.store.group("bodies")?.member_names())?;
-            for body in names {
+            for body in self.body_names()? {
                 let mut columns = Vec::new();
                 for quantity in &BODY_QUANTITIES {
                     let column = self.store.grown(&format!("bodies/{body}/{}", quantity.name))?;

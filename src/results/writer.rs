@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hdf5::file::{CacheDecreaseMode, CacheIncreaseMode, FileAccess, FlashIncreaseMode};
+use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File};
 
 use crate::error::{Error, Result};
@@ -186,11 +187,18 @@ impl Writer {
         Ok(())
     }
 
-    /// Makes `/bodies/<name>` for the bodies of a scene; rows then come with [`Writer::append`].
-    pub fn add_bodies(&mut self, names: &[&str]) -> Result<()> {
+    /// Makes `/bodies/<name>` for the bodies of a scene; rows then come with [`Writer::append`], in the same order.
+    /// Once, before the first row, and again (with the same names) after a resume.
+    pub fn set_bodies(&mut self, names: &[&str]) -> Result<()> {
+        if !self.bodies.is_empty() {
+            return match self.body_names()? == names {
+                true => Ok(()),
+                false => Err(self.store.fail("bodies", "are not those of the run to continue")),
+            };
+        }
         self.dirty = true;
         for name in names {
-            if name.is_empty() || name.contains('/') || *name == "." {
+            if name.is_empty() || name.contains(|c: char| c == '/' || c.is_control()) || *name == "." {
                 return Err(self.store.fail("bodies", format!("a body cannot be named {name:?}")));
             }
             let mut columns = Vec::new();
@@ -202,10 +210,21 @@ impl Writer {
             }
             self.bodies.push(columns);
         }
+        if !names.is_empty() {
+            self.store.text_attribute(&*self.store.group("bodies")?, "order", &names.join("\n"))?;
+        }
         Ok(())
     }
 
-    /// Appends an accepted increment; `bodies` in the order of [`Writer::add_bodies`], empty for a specimen.
+    /// Names of the bodies in the order in which their rows come.
+    pub(super) fn body_names(&self) -> Result<Vec<String>> {
+        let group = self.store.group("bodies")?;
+        let order = group.attr("order").and_then(|order| order.read_scalar::<VarLenUnicode>());
+        let order = self.store.hdf5("bodies@order", order)?;
+        Ok(String::from_utf8_lossy(order.as_bytes()).lines().map(str::to_string).collect())
+    }
+
+    /// Appends an accepted increment; `bodies` in the order of [`Writer::set_bodies`], empty for a specimen.
     pub fn append(&mut self, row: &HistoryRow, bodies: &[BodyRow]) -> Result<()> {
         self.dirty = true;
         if bodies.len() != self.bodies.len() {
