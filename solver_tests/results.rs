@@ -523,7 +523,13 @@ fn child_writes_without_end() {
                 writer.write_table(&format!("contacts/{state}"), &table)?;
                 writer.save_restart(increment as u64, &vec![(increment % 251) as u8; 200_000 + increment])?;
             }
-            writer.commit()?;
+            if let Err(error) = writer.commit() {
+                assert!(
+                    writer.finish(Outcome::Stopped, "as a run would", 0).is_err(),
+                    "no commit after a failed one"
+                );
+                return Err(error);
+            }
         }
         writer.finish(Outcome::Finished, "", limit as u64)
     };
@@ -754,6 +760,7 @@ fn full_disk_is_an_error_and_keeps_what_was_committed() {
         .expect("sh runs");
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(4), "an error, not a panic or a signal: {errors}");
+    assert!(!journal::path_of(&path).exists(), "put back by the writer itself");
     assert!(errors.contains("full.h5") && errors.contains("may not grow further"), "{errors}");
     let reader = Reader::open(&path).expect("opens");
     let summary = Summary::of(&reader).expect("everything can be read");

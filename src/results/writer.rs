@@ -321,8 +321,12 @@ impl Writer {
         Ok(())
     }
 
-    /// Makes all that was appended since the last commit part of the file.
+    /// Makes all that was appended since the last commit part of the file. After a commit that failed no other is
+    /// possible: the file goes back to the one before as the writer is dropped.
     pub fn commit(&mut self) -> Result<()> {
+        if self.undo.armed.is_some() {
+            return Err(self.store.fail("/", "an earlier write failed, so nothing more is written"));
+        }
         if self.committed_length > 0 {
             let snapshot = self.snapshot()?;
             journal::write(&self.store.path, &snapshot)?;
