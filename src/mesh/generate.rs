@@ -10,31 +10,44 @@ use crate::tensor::Vec3;
 
 /// Below this radius ratio the worst cell of a generated mesh gets extra work.
 const WANTED_RADIUS_RATIO: f64 = 0.2;
-/// How much of its length an edge inside the body counts when the longest is sought. The first
-/// value cuts the surface first, which spreads the nodes over it, where contact needs them; the
-/// others are tried where that leaves a poor cell (one grain in a hundred).
-const INNER_EDGES: [f64; 4] = [0.75, 1.0, 0.5, 1.4];
+/// How a grain is cut, one attempt after the other: what an edge inside the body counts of its length
+/// when the longest is sought, how many more cells than asked, and the worst radius ratio from which
+/// the best mesh so far is good enough to skip the attempt. The first cuts the surface first, which
+/// spreads the nodes over it, where contact needs them; one grain in a hundred needs the next, one in
+/// a thousand those that follow.
+const ATTEMPTS: [(f64, usize, f64); 10] = [
+    (0.75, 0, WANTED_RADIUS_RATIO),
+    (1.0, 0, WANTED_RADIUS_RATIO),
+    (0.5, 0, WANTED_RADIUS_RATIO),
+    (1.4, 0, WANTED_RADIUS_RATIO),
+    (0.75, 3, 0.15),
+    (1.0, 3, 0.15),
+    (0.75, 6, 0.15),
+    (1.0, 6, 0.15),
+    (0.75, 9, 0.12),
+    (1.0, 12, 0.12),
+];
 /// Largest number of cells of one generated mesh.
 const MOST_CELLS: usize = 2_000_000;
 
-/// Mesh of a convex grain with about `cells` cells (as near as whole edge cuts come, and at least
-/// one per facet): a fan from an inner point, longest-edge bisection, smoothing.
+/// Mesh of a convex grain with about `cells` cells (as near as whole edge cuts come, at least one per
+/// facet, up to a dozen more for a grain that meshes badly): a fan from an inner point, longest-edge bisection, smoothing.
 ///
 /// The surface stays exactly that of `shape`. The result depends on `shape` and `cells` only.
 /// Errors ([`Error::Mesh`]) where the shape is not convex or has no volume.
 pub fn grain_mesh(shape: &Polyhedron, cells: usize) -> Result<Mesh> {
     let fan = fan(shape)?;
     let mut best: Option<(f64, Tetrahedra)> = None;
-    for inner_edge in INNER_EDGES {
+    for (inner_edge, more, enough) in ATTEMPTS {
+        if best.as_ref().is_some_and(|(worst, _)| *worst >= enough) {
+            break;
+        }
         let mut mesh = fan.clone();
-        refine_to_count(&mut mesh, cells, inner_edge);
+        refine_to_count(&mut mesh, cells + more, inner_edge);
         improve(&mut mesh);
         let worst = mesh.worst_quality();
         if best.as_ref().is_none_or(|(other, _)| worst > *other) {
             best = Some((worst, mesh));
-        }
-        if worst >= WANTED_RADIUS_RATIO {
-            break;
         }
     }
     finish("grain", best.map_or(fan, |(_, mesh)| mesh))
@@ -216,7 +229,8 @@ fn fan(shape: &Polyhedron) -> Result<Tetrahedra> {
 
 fn finish(name: &str, mesh: Tetrahedra) -> Result<Mesh> {
     if !(mesh.worst_quality() > 0.0) {
-        return Err(Error::Mesh { name: name.into(), message: "a cell has no volume".into() });
+        let message = "a cell has no volume; ask for a smaller mesh size or gentler local refinement";
+        return Err(Error::Mesh { name: name.into(), message: message.into() });
     }
     Mesh::from_tetrahedra(name, mesh.points, &mesh.cells)
 }
