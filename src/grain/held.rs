@@ -97,7 +97,7 @@ impl HeldGrain {
     }
 
     /// Takes out the mean displacement and rotation: `u -= R (R^T M R)^-1 R^T M u`.
-    fn into_frame(&self, u: &mut [f64]) {
+    fn remove_mean_motion(&self, u: &mut [f64]) {
         let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
         for ((u, mass), moment) in u.chunks_exact(3).zip(&self.masses).zip(&self.moments) {
             let u = Vec3::new(u[0], u[1], u[2]);
@@ -125,7 +125,7 @@ impl HeldGrain {
         if self.factor.back_substitute_shared(&mut u, 1).is_err() {
             return vec![Vec3::repeat(f64::NAN); forces.len()];
         }
-        self.into_frame(&mut u);
+        self.remove_mean_motion(&mut u);
         u.chunks_exact(3).map(|u| Vec3::new(u[0], u[1], u[2])).collect()
     }
 
@@ -146,7 +146,7 @@ impl HeldGrain {
         if self.factor.back_substitute_shared(&mut x, 3).is_err() {
             x.fill(f64::NAN);
         }
-        x.chunks_exact_mut(size).for_each(|u| self.into_frame(u));
+        x.chunks_exact_mut(size).for_each(|u| self.remove_mean_motion(u));
         surface.nodes().iter().map(|node| block(&x, size, *node)).collect()
     }
 
@@ -167,7 +167,7 @@ impl HeldGrain {
                 self.unit_loads_into(column, node.index());
             }
             self.factor.back_substitute(x, 3 * batch.len())?;
-            x.chunks_exact_mut(size).for_each(|u| self.into_frame(u));
+            x.chunks_exact_mut(size).for_each(|u| self.remove_mean_motion(u));
             for (k, three) in x.chunks_exact(3 * size).enumerate() {
                 let j = first + k;
                 for (i, node) in nodes.iter().enumerate().skip(j) {

@@ -120,11 +120,11 @@ pub fn cuboid_mesh(size: [f64; 3], mesh_size: f64) -> Result<Mesh> {
 pub struct NearPoint {
     /// Its centre [m].
     pub point: Vec3,
-    /// Its radius [m].
+    /// Its radius, positive [m].
     pub radius: f64,
     /// Edge length inside it [m].
     pub mesh_size: f64,
-    /// Growth of the edge length with the distance from the ball [m/m]; 0.3 grades gently.
+    /// Growth, positive, of the edge length with the distance from the ball [m/m]; 0.3 grades gently.
     pub growth: f64,
 }
 
@@ -138,12 +138,8 @@ pub fn sphere_mesh(radius: f64, mesh_size: f64, near: Option<&NearPoint>) -> Res
     check_size("sphere", mesh_size)?;
     if let Some(near) = near {
         check_size("sphere", near.mesh_size)?;
-        if !(near.growth > 0.0) || !(near.radius >= 0.0) {
-            return Err(Error::Mesh {
-                name: "sphere".into(),
-                message: "local refinement needs a positive growth and a radius that is not negative".into(),
-            });
-        }
+        check_size("sphere", near.growth)?;
+        check_size("sphere", near.radius)?;
     }
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners = Vec::with_capacity(12);
@@ -183,7 +179,8 @@ fn improve(mesh: &mut Tetrahedra) {
 /// Tetrahedra from an inner point to every facet, the point where the worst of them is best.
 fn fan(shape: &Polyhedron) -> Result<Tetrahedra> {
     let fail = |message: &str| Error::Mesh { name: "polyhedron".into(), message: message.into() };
-    if shape.facets.is_empty() || !(shape.volume() > 0.0) {
+    let solid = !shape.facets.is_empty() && shape.volume() > 0.0;
+    if !solid {
         return Err(fail("has no volume"));
     }
     let centroid = shape.centroid();
@@ -228,7 +225,7 @@ fn fan(shape: &Polyhedron) -> Result<Tetrahedra> {
 }
 
 fn finish(name: &str, mesh: Tetrahedra) -> Result<Mesh> {
-    if !(mesh.worst_quality() > 0.0) {
+    if mesh.worst_quality() <= 0.0 {
         let message = "a cell has no volume; ask for a smaller mesh size or gentler local refinement";
         return Err(Error::Mesh { name: name.into(), message: message.into() });
     }
@@ -239,7 +236,7 @@ fn check_size(name: &str, length: f64) -> Result<()> {
     if length > 0.0 && length.is_finite() {
         return Ok(());
     }
-    Err(Error::Mesh { name: name.into(), message: format!("the length {length} m is not positive") })
+    Err(Error::Mesh { name: name.into(), message: format!("the size {length} is not positive") })
 }
 
 fn too_many(name: &str) -> Error {

@@ -62,7 +62,7 @@ pub(crate) fn refine_to_size(mesh: &mut Tetrahedra, size: impl Fn(&Vec3) -> f64,
     };
     let mut heap = all_edges(mesh, &measure);
     while let Some(longest) = heap.pop() {
-        if !(longest.measure > 1.0) {
+        if longest.measure <= 1.0 {
             return true;
         }
         let [a, b] = longest.ends;
