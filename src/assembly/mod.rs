@@ -1,1 +1,126 @@
-//! (being built)
+//! Residual and tangent of the model in one configuration.
+//!
+//! Unknowns are the free components of the bodies' motion: translations [m] and rotations times
+//! the body's rotation scale [m], so that all entries have the units of a stiffness [N/m] and all
+//! residuals of a force [N]. The residual is the force that is out of balance.
+
+pub mod contacts;
+pub mod dofs;
+pub mod pattern;
+
+pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
+pub use dofs::Dofs;
+pub use pattern::BlockPattern;
+
+use crate::model::{Loads, Model};
+use crate::tensor::{Pose, Vec3, Vector6};
+
+/// Adds every force on the free components into `residual` [N], which it clears first.
+pub fn residual_into(
+    residual: &mut Vec<f64>,
+    model: &Model,
+    dofs: &Dofs,
+    contacts: &Contacts,
+    loads: &Loads,
+    poses: &[Pose],
+) {
+    residual.clear();
+    residual.resize(dofs.count(), 0.0);
+    for pair in &contacts.pairs {
+        for point in pair.points.iter().filter(|p| p.evaluation.is_active()) {
+            dofs.scatter(residual, pair.a(), &point.evaluation.wrench[..6]);
+            dofs.scatter(residual, pair.b(), &point.evaluation.wrench[6..]);
+        }
+    }
+    if let Some(cover) = &model.cover {
+        let mut wrenches = vec![Vector6::zeros(); model.bodies.len()];
+        cover.loads_into(&mut wrenches, poses, loads.pressure);
+        for (i, wrench) in wrenches.iter().enumerate() {
+            dofs.scatter(residual, i, wrench.as_slice());
+        }
+    }
+    for (i, body) in model.bodies.iter().enumerate() {
+        let mut wrench = [0.0; 6];
+        let weight = loads.gravity * body.mass;
+        let moment = (poses[i].rotation * body.centre_of_mass).cross(&weight);
+        for k in 0..3 {
+            wrench[k] = loads.applied[i][k] + weight[k];
+            wrench[3 + k] = loads.applied[i][3 + k] + moment[k];
+        }
+        dofs.scatter(residual, i, &wrench);
+    }
+}
+
+/// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call
+/// [`Contacts::update_tangents`] first.
+pub fn contact_stiffness_into(values: &mut [f64], pattern: &BlockPattern, dofs: &Dofs, contacts: &Contacts) {
+    for pair in &contacts.pairs {
+        let (a, b) = (pair.a(), pair.b());
+        for tangent in &pair.tangents {
+            for (row_body, first_row) in [(a, 0), (b, 6)] {
+                let mut on_a = [[0.0; 6]; 6];
+                let mut on_b = [[0.0; 6]; 6];
+                for r in 0..6 {
+                    let row = &tangent[first_row + r];
+                    for c in 0..3 {
+                        on_b[r][c] = -row[c];
+                        on_b[r][3 + c] = -row[3 + c];
+                        on_a[r][c] = row[c];
+                        on_a[r][3 + c] = -row[6 + c];
+                    }
+                }
+                pattern.add_block(values, dofs, row_body, a, &on_a);
+                pattern.add_block(values, dofs, row_body, b, &on_b);
+            }
+        }
+    }
+}
+
+/// The geometric stiffness of gravity and fixed forces acting off a body's reference point:
+/// minus the derivative of the moment `(R c) x w` by the spin of the body.
+pub fn gravity_stiffness_into(
+    values: &mut [f64],
+    model: &Model,
+    pattern: &BlockPattern,
+    dofs: &Dofs,
+    loads: &Loads,
+    poses: &[Pose],
+) {
+    if loads.gravity == Vec3::zeros() {
+        return;
+    }
+    for (i, body) in model.bodies.iter().enumerate() {
+        let arm = poses[i].rotation * body.centre_of_mass;
+        let weight = loads.gravity * body.mass;
+        // d/dtheta of (theta x arm) x w = -(w x (theta x arm)).
+        let block = weight.cross_matrix() * -arm.cross_matrix();
+        let mut full = [[0.0; 6]; 6];
+        for r in 0..3 {
+            for c in 0..3 {
+                full[3 + r][3 + c] = block[(r, c)];
+            }
+        }
+        pattern.add_block(values, dofs, i, i, &full);
+    }
+}
+
+/// The stiffness of the cover's follower pressure: minus the derivative of its loads.
+pub fn cover_stiffness_into(
+    values: &mut [f64],
+    model: &Model,
+    pattern: &BlockPattern,
+    dofs: &Dofs,
+    loads: &Loads,
+    poses: &[Pose],
+) {
+    let Some(cover) = &model.cover else { return };
+    cover.for_each_tangent_block(poses, loads.pressure, |i, j, tangent| {
+        let mut block = [[0.0; 6]; 6];
+        for (r, row) in block.iter_mut().enumerate() {
+            for (c, entry) in row.iter_mut().enumerate() {
+                *entry = -tangent[(r, c)];
+            }
+        }
+        pattern.add_block(values, dofs, i, j, &block);
+    });
+}

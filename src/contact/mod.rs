@@ -1,1 +1,25 @@
-//! (being built)
+//! Contact between rounded convex bodies: which features are near each other, the force that each
+//! such feature pair transmits, and what a contact remembers.
+//!
+//! Every body is a convex core rounded by a radius. One contact per vertex and opposite core (the
+//! distance to a convex set is continuously differentiable outside it, so facet edges inside a
+//! face cannot be felt) and one per pair of edges whose closest points lie inside both, with a
+//! weight that fades towards the edges' ends and for nearly parallel edges. The force is the
+//! derivative of an energy, weights included, plus friction; it is a continuous function of the
+//! configuration (FORMULATION section 3, candidate A; after the barrier-type distances of
+//! Li et al. 2020, "Incremental potential contact", ACM Trans. Graph. 39(4)).
+//!
+//! Units SI. A gap is positive when open; `overlap = -gap`. Forces are on body `b` unless said.
+
+pub mod features;
+pub mod force;
+pub mod law;
+pub mod memory;
+pub mod search;
+
+pub use features::{Feature, Site};
+pub use force::{Evaluation, Kinematics};
+pub use law::ContactLaw;
+
+pub use memory::{ContactKey, Memory, PairMemory, PointMemory};
+pub use search::{ContactShape, Neighbours, PairFeatures};

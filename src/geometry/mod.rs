@@ -1,5 +1,9 @@
 //! Shapes and distances without mechanics: polyhedra, convex hulls, separating axes, searches.
 
+pub mod neighbours;
 pub mod polyhedron;
+pub mod rounded;
+pub mod separation;
 
 pub use polyhedron::{Edge, Polyhedron};
+pub use rounded::RoundedBody;

@@ -1,1 +1,65 @@
-//! (being built)
+//! The assembled scene: bodies with their shapes and stiffnesses, what is prescribed and loaded,
+//! and the committed state that only an accepted increment changes.
+
+pub mod body;
+pub mod cover;
+pub mod loads;
+pub mod state;
+
+pub use body::{Body, BodyId, BodyKind};
+pub use loads::Loads;
+pub use state::{Committed, Counters};
+
+pub use cover::PressureCover;
+
+use crate::contact::law::Friction;
+use crate::contact::{ContactLaw, ContactShape};
+
+/// Everything that does not change during a run.
+#[derive(Debug, Clone)]
+pub struct Model {
+    pub bodies: Vec<Body>,
+    /// The bodies' shapes, in the same order.
+    pub shapes: Vec<ContactShape>,
+    pub law: ContactLaw,
+    /// Friction where neither body has its own.
+    pub friction: Friction,
+    /// Cover that carries a pressure, where there is one.
+    pub cover: Option<PressureCover>,
+}
+
+impl Model {
+    /// Stiffness of a contact between two bodies [N/m]: theirs in series; rigid plates give none.
+    pub fn contact_stiffness(&self, a: usize, b: usize) -> f64 {
+        let compliance = 1.0 / self.bodies[a].stiffness + 1.0 / self.bodies[b].stiffness;
+        1.0 / compliance
+    }
+
+    /// The friction between two bodies: a body's own where it has one, the weaker where both have.
+    pub fn friction_between(&self, a: usize, b: usize) -> Friction {
+        match (self.bodies[a].friction, self.bodies[b].friction) {
+            (None, None) => self.friction,
+            (Some(own), None) | (None, Some(own)) => own,
+            (Some(x), Some(y)) => {
+                if x.peak <= y.peak {
+                    x
+                } else {
+                    y
+                }
+            }
+        }
+    }
+
+    /// A stiffness typical of the model's contacts [N/m]: the median over bodies that have one.
+    pub fn typical_stiffness(&self) -> f64 {
+        let mut stiffness: Vec<f64> =
+            self.bodies.iter().map(|b| b.stiffness).filter(|k| k.is_finite()).collect();
+        stiffness.sort_by(f64::total_cmp);
+        stiffness.get(stiffness.len() / 2).map_or(1e8, |k| 0.5 * k)
+    }
+
+    /// The smallest rounding radius of the model [m]; no motion of one iteration exceeds it.
+    pub fn smallest_rounding(&self) -> f64 {
+        self.shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min)
+    }
+}

@@ -3,6 +3,8 @@
 //! Vectors and matrices are nalgebra's. A [`Pose`] maps body coordinates to space:
 //! `x = position + rotation * xi`. Rotation vectors are in radians, right-handed.
 
+pub mod dual;
+
 pub use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 
 /// A position, displacement or force in space [m or N].

@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""Draws the stress-strain and volume-change curves of one or several results files, or their energy shares.
+
+    scripts/plot_history.py results/a.h5 results/b.h5 --out curves.png
+    scripts/plot_history.py results/a.h5 --energy --out energy.svg
+"""
+
+import argparse
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy
+
+from riprap_results import Results, ResultsError
+
+# Okabe & Ito (2008): told apart with any kind of colour vision; line styles tell them apart in print.
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"]
+STYLES = ["-", (0, (6, 2)), (0, (2, 1.5)), (0, (7, 2, 1.5, 2))]
+ENERGIES = [
+    ("energy_elastic", "elastic, grains", "#56B4E9"),
+    ("energy_membrane", "elastic, membrane", "#0072B2"),
+    ("energy_friction", "friction", "#E69F00"),
+    ("energy_damage", "damage", "#D55E00"),
+    ("energy_stabilisation", "stabilisation", "#999999"),
+]
+STYLE = {
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#555555",
+    "xtick.color": "#333333",
+    "ytick.color": "#333333",
+    "legend.frameon": False,
+    "lines.linewidth": 1.8,
+    "svg.fonttype": "none",
+}
+
+
+def label_of(results):
+    status, _ = results.status
+    title = results.title or results.path
+    return title if status == "finished" else f"{title} ({status})"
+
+
+def draw_curves(files):
+    """q and volumetric strain over axial strain, of the stages behind the consolidation."""
+    figure, (top, bottom) = plt.subplots(
+        2, 1, figsize=(6.4, 7.0), sharex=True, height_ratios=[3, 2], layout="constrained"
+    )
+    drawn = 0
+    for at, results in enumerate(files):
+        rows = results.shear_rows()
+        strain = 100 * results.history["axial_strain"][rows]
+        q = results.history["deviatoric_stress"][rows] / 1e6
+        volume = 100 * results.history["volumetric_strain"][rows]
+        if not len(strain):
+            print(f"{results.path}: has no increments yet; left out", file=sys.stderr)
+            continue
+        # Strains are drawn from the start of shearing, as laboratories report them.
+        strain, volume = strain - strain[0], volume - volume[0]
+        style = {"color": COLOURS[at % len(COLOURS)], "linestyle": STYLES[at % len(STYLES)]}
+        top.plot(strain, q, label=label_of(results), **style)
+        bottom.plot(strain, volume, **style)
+        peak = int(numpy.nanargmax(q))
+        top.plot(strain[peak], q[peak], "o", markersize=5, color=style["color"])
+        top.annotate(
+            f"{q[peak]:.2f} MPa at {strain[peak]:.1f} %",
+            (strain[peak], q[peak]),
+            xytext=(0, 7),
+            textcoords="offset points",
+            ha="center",
+            fontsize=8.5,
+            color=style["color"],
+        )
+        drawn += 1
+    top.set_ylabel("deviatoric stress  q  [MPa]")
+    top.set_ylim(bottom=min(0, top.get_ylim()[0]), top=1.06 * top.get_ylim()[1])
+    top.set_xlim(left=0)
+    bottom.set_ylabel("volumetric strain  [%]\n(contraction positive)")
+    bottom.set_xlabel("axial strain  [%]")
+    bottom.axhline(0, color="#555555", linewidth=0.8)
+    if drawn:
+        top.legend(loc="lower right", fontsize=9)
+    figure.align_ylabels()
+    return figure
+
+
+def draw_energies(files):
+    """Shares of the energies in the work done, over axial strain, one chart a file."""
+    figure, axes = plt.subplots(
+        1, len(files), figsize=(1.2 + 4.6 * len(files), 4.2), sharey=True, squeeze=False, layout="constrained"
+    )
+    for ax, results in zip(axes[0], files):
+        rows = results.shear_rows()
+        strain = 100 * results.history["axial_strain"][rows]
+        parts = [numpy.nan_to_num(results.history[name][rows]) for name, _, _ in ENERGIES]
+        total = numpy.sum(parts, axis=0)
+        started = total > 0
+        ax.set_title(label_of(results), fontsize=10)
+        ax.set_xlabel("axial strain  [%]")
+        if not started.any():
+            ax.text(0.5, 50, "no energy booked yet", ha="center", transform=ax.get_xaxis_transform())
+            continue
+        strain = strain[started] - strain[0]
+        shares = [100 * part[started] / total[started] for part in parts]
+        # A part that never reaches a thousandth would only clutter the legend.
+        shown = [at for at, share in enumerate(shares) if share.max() > 0.1]
+        ax.stackplot(
+            strain,
+            *[shares[at] for at in shown],
+            labels=[ENERGIES[at][1] for at in shown],
+            colors=[ENERGIES[at][2] for at in shown],
+            edgecolor="white",
+            linewidth=0.6,
+        )
+        ax.set_xlim(strain[0], max(strain[-1], strain[0] + 1e-9))
+        ax.set_ylim(0, 100)
+        ax.grid(False)
+        error = results.history["energy_error"][rows]
+        external = results.history["energy_external"][rows]
+        worst = numpy.nanmax(numpy.abs(error)) / max(numpy.nanmax(numpy.abs(external)), 1e-300)
+        ax.text(
+            0.5, -0.2, f"{total[-1]:.4g} J in all; largest error of the ledger {100 * worst:.2g} % of the external work",
+            transform=ax.transAxes, ha="center", va="top", fontsize=8, color="#777777",
+        )
+    axes[0][0].set_ylabel("share of the energy  [%]")
+    handles, labels = axes[0][0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=9)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", help="results files (.h5)")
+    parser.add_argument("--out", required=True, help="picture to write: .png, .svg or .pdf")
+    parser.add_argument("--energy", action="store_true", help="draw the shares of the energies instead")
+    options = parser.parse_args()
+    plt.rcParams.update(STYLE)
+    try:
+        files = [Results(path) for path in options.files]
+        figure = draw_energies(files) if options.energy else draw_curves(files)
+        figure.savefig(options.out, dpi=160)
+    except (ResultsError, OSError, ValueError) as error:
+        sys.exit(f"plot_history: {error}")
+    print(options.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,183 @@
+"""Reads the results files of riprap: numpy arrays out of HDF5, nothing else.
+
+    from riprap_results import Results
+    with Results("results/quick_start.h5") as results:
+        q = results.history["deviatoric_stress"]          # Pa, compression positive
+        u = results.point_data("displacement", state=-1)  # m, shape (points, 3)
+
+SI units. Strains, q and p in the history count compression positive; stresses of the cells count tension positive.
+A file whose writer was killed in the middle of a write is put back to its last good increment first (`recover`).
+"""
+
+import os
+import struct
+import zlib
+
+import h5py
+import numpy
+
+VTK_QUADRATIC_TETRA = 24
+
+
+class ResultsError(Exception):
+    """A file that is missing, damaged, or not of riprap; the message says which."""
+
+
+def recover(path):
+    """Puts a file back to its last commit if a killed writer left a journal beside it; tells whether it had to.
+
+    The layout of the journal is described in src/results/journal.rs.
+    """
+    journal = f"{path}.journal"
+    if not os.path.exists(journal):
+        return False
+    with open(path, "r+b") as file:
+        try:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:
+            pass  # Windows: no flock
+        except OSError:
+            return False  # a live writer: its journal is its own
+        try:
+            with open(journal, "rb") as source:
+                data = source.read()
+        except FileNotFoundError:
+            return False
+        body, checksum = data[:-4], data[-4:]
+        whole = len(data) > 28 and body[:8] == b"RIPRAPJ1" and struct.pack("<I", zlib.crc32(body)) == checksum
+        if whole:
+            length, count = struct.unpack_from("<QQ", body, 8)
+            at = 24
+            for _ in range(count):
+                offset, size = struct.unpack_from("<QQ", body, at)
+                file.seek(offset)
+                file.write(body[at + 16 : at + 16 + size])
+                at += 16 + size
+            file.truncate(length)
+        file.flush()
+        os.remove(journal)
+        return whole
+
+
+class History:
+    """`/history` as arrays by name; `units` and `long_name` tell what they are."""
+
+    def __init__(self, group):
+        self._group = group
+        self._rows = min((len(group[name]) for name in group), default=0)
+
+    def __getitem__(self, name):
+        if name not in self._group:
+            raise ResultsError(f"no history of {name!r}; there are {', '.join(self._group)}")
+        return self._group[name][: self._rows]
+
+    def __len__(self):
+        return self._rows
+
+    def __contains__(self, name):
+        return name in self._group
+
+    def names(self):
+        return list(self._group)
+
+    def units(self, name):
+        return self._group[name].attrs["units"]
+
+    def long_name(self, name):
+        return self._group[name].attrs["long_name"]
+
+
+class Results:
+    """An open results file."""
+
+    def __init__(self, path):
+        self.path = os.fspath(path)
+        if not os.path.exists(self.path):
+            raise ResultsError(f"{self.path}: no such file")
+        recover(self.path)
+        try:
+            self.file = h5py.File(self.path, "r")
+        except BlockingIOError:
+            # Its run goes on: read it as of its last commit.
+            self.file = h5py.File(self.path, "r", locking=False)
+        except OSError as error:
+            raise ResultsError(f"{self.path}: {error}") from error
+        if "history" not in self.file or "case" not in self.file:
+            self.file.close()
+            raise ResultsError(f"{self.path}: has no /history and /case; is it a results file of riprap?")
+        self.history = History(self.file["history"])
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.file.close()
+
+    @property
+    def title(self):
+        return self.file["case/title"].asstr()[()]
+
+    @property
+    def status(self):
+        """`running`, `finished`, `interrupted` or `stopped`, and the reason."""
+        status = self.file["status"]
+        return status.asstr()[()], status.attrs["reason"]
+
+    @property
+    def stages(self):
+        """The kinds of the stages; `history["stage"]` counts into this list."""
+        text = self.file["case/stages"].asstr()[()]
+        return text.split("\n") if text else []
+
+    def shear_rows(self):
+        """The rows of the history that belong to the main stages: all behind the leading consolidation."""
+        leading = 0
+        for kind in self.stages:
+            if kind != "consolidate":
+                break
+            leading += 1
+        stage = self.history["stage"]
+        rows = stage >= leading
+        return rows if rows.any() else numpy.ones(len(stage), dtype=bool)
+
+    @property
+    def states(self):
+        """Pseudo-times of the saved states."""
+        return self.file["VTKHDF/Steps/Values"][:] if "VTKHDF" in self.file else numpy.empty(0)
+
+    @property
+    def state_increments(self):
+        return self.file["VTKHDF/Steps/Increments"][:] if "VTKHDF" in self.file else numpy.empty(0, int)
+
+    @property
+    def parts(self):
+        """Names of the parts; cell data `part` counts into this list."""
+        names = self.file["VTKHDF/CellData/part"].attrs["names"]
+        return [name.split(" ", 1)[1] for name in names.split("; ") if name]
+
+    @property
+    def points(self):
+        """Points in the reference configuration [m]."""
+        return self.file["VTKHDF/Points"][:]
+
+    def cells(self):
+        """Types, connectivity and offsets of the cells, as VTK has them."""
+        group = self.file["VTKHDF"]
+        return group["Types"][:], group["Connectivity"][:], group["Offsets"][:]
+
+    def point_data(self, name, state=-1):
+        return self._field("PointData", name, state, "NumberOfPoints")
+
+    def cell_data(self, name, state=-1):
+        return self._field("CellData", name, state, "NumberOfCells")
+
+    def _field(self, group, name, state, count):
+        root = self.file["VTKHDF"]
+        if name not in root[group]:
+            raise ResultsError(f"{self.path}: no {name!r}; there are {', '.join(root[group])}")
+        if not len(self.states):
+            raise ResultsError(f"{self.path}: no state has been saved")
+        start = root[f"Steps/{group}Offsets"][name][state]
+        return root[group][name][start : start + root[count][0]]

@@ -1,0 +1,168 @@
+//! Every case file in `cases/` is sound, conforms to the JSON Schema and survives completion.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+fn case_files() -> Vec<PathBuf> {
+    let mut found = vec![];
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("cases")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".json") && !name.ends_with(".schema.json") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn every_case_is_sound() {
+    let files = case_files();
+    assert!(files.len() >= 19, "only {} case files", files.len());
+    for file in files {
+        let raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+        assert!(!case.title.is_empty(), "{}: no title", file.display());
+        let unsupported = riprap::case::unsupported(&case);
+        assert!(unsupported.is_empty(), "{}: cannot be run: {unsupported:?}", file.display());
+    }
+}
+
+#[test]
+fn every_case_reads_back_from_its_completion() {
+    for file in case_files() {
+        let case = riprap::case::read(&file).and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}"));
+        let text = case.completed().to_string();
+        let again = riprap::case::RawCase::parse(&file, &text).and_then(|raw| raw.check());
+        assert_eq!(again.unwrap_or_else(|e| panic!("{e}")), case, "{}", file.display());
+    }
+}
+
+#[test]
+fn every_case_conforms_to_the_schema() {
+    let schema = riprap::case::schema();
+    for file in case_files() {
+        let raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        if let Err(problem) = conforms(&schema, &raw.value, "$") {
+            panic!("{}: {problem}", file.display());
+        }
+        let completed = raw.check().unwrap_or_else(|e| panic!("{e}")).completed();
+        if let Err(problem) = conforms(&schema, &completed, "$") {
+            panic!("{} (completed): {problem}", file.display());
+        }
+    }
+}
+
+#[test]
+fn the_schema_refuses_what_the_check_refuses() {
+    let schema = riprap::case::schema();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/quick_start.json");
+    let changes = [
+        ("/rock/density", serde_json::json!(-1)),
+        ("/rock/densty", serde_json::json!(2180)),
+        ("/stages/0/kind", serde_json::json!("shake")),
+        ("/stages", serde_json::json!([])),
+        ("/specimen/vertices", serde_json::json!([8])),
+        ("/scene", serde_json::json!({"bodies": []})),
+        ("/output/contacts", serde_json::json!("yes")),
+    ];
+    for (pointer, value) in changes {
+        let mut raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        raw.set(&[(pointer.to_string(), value)]);
+        assert!(raw.check().is_err(), "{pointer} is accepted by the check");
+        assert!(conforms(&schema, &raw.value, "$").is_err(), "{pointer} is accepted by the schema");
+    }
+}
+
+#[test]
+fn the_committed_schema_is_current() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/riprap.schema.json");
+    let current = serde_json::to_string_pretty(&riprap::case::schema()).expect("JSON") + "\n";
+    let committed = std::fs::read_to_string(&file).unwrap_or_default();
+    if committed != current && std::env::var_os("RIPRAP_REWRITE").is_some() {
+        std::fs::write(&file, &current).expect("written");
+        return;
+    }
+    assert!(committed == current, "cases/riprap.schema.json is stale: run this test with RIPRAP_REWRITE=1");
+}
+
+/// The part of JSON Schema that the case's schema uses, `pattern` (an editor's business) apart.
+fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
+    let refuse = |what: &str| Err(format!("{path}: {what}: {value}"));
+    let Some(schema) = schema.as_object() else {
+        return if schema == &Value::Bool(false) { refuse("nothing goes here") } else { Ok(()) };
+    };
+    for (word, rule) in schema {
+        let number = || value.as_f64().zip(rule.as_f64());
+        let list = rule.as_array().cloned().unwrap_or_default();
+        let passing = || list.iter().filter(|option| conforms(option, value, path).is_ok()).count();
+        let length = value.as_array().map(Vec::len).or(value.as_object().map(|map| map.len()));
+        let limit = rule.as_u64().map(|n| n as usize);
+        let sound = match word.as_str() {
+            "type" => match rule.as_str().unwrap_or_default() {
+                "object" => value.is_object(),
+                "array" => value.is_array(),
+                "string" => value.is_string(),
+                "number" => value.is_number(),
+                "integer" => value.as_f64().is_some_and(|x| x.fract() == 0.0),
+                "boolean" => value.is_boolean(),
+                "null" => value.is_null(),
+                other => return Err(format!("the schema has the unknown type {other}")),
+            },
+            "const" => value == rule,
+            "enum" => list.contains(value),
+            "anyOf" => passing() > 0,
+            "oneOf" => passing() == 1,
+            "minimum" => number().is_none_or(|(x, bound)| x >= bound),
+            "maximum" => number().is_none_or(|(x, bound)| x <= bound),
+            "exclusiveMinimum" => number().is_none_or(|(x, bound)| x > bound),
+            "exclusiveMaximum" => number().is_none_or(|(x, bound)| x < bound),
+            "minItems" | "minProperties" => length >= limit,
+            "maxProperties" => length <= limit,
+            "required" => list.iter().all(|key| value.get(key.as_str().unwrap_or_default()).is_some()),
+            "properties" => {
+                for (key, rule) in rule.as_object().into_iter().flatten() {
+                    if let Some(value) = value.get(key) {
+                        conforms(rule, value, &format!("{path}.{key}"))?;
+                    }
+                }
+                true
+            }
+            "additionalProperties" => {
+                let known =
+                    |key: &str| schema.get("properties").is_some_and(|known| known.get(key).is_some());
+                for (key, value) in value.as_object().into_iter().flatten().filter(|(key, _)| !known(key)) {
+                    conforms(rule, value, &format!("{path}.{key}"))?;
+                }
+                true
+            }
+            "prefixItems" => {
+                for (i, (rule, value)) in list.iter().zip(value.as_array().into_iter().flatten()).enumerate()
+                {
+                    conforms(rule, value, &format!("{path}[{i}]"))?;
+                }
+                true
+            }
+            "items" => {
+                let prefix = schema.get("prefixItems").and_then(Value::as_array).map_or(0, Vec::len);
+                for (i, value) in value.as_array().into_iter().flatten().enumerate().skip(prefix) {
+                    conforms(rule, value, &format!("{path}[{i}]"))?;
+                }
+                true
+            }
+            "$schema" | "title" | "description" | "default" | "examples" | "pattern" => true,
+            other => return Err(format!("the schema uses the unknown word {other}")),
+        };
+        if !sound {
+            return refuse(&format!("does not pass {word} {rule}").chars().take(200).collect::<String>());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,249 @@
+//! All contacts of the model in one configuration, with buffers that are reused.
+
+use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
+use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
+use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
+use crate::contact::{Feature, Site};
+use crate::model::{Committed, Model};
+use crate::tensor::{Pose, Vec3};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Two cores have come closer than the floor (or overlap): the configuration is refused.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("bodies {a} and {b} are {distance:.3e} m apart, core to core")]
+pub struct TooClose {
+    pub a: usize,
+    pub b: usize,
+    pub distance: f64,
+}
+
+/// Cores may not come closer than this share of the sum of their rounding radii.
+const CORE_FLOOR: f64 = 0.2;
+
+/// One contact point in the present configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactPoint {
+    pub site: Site,
+    pub state: PointState,
+    pub evaluation: Evaluation,
+}
+
+/// A pair of bodies: what it carries, and its contact points now.
+#[derive(Debug, Clone)]
+pub struct PairWork {
+    features: PairFeatures,
+    stiffness: f64,
+    /// Friction coefficient in force.
+    pub coefficient: f64,
+    /// Carried into the present Newton solve: the committed memory, then what augmentations made of it.
+    pub carried: PairMemory,
+    pub points: Vec<ContactPoint>,
+    /// Tangents of the active points, in their order.
+    pub tangents: Vec<Tangent>,
+    /// Smallest distance between the cores' features [m].
+    pub nearest: f64,
+}
+
+impl PairWork {
+    pub fn a(&self) -> usize {
+        self.features.a as usize
+    }
+    pub fn b(&self) -> usize {
+        self.features.b as usize
+    }
+    pub fn key(&self) -> PairKey {
+        (self.features.a, self.features.b)
+    }
+    pub fn active(&self) -> impl Iterator<Item = &ContactPoint> {
+        self.points.iter().filter(|p| p.evaluation.is_active())
+    }
+
+    fn evaluate(&mut self, model: &Model, kinematics: &[Kinematics], corners: &[Vec<Vec3>]) {
+        let PairWork { features, stiffness, coefficient, carried, points, nearest, .. } = self;
+        let (a, b) = (features.a as usize, features.b as usize);
+        points.clear();
+        let shapes = [&model.shapes[a], &model.shapes[b]];
+        let reach = carried.points.iter().map(|p| p.offset).fold(0.0, f64::max);
+        let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
+        *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
+            let memory = carried.point(site.feature);
+            let sharpness = match site.feature {
+                Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
+                Feature::VertexOfA(_) | Feature::VertexOfB(_) => 1.0,
+            };
+            let state = PointState {
+                radii,
+                stiffness: *stiffness * sharpness,
+                friction: *coefficient,
+                offset: memory.map_or(0.0, |m| m.offset),
+                stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
+                elastic: Vec3::zeros(),
+                elastic_change: Vec3::zeros(),
+            };
+            let evaluation = force::evaluate(
+                &model.law,
+                &site,
+                &site_points(&site, [&corners[a], &corners[b]]),
+                &kinematics[a],
+                &kinematics[b],
+                &state,
+            );
+            points.push(ContactPoint { site, state, evaluation });
+        });
+    }
+}
+
+fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
+    let place = |side: usize, vertices: &[u32; 3]| vertices.map(|v| corners[side][v as usize]);
+    SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) }
+}
+
+/// All pairs within reach.
+#[derive(Debug, Clone, Default)]
+pub struct Contacts {
+    pub pairs: Vec<PairWork>,
+    neighbours: Neighbours,
+    kinematics: Vec<Kinematics>,
+    /// Core vertices of every body in space [m].
+    corners: Vec<Vec<Vec3>>,
+    /// Searches so far.
+    pub searches: usize,
+}
+
+impl Contacts {
+    /// Starts an increment from the committed memory.
+    pub fn start(&mut self, model: &Model, committed: &Committed) {
+        for pair in &mut self.pairs {
+            pair.carried = committed.memory.get(&pair.key()).cloned().unwrap_or_default();
+            pair.coefficient = model.friction_between(pair.a(), pair.b()).coefficient(pair.carried.slip);
+        }
+    }
+
+    /// Evaluates every contact at `poses`, searching anew where bodies have moved far enough.
+    pub fn evaluate(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) -> Result<(), TooClose> {
+        if !self.neighbours.is_valid(&model.shapes, poses) {
+            self.search(model, committed, poses);
+        }
+        self.kinematics.clear();
+        self.kinematics.extend(poses.iter().zip(&committed.poses).map(|(now, old)| Kinematics {
+            position: now.position,
+            committed_position: old.position,
+            turn_back: (old.rotation * now.rotation.inverse()).to_rotation_matrix().into_inner(),
+        }));
+        self.corners.resize(poses.len(), Vec::new());
+        for ((corners, pose), shape) in self.corners.iter_mut().zip(poses).zip(&model.shapes) {
+            let turn = pose.rotation.to_rotation_matrix();
+            corners.clear();
+            corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
+        }
+        let (kinematics, corners) = (&self.kinematics, &self.corners);
+        self.pairs.par_iter_mut().for_each(|pair| pair.evaluate(model, kinematics, corners));
+        for pair in &self.pairs {
+            let (a, b) = (pair.a(), pair.b());
+            let floor = CORE_FLOOR * (model.shapes[a].rounded.radius + model.shapes[b].rounded.radius);
+            if pair.nearest < floor {
+                return Err(TooClose { a, b, distance: pair.nearest });
+            }
+        }
+        Ok(())
+    }
+
+    /// Tangents of all active points in the configuration last evaluated.
+    pub fn update_tangents(&mut self, model: &Model) {
+        let (kinematics, corners) = (&self.kinematics, &self.corners);
+        self.pairs.par_iter_mut().for_each(|pair| {
+            let PairWork { features, points, tangents, .. } = pair;
+            let (a, b) = (features.a as usize, features.b as usize);
+            tangents.clear();
+            for point in points.iter().filter(|p| p.evaluation.is_active()) {
+                let sites = site_points(&point.site, [&corners[a], &corners[b]]);
+                tangents.push(force::tangent(
+                    &model.law,
+                    &point.site,
+                    &sites,
+                    &kinematics[a],
+                    &kinematics[b],
+                    &point.state,
+                ));
+            }
+        });
+    }
+
+    fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
+        let skin = 0.8 * model.smallest_rounding();
+        let held = |i: usize| !model.bodies[i].stiffness.is_finite();
+        self.neighbours = Neighbours::find(&model.shapes, poses, skin, |a, b| held(a) && held(b));
+        self.searches += 1;
+        let mut old: BTreeMap<PairKey, PairWork> =
+            std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
+        self.pairs = self
+            .neighbours
+            .pairs
+            .iter()
+            .map(|features| {
+                let key = (features.a, features.b);
+                let (a, b) = (features.a as usize, features.b as usize);
+                if let Some(mut pair) = old.remove(&key) {
+                    pair.features = features.clone();
+                    return pair;
+                }
+                let carried = committed.memory.get(&key).cloned().unwrap_or_default();
+                PairWork {
+                    features: features.clone(),
+                    stiffness: model.contact_stiffness(a, b),
+                    coefficient: model.friction_between(a, b).coefficient(carried.slip),
+                    carried,
+                    points: Vec::new(),
+                    tangents: Vec::new(),
+                    nearest: f64::INFINITY,
+                }
+            })
+            .collect();
+    }
+
+    /// Every active contact point with its pair.
+    pub fn active(&self) -> impl Iterator<Item = (&PairWork, &ContactPoint)> {
+        self.pairs.iter().flat_map(|pair| pair.active().map(move |point| (pair, point)))
+    }
+
+    /// Mean normal force over active contact points [N]; zero without any.
+    pub fn mean_force(&self) -> f64 {
+        let (mut sum, mut count) = (0.0, 0);
+        for (_, point) in self.active() {
+            sum += point.evaluation.pressure;
+            count += 1;
+        }
+        if count == 0 { 0.0 } else { sum / count as f64 }
+    }
+
+    /// What contacts will remember once the present configuration is accepted.
+    pub fn memory(&self) -> Memory {
+        let mut memory = Memory::new();
+        for pair in &self.pairs {
+            let mut points: Vec<PointMemory> = Vec::new();
+            let (mut slip, mut force) = (0.0, 0.0);
+            for point in pair.active() {
+                let e = &point.evaluation;
+                let stretch = if e.tangential_stiffness > 0.0 {
+                    e.friction / e.tangential_stiffness
+                } else {
+                    Vec3::zeros()
+                };
+                slip += e.slip() * e.pressure;
+                force += e.pressure;
+                points.push(PointMemory {
+                    feature: point.site.feature,
+                    offset: point.state.offset,
+                    stretch,
+                    elastic: point.state.elastic,
+                });
+            }
+            if !points.is_empty() {
+                points.sort_by_key(|p| p.feature);
+                memory.insert(pair.key(), PairMemory { slip: pair.carried.slip + slip / force, points });
+            }
+        }
+        memory
+    }
+}

@@ -1,0 +1,122 @@
+//! Rules between several values, and defaults that follow from other values.
+//!
+//! They run on the walked value, in which faulty parts are missing (`Value::Null` when looked up),
+//! so that all faults are found in one go; a rule keeps quiet where a value that it needs is at fault.
+
+mod material;
+mod scene;
+mod specimen;
+mod stages;
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::error::Fault;
+
+use super::size::MeanGrains;
+use super::walk::{Walker, at, shown};
+
+/// Fills in what follows from other values.
+pub fn derive(case: &mut Value) {
+    let friction = case["contact"]["friction"].clone();
+    if let Some(contact) = object(case, "/contact")
+        && !friction.is_null()
+    {
+        contact.entry("residual_friction").or_insert(friction.clone());
+    }
+    if !case["specimen"].is_null()
+        && let Some(case) = case.as_object_mut()
+    {
+        case.entry("membrane").or_insert(json!({"kind": "pressure"}));
+        let plates = case.entry("plates").or_insert(json!({}));
+        if let Some(plates) = plates.as_object_mut()
+            && !friction.is_null()
+        {
+            plates.entry("friction").or_insert(friction);
+        }
+        if let Some(specimen) = case.get_mut("specimen") {
+            specimen::derive(specimen);
+        }
+    }
+    let rock = case["rock"].clone();
+    if let Some(bodies) = case.pointer_mut("/scene/bodies").and_then(Value::as_array_mut) {
+        for own in bodies.iter_mut().filter_map(|body| body.get_mut("rock")) {
+            material::derive(own, &rock);
+        }
+    }
+    if let Some(list) = case.pointer_mut("/stages").and_then(Value::as_array_mut) {
+        stages::derive(list);
+    }
+    if let Some(case) = case.as_object_mut() {
+        case.shift_remove("$schema");
+    }
+}
+
+/// Checks every rule. `raw` is the value as written, `folder` where mesh files are looked for.
+/// Returns the mean grains of a sound specimen.
+pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walker) -> Option<MeanGrains> {
+    let known = walker.faults.len();
+    let mut grains = None;
+    let (specimen, scene) = (&raw["specimen"], &raw["scene"]);
+    match (specimen.is_null(), scene.is_null()) {
+        (true, true) => walker.fault(Fault::new(
+            "$",
+            "neither",
+            "has neither a specimen nor a scene",
+            "a \"specimen\" (generated rockfill) or a \"scene\" (bodies set by hand)",
+        )),
+        (false, false) => walker.fault(Fault::new(
+            "$.scene",
+            "both",
+            "stands beside a specimen: a case has one of them",
+            "a \"specimen\" or a \"scene\"",
+        )),
+        (false, true) => {
+            grains = specimen::check(&case["specimen"], walker);
+            stages::check_specimen(&case["stages"], walker);
+        }
+        (true, false) => {
+            scene::check(case, folder, walker);
+            stages::check_scene(&case["stages"], &case["scene"]["bodies"], walker);
+            for key in ["plates", "membrane"] {
+                if let Some(value) = raw.get(key) {
+                    let problem = "belongs to a specimen, not to a scene";
+                    walker.fault(Fault::new(format!("$.{key}"), shown(value), problem, "no such key"));
+                }
+            }
+        }
+    }
+    material::check(&case["rock"], "$.rock", walker);
+    let contact = &case["contact"];
+    if let (Some(peak), Some(residual)) = (number(contact, "friction"), number(contact, "residual_friction"))
+        && residual > peak
+    {
+        walker.fault(Fault::new(
+            "$.contact.residual_friction",
+            residual,
+            format!("exceeds the peak friction {peak}"),
+            format!("at most {peak}"),
+        ));
+    }
+    show_as_written(&mut walker.faults[known..], raw);
+    grains
+}
+
+/// Rules see SI numbers; messages show what the file says.
+fn show_as_written(faults: &mut [Fault], raw: &Value) {
+    for fault in faults.iter_mut().filter(|fault| fault.value.parse::<f64>().is_ok()) {
+        match at(raw, &fault.path) {
+            Some(written) => fault.value = shown(written),
+            None => fault.value.push_str(", the default"),
+        }
+    }
+}
+
+fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json::Map<String, Value>> {
+    value.pointer_mut(pointer).and_then(Value::as_object_mut)
+}
+
+fn number(object: &Value, key: &str) -> Option<f64> {
+    object[key].as_f64()
+}

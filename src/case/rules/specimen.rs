@@ -1,0 +1,146 @@
+//! Rules of the specimen: grading and size.
+
+use serde_json::Value;
+
+use crate::error::Fault;
+
+use crate::specimen::SpecimenSize;
+use crate::specimen::size::CONSISTENCY;
+
+use super::super::size::MeanGrains;
+use super::super::walk::Walker;
+use super::number;
+
+/// Largest sieve size over the smaller of diameter and height.
+const LARGEST_GRAIN: f64 = 0.8;
+
+/// A grading from small to large is turned round.
+pub fn derive(specimen: &mut Value) {
+    if let Some(points) = specimen.pointer_mut("/grading").and_then(Value::as_array_mut) {
+        let passing = |point: &Value| point[1].as_f64();
+        if let (Some(first), Some(last)) = (points.first().and_then(passing), points.last().and_then(passing))
+            && first < last
+        {
+            points.reverse();
+        }
+    }
+}
+
+/// The mean grains, which the built case needs too, if they are sound.
+pub fn check(specimen: &Value, walker: &mut Walker) -> Option<MeanGrains> {
+    let grading = grading(specimen, walker);
+    let grains = mean_grains(specimen, grading.as_deref(), walker);
+    let largest = grading.and_then(|grading| grading.first().map(|point| point[0]));
+    size(specimen, grains.as_ref(), largest, walker);
+    grains
+}
+
+fn mean_grains(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walker) -> Option<MeanGrains> {
+    let place = "$.specimen.vertices";
+    let count = |i: usize| specimen["vertices"][i].as_u64().map(|n| n as usize);
+    let (fewest, most) = (count(0)?, count(1)?);
+    let found = format!("[{fewest}, {most}]");
+    if fewest > most {
+        walker.fault(Fault::new(place, found, "has the larger number first", "[fewest, most]"));
+        return None;
+    }
+    match MeanGrains::new(grading?, [fewest, most], number(specimen, "vertex_separation")?) {
+        Ok(grains) => Some(grains),
+        Err(problem) => {
+            let accepted = "fewer vertices or a smaller vertex_separation";
+            walker.fault(Fault::new(place, found, format!("makes no grains: {problem}"), accepted));
+            None
+        }
+    }
+}
+
+/// The grading, if nothing is wrong with it.
+fn grading(specimen: &Value, walker: &mut Walker) -> Option<Vec<[f64; 2]>> {
+    let place = "$.specimen.grading";
+    let points = specimen["grading"].as_array()?;
+    let points: Vec<[f64; 2]> =
+        points.iter().map(|point| Some([point[0].as_f64()?, point[1].as_f64()?])).collect::<Option<_>>()?;
+    let (first, last) = (*points.first()?, *points.last()?);
+    let shown = |p: [f64; 2]| format!("[{} m, {}]", p[0], p[1]);
+    for pair in points.windows(2) {
+        if pair[1][0] >= pair[0][0] {
+            let problem = format!("is not monotone: {} follows {}", shown(pair[1]), shown(pair[0]));
+            walker.fault(Fault::new(place, shown(pair[1]), problem, "sizes that fall from point to point"));
+        } else if pair[1][1] > pair[0][1] {
+            let problem = format!("is not monotone: {} follows {}", shown(pair[1]), shown(pair[0]));
+            walker.fault(Fault::new(
+                place,
+                shown(pair[1]),
+                problem,
+                "a passing share that falls with the size",
+            ));
+        }
+    }
+    if first[1] != 1.0 {
+        let problem = format!("must begin with 1 passing at the largest size, not {}", first[1]);
+        walker.fault(Fault::new(place, shown(first), problem, format!("[{} m, 1]", first[0])));
+    }
+    if last[1] != 0.0 {
+        let problem = format!("must end with 0 passing at the smallest size, not {}", last[1]);
+        walker.fault(Fault::new(place, shown(last), problem, format!("[{} m, 0]", last[0])));
+    }
+    walker.is_clean(place).then_some(points)
+}
+
+fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, walker: &mut Walker) {
+    let place = "$.specimen";
+    let given = ["diameter", "height", "grains", "aspect"];
+    if given.iter().any(|key| !walker.is_clean(&format!("{place}.{key}"))) {
+        return;
+    }
+    let [diameter, height, count, aspect] = given.map(|key| number(specimen, key));
+    let found: Vec<&str> = given.into_iter().filter(|key| !specimen[*key].is_null()).collect();
+    let accepted =
+        "diameter and height (the number of grains follows), or grains and aspect (the size follows)";
+    let (d, h) = match (diameter, height, count, aspect) {
+        (Some(d), Some(h), ..) => (d, h),
+        (_, _, Some(n), Some(aspect)) => match (grains, number(specimen, "void_ratio")) {
+            (Some(grains), Some(e)) => {
+                let plan = grains.plan(SpecimenSize::Grains { count: n as usize, aspect }, e);
+                (plan.diameter, plan.height)
+            }
+            _ => return,
+        },
+        _ => {
+            let found = if found.is_empty() { "nothing".into() } else { found.join(", ") };
+            walker.fault(Fault::new(place, found, "is not sized", accepted));
+            return;
+        }
+    };
+    let agree = |a: f64, b: f64| (a / b - 1.0).abs() <= CONSISTENCY;
+    let mut differ = |key: &str, value: f64, expected: f64, why: &str| {
+        if !agree(value, expected) {
+            let problem = format!("disagrees with {why}, by which it would be {expected:.4}");
+            let accepted = format!("within 5 % of {expected:.4}, or no {key}");
+            walker.fault(Fault::new(format!("{place}.{key}"), value, problem, accepted));
+        }
+    };
+    match (diameter, height) {
+        (Some(d), Some(h)) => {
+            if let Some(aspect) = aspect {
+                differ("aspect", aspect, h / d, "height over diameter");
+            }
+            if let (Some(n), Some(grains), Some(e)) = (count, grains, number(specimen, "void_ratio")) {
+                let expected = grains.number(d, h, e) as f64;
+                differ("grains", n, expected, "diameter, height, void_ratio and grading");
+            }
+        }
+        (Some(given), None) => differ("diameter", given, d, "grains, aspect, void_ratio and grading"),
+        (None, Some(given)) => differ("height", given, h, "grains, aspect, void_ratio and grading"),
+        (None, None) => {}
+    }
+    if let Some(largest) = largest
+        && largest > LARGEST_GRAIN * d.min(h)
+    {
+        let problem =
+            format!("has grains of {largest:.4} m, too large for a specimen {d:.4} m wide and {h:.4} m high");
+        let accepted =
+            "a largest size of at most 0.8 of the diameter and of the height (laboratories keep to a fifth)";
+        walker.fault(Fault::new(format!("{place}.grading"), format!("{largest} m"), problem, accepted));
+    }
+}

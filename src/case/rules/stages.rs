@@ -1,0 +1,177 @@
+//! Rules of the stages: what may follow what, and which bodies a load stage may name.
+
+use serde_json::Value;
+
+use crate::error::Fault;
+
+use super::super::walk::{Walker, child, nearest, shown};
+use super::number;
+
+/// `pressure` of a consolidation means both pressures; later stages hold the one reached.
+pub fn derive(stages: &mut [Value]) {
+    let mut held = Value::Null;
+    for stage in stages.iter_mut().filter_map(Value::as_object_mut) {
+        match stage.get("kind").and_then(Value::as_str) {
+            Some("consolidate") => {
+                let both = |s: &serde_json::Map<String, Value>| {
+                    s.contains_key("axial_pressure") || s.contains_key("radial_pressure")
+                };
+                if !both(stage)
+                    && let Some(pressure) = stage.get("pressure").cloned()
+                {
+                    let increments = stage.shift_remove("increments");
+                    stage.shift_remove("pressure");
+                    stage.insert("axial_pressure".into(), pressure.clone());
+                    stage.insert("radial_pressure".into(), pressure);
+                    stage.extend(increments.map(|n| ("increments".into(), n)));
+                }
+                held = stage.get("radial_pressure").cloned().unwrap_or_default();
+            }
+            Some("shear" | "unload" | "reload") if !held.is_null() => {
+                stage.entry("pressure").or_insert(held.clone());
+            }
+            _ => {}
+        }
+    }
+}
+
+pub fn check_specimen(stages: &Value, walker: &mut Walker) {
+    let Some(stages) = stages.as_array() else { return };
+    // Pressure held so far; `Err` where a faulty stage hides it.
+    let mut held: Result<Option<f64>, ()> = Ok(None);
+    let (mut sheared, mut unloaded) = (false, false);
+    for (i, stage) in stages.iter().enumerate() {
+        let path = format!("$.stages[{i}]");
+        let Some(kind) = stage["kind"].as_str() else {
+            (held, sheared, unloaded) = (Err(()), true, true);
+            continue;
+        };
+        let adrift = held == Ok(None);
+        let lacks = match kind {
+            "load" => {
+                Some(("loads the bodies of a scene, and this case has a specimen", "a stage of specimens"))
+            }
+            "shear" | "unload" | "reload" | "constant_volume" | "constant_p" if adrift => {
+                // Said once: the stages after it lack the same.
+                held = Err(());
+                let accepted = "a first stage {\"kind\": \"consolidate\", \"pressure\": ...}";
+                Some(("has no consolidate stage before it", accepted))
+            }
+            "unload" if !sheared => Some(("has nothing to unload", "a shear stage before it")),
+            "reload" if !unloaded => Some(("has no unload stage before it", "an unload stage before it")),
+            _ => None,
+        };
+        if let Some((problem, accepted)) = lacks {
+            walker.fault(Fault::new(format!("{path}.kind"), format!("\"{kind}\""), problem, accepted));
+        }
+        match kind {
+            "consolidate" => {
+                check_pressures(stage, &path, walker);
+                held = number(stage, "radial_pressure").map(Some).ok_or(());
+            }
+            "shear" | "unload" | "reload" => {
+                if let (Some(pressure), Ok(Some(reached))) = (number(stage, "pressure"), held)
+                    && (pressure / reached - 1.0).abs() > 1e-9
+                {
+                    let problem = format!("is not the pressure {reached} Pa that the stages before reach");
+                    let accepted = "that pressure, no pressure, or a consolidate stage to the new one before";
+                    walker.fault(Fault::new(format!("{path}.pressure"), pressure, problem, accepted));
+                }
+            }
+            _ => {}
+        }
+        sheared |= matches!(kind, "shear" | "reload" | "oedometer" | "constant_volume" | "constant_p");
+        unloaded |= kind == "unload";
+        check_increment(stage, &path, walker);
+    }
+}
+
+fn check_pressures(stage: &Value, path: &str, walker: &mut Walker) {
+    let given = |key: &str| !stage[key].is_null();
+    if !["pressure", "axial_pressure", "radial_pressure"].iter().all(|key| walker.is_clean(&child(path, key)))
+    {
+        return;
+    }
+    let accepted = "\"pressure\", or both \"axial_pressure\" and \"radial_pressure\"";
+    let (found, problem) = match (given("pressure"), given("axial_pressure"), given("radial_pressure")) {
+        (false, true, true) => return,
+        (true, _, _) => ("pressure and more", "gives an isotropic pressure and an axial or radial one"),
+        (false, true, false) => ("axial_pressure", "gives an axial pressure without a radial one"),
+        (false, false, true) => ("radial_pressure", "gives a radial pressure without an axial one"),
+        (false, false, false) => ("nothing", "gives no pressure"),
+    };
+    walker.fault(Fault::new(path, found, problem, accepted));
+}
+
+fn check_increment(stage: &Value, path: &str, walker: &mut Walker) {
+    if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain"))
+        && increment > strain
+    {
+        let problem = format!("exceeds the stage's axial_strain {strain}");
+        walker.fault(Fault::new(
+            format!("{path}.increment"),
+            increment,
+            problem,
+            format!("at most {strain}"),
+        ));
+    }
+}
+
+pub fn check_scene(stages: &Value, bodies: &Value, walker: &mut Walker) {
+    let Some(stages) = stages.as_array() else { return };
+    let list = || bodies.as_array().into_iter().flatten();
+    let names: Vec<&str> = list().filter_map(|body| body["name"].as_str()).collect();
+    let sound_name = |i: usize| walker.is_clean(&format!("$.scene.bodies[{i}].name"));
+    let all_named = bodies.is_array() && (0..list().count()).all(sound_name) && names.len() == list().count();
+    for (i, stage) in stages.iter().enumerate() {
+        let path = format!("$.stages[{i}]");
+        let Some(kind) = stage["kind"].as_str() else { continue };
+        if !matches!(kind, "load" | "hold") {
+            let problem = "is a stage of specimens, and this case has a scene";
+            walker.fault(Fault::new(
+                format!("{path}.kind"),
+                format!("\"{kind}\""),
+                problem,
+                "\"load\", \"hold\"",
+            ));
+        }
+        for (name, load) in stage["bodies"].as_object().into_iter().flatten() {
+            let place = child(&format!("{path}.bodies"), name);
+            match list().find(|body| body["name"] == **name) {
+                None if all_named => {
+                    let problem = match nearest(name, names.iter().copied()) {
+                        Some(near) => format!("names an unknown body: did you mean \"{near}\"?"),
+                        None => "names an unknown body".into(),
+                    };
+                    let accepted = format!("the bodies {}", names.join(", "));
+                    walker.fault(Fault::new(place, format!("\"{name}\""), problem, accepted));
+                }
+                Some(body) if body["fixed"] == true => {
+                    if load.as_object().is_some_and(|load| !load.is_empty()) {
+                        let problem = format!("moves or loads \"{name}\", which is fixed");
+                        let accepted = "a body that is not \"fixed\": true";
+                        walker.fault(Fault::new(place, shown(load), problem, accepted));
+                    }
+                }
+                _ => check_components(load, &place, walker),
+            }
+        }
+    }
+}
+
+/// A component is driven or loaded, not both.
+fn check_components(load: &Value, path: &str, walker: &mut Walker) {
+    for (driven, loaded) in [("displacement", "force"), ("rotation", "moment")] {
+        for k in 0..3 {
+            if let (Some(_), Some(value)) = (load[driven][k].as_f64(), load[loaded][k].as_f64()) {
+                let problem = format!("loads a component that {driven} prescribes");
+                walker.fault(Fault::new(
+                    format!("{path}.{loaded}[{k}]"),
+                    value,
+                    problem,
+                    "null here or there",
+                ));
+            }
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The JSON Schema (draft 2020-12) of the case file, made from the table that also checks it.
+
+use serde_json::{Map, Value, json};
+
+use super::form::{Form, Key, Need, Range};
+use super::quantity::Dimension;
+use super::table;
+
+/// The schema, for editors: they complete keys, show descriptions and mark what doesn't fit.
+pub fn schema() -> Value {
+    let mut schema = of(&table::CASE);
+    let head = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "riprap case",
+        "description": "A triaxial test on rockfill (specimen) or a scene of bodies. Quantities are SI numbers or strings with a unit.",
+    });
+    if let (Value::Object(schema), Value::Object(mut head)) = (&mut schema, head) {
+        head.append(schema);
+        head.insert("oneOf".into(), json!([{"required": ["specimen"]}, {"required": ["scene"]}]));
+        *schema = head;
+    }
+    schema
+}
+
+fn of(form: &Form) -> Value {
+    match form {
+        Form::Quantity(dimension, range) => quantity(*dimension, range),
+        Form::Count(low, u64::MAX) => json!({"type": "integer", "minimum": low}),
+        Form::Count(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
+        Form::Text => json!({"type": "string"}),
+        Form::Flag => json!({"type": "boolean"}),
+        Form::Choice(words) => json!({"enum": words}),
+        Form::Tuple(forms) => {
+            let items: Vec<_> = forms.iter().map(of).collect();
+            json!({"type": "array", "prefixItems": items, "items": false, "minItems": items.len()})
+        }
+        Form::List(item, least) => json!({"type": "array", "items": of(item), "minItems": least}),
+        Form::Object(keys) => object(keys, true),
+        Form::Overrides(keys) => object(keys, false),
+        Form::OneOf(keys) => {
+            let mut schema = object(keys, true);
+            schema["minProperties"] = 1.into();
+            schema["maxProperties"] = 1.into();
+            schema
+        }
+        Form::Kinds(kinds) => {
+            let kinds = kinds.iter().map(|kind| {
+                let mut schema = object(kind.keys, true);
+                schema["description"] = kind.about.into();
+                schema["properties"]["kind"] = json!({"const": kind.name});
+                if let Some(required) = schema["required"].as_array_mut() {
+                    required.insert(0, "kind".into());
+                }
+                schema
+            });
+            json!({"oneOf": kinds.collect::<Vec<_>>()})
+        }
+        Form::Named(form) => json!({"type": "object", "additionalProperties": of(form)}),
+        Form::Scattered(keys) => {
+            let mean = keys.first().map(|mean| of(&mean.form));
+            json!({"anyOf": mean.into_iter().chain([object(keys, true)]).collect::<Vec<_>>()})
+        }
+        Form::Nullable(form) => json!({"anyOf": [{"type": "null"}, of(form)]}),
+    }
+}
+
+fn object(keys: &[Key], complete: bool) -> Value {
+    let mut properties = Map::new();
+    let mut required = vec![];
+    for key in keys {
+        let mut schema = of(&key.form);
+        let mut about = key.about.to_string();
+        match key.need {
+            Need::Required if complete => required.push(key.name),
+            Need::Required | Need::Optional => {}
+            Need::Default(json) => {
+                if let Ok(default) = serde_json::from_str::<Value>(json) {
+                    schema["default"] = default;
+                }
+            }
+            Need::Derived(from) => about.push_str(&format!(" Default: {from}.")),
+        }
+        if let Some(unit) = unit(&key.form) {
+            about.push_str(&format!(" A plain number is in {unit}."));
+        }
+        schema["description"] = about.into();
+        properties.insert(key.name.into(), schema);
+    }
+    json!({"type": "object", "properties": properties, "required": required, "additionalProperties": false})
+}
+
+fn unit(form: &Form) -> Option<&'static str> {
+    match form {
+        Form::Quantity(dimension, _) => Some(dimension.si_unit()).filter(|unit| !unit.is_empty()),
+        Form::Nullable(form) | Form::List(form, _) => unit(form),
+        Form::Tuple(forms) => unit(forms.first()?),
+        Form::Scattered(keys) => unit(&keys.first()?.form),
+        Form::Count(..)
+        | Form::Text
+        | Form::Flag
+        | Form::Choice(_)
+        | Form::Object(_)
+        | Form::Overrides(_)
+        | Form::OneOf(_)
+        | Form::Kinds(_)
+        | Form::Named(_) => None,
+    }
+}
+
+fn quantity(dimension: Dimension, range: &Range) -> Value {
+    let mut number = Map::from_iter([("type".to_string(), Value::from("number"))]);
+    let (low, high) = (
+        if range.above { "exclusiveMinimum" } else { "minimum" },
+        if range.below { "exclusiveMaximum" } else { "maximum" },
+    );
+    number.insert(low.into(), range.low.into());
+    number.insert(high.into(), range.high.into());
+    let units: Vec<_> = dimension.units().collect();
+    // The spellings that the reader takes besides (spaces, `*`, superscripts) are rare: `.*` lets them pass.
+    let pattern = match dimension {
+        Dimension::None => r"^\s*[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*%?\s*$".to_string(),
+        _ => r"^\s*[-+]?[0-9.]+([eE][-+]?[0-9]+)?\s*\S.*$".to_string(),
+    };
+    let text = match dimension {
+        Dimension::None => json!({"type": "string", "pattern": pattern}),
+        _ => json!({
+            "type": "string",
+            "pattern": pattern,
+            "description": format!("A number with one of the units {}.", units.join(", ")),
+            "examples": [dimension.example().trim_matches('"')],
+        }),
+    };
+    json!({"anyOf": [number, text]})
+}

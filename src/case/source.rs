@@ -1,0 +1,187 @@
+//! The case file as it stands: JSON with comments and trailing commas, and `--set` overrides.
+
+use std::path::{Path, PathBuf};
+
+use jsonc_parser::common::Ranged;
+use serde_json::Value;
+
+use crate::error::{Error, Fault, Result};
+
+use super::walk::{child, is_within, shown};
+
+/// A case file that is JSON, not yet checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawCase {
+    pub file: PathBuf,
+    /// The text as given.
+    pub text: String,
+    /// The value with overrides applied. Tokens that JSON has no number for (`NaN`, `1e999`) are
+    /// strings here, and faults.
+    pub value: Value,
+    /// Faults that only the text or the overrides show.
+    pub faults: Vec<Fault>,
+}
+
+/// Reads a case file.
+///
+/// # Errors
+/// `Error::Io` if it can't be read, `Error::Json` with line and column if it isn't JSON.
+pub fn read(path: &Path) -> Result<RawCase> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
+    match String::from_utf8(bytes) {
+        Ok(text) => RawCase::parse(path, &text),
+        Err(e) => {
+            let before = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+            let line = 1 + before.iter().filter(|b| **b == b'\n').count();
+            let column = 1 + before.iter().rev().take_while(|b| **b != b'\n').count();
+            Err(Error::Json { file: path.into(), line, column, message: "not UTF-8 text".into() })
+        }
+    }
+}
+
+impl RawCase {
+    /// Reads the text of a case file; `file` is for messages and for finding mesh files.
+    ///
+    /// # Errors
+    /// `Error::Json` with line and column.
+    pub fn parse(file: &Path, text: &str) -> Result<RawCase> {
+        let options = jsonc_parser::ParseOptions {
+            allow_comments: true,
+            allow_trailing_commas: true,
+            allow_non_finite_numbers: true,
+            allow_loose_object_property_names: false,
+            allow_missing_commas: false,
+            allow_single_quoted_strings: false,
+            allow_hexadecimal_numbers: false,
+            allow_unary_plus_numbers: false,
+            allow_bare_decimal_point_numbers: false,
+            allow_extended_string_escapes: false,
+        };
+        let json = |line, column, message| Error::Json { file: file.into(), line, column, message };
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let parsed = jsonc_parser::parse_to_ast(text, &Default::default(), &options)
+            .map_err(|e| json(e.line_display(), e.column_display(), lower_first(&e.kind().to_string())))?;
+        let Some(tree) = parsed.value else {
+            return Err(json(1, 1, "the file is empty".into()));
+        };
+        let mut faults = vec![];
+        let value = to_value(&tree, "$", text, &mut faults);
+        Ok(RawCase { file: file.into(), text: text.into(), value, faults })
+    }
+
+    /// Applies `--set` overrides, in order. Objects on the way to the last key are made where they
+    /// are missing; list items must be there already. What cannot be applied becomes a fault.
+    pub fn set(&mut self, overrides: &[(String, Value)]) {
+        for (pointer, value) in overrides {
+            if let Err((problem, accepted)) = set_at(&mut self.value, pointer, value.clone()) {
+                self.faults.push(Fault::new(format!("--set {pointer}"), shown(value), problem, accepted));
+            }
+        }
+        // An override heals the faults of the text that it replaces.
+        let replaced: Vec<String> = overrides.iter().map(|(pointer, _)| path_of(pointer)).collect();
+        self.faults.retain(|fault| !replaced.iter().any(|path| is_within(&fault.path, path)));
+    }
+}
+
+/// Splits the argument of `--set`, `/json/pointer=VALUE`. The value is JSON, or else taken as text:
+/// `/stages/0/pressure=0.8 MPa` needs no inner quotes.
+///
+/// # Errors
+/// The fault of an argument without `=`.
+pub fn parse_override(argument: &str) -> Result<(String, Value), Fault> {
+    match argument.split_once('=') {
+        Some((pointer, value)) => {
+            let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into()));
+            Ok((pointer.into(), value))
+        }
+        None => Err(Fault::new(
+            "--set",
+            argument,
+            "has no =",
+            "/json/pointer=VALUE, as /stages/0/pressure=\"0.4 MPa\"",
+        )),
+    }
+}
+
+fn set_at(root: &mut Value, pointer: &str, new: Value) -> Result<(), (String, String)> {
+    let Some(keys) = pointer.strip_prefix('/') else {
+        return Err(("the pointer must begin with /".into(), "a JSON pointer, as /stages/0/pressure".into()));
+    };
+    let mut at = root;
+    for key in keys.split('/').map(|key| key.replace("~1", "/").replace("~0", "~")) {
+        if at.is_null() {
+            *at = Value::Object(Default::default());
+        }
+        at = match at {
+            Value::Object(map) => map.entry(key).or_insert(Value::Null),
+            Value::Array(items) => {
+                let length = items.len();
+                match key.parse::<usize>().ok().and_then(|index| items.get_mut(index)) {
+                    Some(item) => item,
+                    None => {
+                        let accepted = match length {
+                            0 => "nothing: the list is empty".into(),
+                            _ => format!("an index from 0 to {}", length - 1),
+                        };
+                        return Err((format!("the list has no item \"{key}\""), accepted));
+                    }
+                }
+            }
+            other => {
+                let problem = format!("\"{key}\" is looked for in {}, which has no keys", shown(other));
+                return Err((problem, "a pointer through objects and lists".into()));
+            }
+        };
+    }
+    *at = new;
+    Ok(())
+}
+
+fn path_of(pointer: &str) -> String {
+    pointer.split('/').skip(1).fold("$".into(), |path, key| match key.parse::<usize>() {
+        Ok(index) => format!("{path}[{index}]"),
+        Err(_) => child(&path, &key.replace("~1", "/").replace("~0", "~")),
+    })
+}
+
+fn to_value(tree: &jsonc_parser::ast::Value, path: &str, text: &str, faults: &mut Vec<Fault>) -> Value {
+    use jsonc_parser::ast::Value as Tree;
+    match tree {
+        Tree::NullKeyword(_) => Value::Null,
+        Tree::BooleanLit(lit) => Value::Bool(lit.value),
+        Tree::StringLit(lit) => Value::String(lit.value.to_string()),
+        Tree::NumberLit(lit) => match serde_json::from_str::<serde_json::Number>(lit.value) {
+            Ok(number) if number.as_f64().is_some_and(f64::is_finite) => Value::Number(number),
+            _ => {
+                let accepted = "a finite number, or a text with a unit";
+                faults.push(Fault::new(path, lit.value, "is not a finite number", accepted));
+                Value::String(lit.value.into())
+            }
+        },
+        Tree::Array(list) => {
+            let items = list.elements.iter().enumerate();
+            Value::Array(
+                items.map(|(i, item)| to_value(item, &format!("{path}[{i}]"), text, faults)).collect(),
+            )
+        }
+        Tree::Object(object) => {
+            let mut map = serde_json::Map::new();
+            for property in &object.properties {
+                let key = property.name.as_str();
+                let path = child(path, key);
+                let value = to_value(&property.value, &path, text, faults);
+                if map.insert(key.to_string(), value.clone()).is_some() {
+                    let line = 1 + text[..property.start().min(text.len())].matches('\n').count();
+                    let problem = format!("is given a second time in line {line}");
+                    faults.push(Fault::new(path, shown(&value), problem, "each key once"));
+                }
+            }
+            Value::Object(map)
+        }
+    }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map(|first| first.to_lowercase().collect::<String>() + chars.as_str()).unwrap_or_default()
+}

@@ -1,0 +1,71 @@
+//! What a case may ask for and riprap cannot run yet. Each room that fills strikes its line here.
+
+use crate::error::Fault;
+
+use super::types::*;
+
+/// Parts of a sound case that cannot be run yet, each with its path and what can.
+pub fn unsupported(case: &Case) -> Vec<Fault> {
+    let mut faults = vec![];
+    let mut refuse = |path: &str, value: &str, problem: &str, accepted: &str| {
+        faults.push(Fault::new(path, value, problem, accepted));
+    };
+    let damage = |refuse: &mut dyn FnMut(&str, &str, &str, &str), path: &str, rock: &RockCase| {
+        if rock.damage.is_some() {
+            let problem = "damage is not built yet; set \"damage\": null";
+            refuse(&format!("{path}.damage"), "damage parameters", problem, "null");
+        }
+    };
+    let fidelity =
+        |refuse: &mut dyn FnMut(&str, &str, &str, &str), path: &str, fidelity: Fidelity| match fidelity {
+            Fidelity::Full => {
+                refuse(path, "\"full\"", "full fidelity is not built yet", "\"rigid\", \"condensed\"")
+            }
+            Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed => {}
+        };
+    damage(&mut refuse, "$.rock", &case.rock);
+    fidelity(&mut refuse, "$.solver.fidelity", case.solver.fidelity);
+    match &case.geometry {
+        Geometry::Specimen(_) => {
+            let name = match case.membrane {
+                MembraneCase::Rubber { .. } => Some("rubber"),
+                MembraneCase::RigidWall => Some("rigid_wall"),
+                MembraneCase::Pressure => None,
+            };
+            if let Some(name) = name {
+                let problem = format!("a {name} membrane is not built yet");
+                refuse("$.membrane.kind", &format!("\"{name}\""), &problem, "\"pressure\"");
+            }
+        }
+        Geometry::Scene(scene) => {
+            for (i, body) in scene.bodies.iter().enumerate() {
+                let path = format!("$.scene.bodies[{i}]");
+                if let Some(rock) = &body.rock {
+                    damage(&mut refuse, &format!("{path}.rock"), rock);
+                }
+                if let Some(own) = body.fidelity {
+                    fidelity(&mut refuse, &format!("{path}.fidelity"), own);
+                }
+            }
+        }
+    }
+    for (i, stage) in case.stages.iter().enumerate() {
+        match stage {
+            StageCase::Consolidate { .. }
+            | StageCase::Shear { .. }
+            | StageCase::Hold { .. }
+            | StageCase::Load { .. } => {}
+            StageCase::Unload { .. }
+            | StageCase::Reload { .. }
+            | StageCase::Oedometer { .. }
+            | StageCase::ConstantVolume { .. }
+            | StageCase::ConstantP { .. } => {
+                let kind = stage.kind();
+                let problem = format!("a stage \"{kind}\" is not built yet");
+                let accepted = "\"consolidate\", \"shear\", \"hold\", \"load\"";
+                refuse(&format!("$.stages[{i}].kind"), &format!("\"{kind}\""), &problem, accepted);
+            }
+        }
+    }
+    faults
+}

@@ -1,0 +1,433 @@
+//! The table of everything a case file may contain: keys, forms, ranges, defaults.
+//!
+//! [`super::types`] has the same names; a test fills in every key and reads it into the types.
+
+use super::form::{Form, Key, Kind, Range, positive, within};
+use super::quantity::Dimension;
+
+use Form::{Choice, Count, Flag, Kinds, List, Named, Nullable, Object, OneOf, Quantity, Text, Tuple};
+
+const LENGTH: Form = Quantity(Dimension::Length, positive(1e3));
+const SIGNED_LENGTH: Form = Quantity(Dimension::Length, within(-1e6, 1e6));
+const PRESSURE: Form = Quantity(Dimension::Pressure, positive(1e10));
+const FRICTION: Form = Quantity(Dimension::None, within(0.0, 10.0));
+const STRAIN: Form = Quantity(Dimension::None, positive(0.5));
+const TOLERANCE: Form = Quantity(Dimension::None, positive(0.1));
+const FORCE: Form = Quantity(Dimension::Force, within(-1e15, 1e15));
+const MOMENT: Form = Quantity(Dimension::Moment, within(-1e15, 1e15));
+const ANGLE: Form = Quantity(Dimension::Angle, within(-1e3, 1e3));
+const ACCELERATION: Form = Quantity(Dimension::Acceleration, within(-1e6, 1e6));
+const INCREMENTS: Form = Count(1, 1_000_000);
+const FIDELITY: Form = Choice(&["rigid", "condensed", "full"]);
+
+/// The whole file.
+pub static CASE: Form = Object(CASE_KEYS);
+
+static CASE_KEYS: &[Key] = &[
+    Key::optional("$schema", Text, "Address of this schema, for editors; ignored."),
+    Key::default("title", Text, "\"\"", "What the case is, for reports."),
+    Key::default(
+        "seed",
+        Count(0, u64::MAX),
+        "0",
+        "Seed of all randomness: the same seed gives the same bits.",
+    ),
+    Key::optional("specimen", Object(SPECIMEN), "A generated rockfill specimen. A case has this or a scene."),
+    Key::optional("scene", Object(SCENE), "Bodies set by hand. A case has this or a specimen."),
+    Key::required("rock", Object(ROCK), "The material of the grains."),
+    Key::required("contact", Object(CONTACT), "Contact between grains."),
+    Key::derived("plates", Object(PLATES), "the friction of contact", "The rigid end plates of a specimen."),
+    Key::derived(
+        "membrane",
+        Kinds(MEMBRANE),
+        "{\"kind\": \"pressure\"}",
+        "What confines a specimen at its side.",
+    ),
+    Key::required("stages", List(&Kinds(STAGES), 1), "What is done to the specimen or scene, in order."),
+    Key::default("solver", Object(SOLVER), "{}", "Tolerances and step control."),
+    Key::default("output", Object(OUTPUT), "{}", "What goes to the results file, and how often."),
+];
+
+pub static SPECIMEN: &[Key] = &[
+    Key::optional(
+        "diameter",
+        LENGTH,
+        "Diameter of the compacted specimen; with height it gives the number of grains.",
+    ),
+    Key::optional("height", LENGTH, "Height of the compacted specimen."),
+    Key::optional(
+        "grains",
+        Count(1, 10_000_000),
+        "Number of grains; with aspect it gives the size of the specimen.",
+    ),
+    Key::optional("aspect", Quantity(Dimension::None, within(0.1, 20.0)), "Height over diameter."),
+    Key::required(
+        "grading",
+        List(&Tuple(&[LENGTH, Quantity(Dimension::None, within(0.0, 1.0))]), 2),
+        "Sieve size and mass fraction passing, from the largest size (1) down to the smallest (0).",
+    ),
+    Key::required(
+        "void_ratio",
+        Quantity(Dimension::None, within(0.05, 2.0)),
+        "Volume of voids over volume of solids of the compacted specimen.",
+    ),
+    Key::default(
+        "vertices",
+        Tuple(&[Count(4, 64), Count(4, 64)]),
+        "[8, 16]",
+        "Fewest and most vertices of a grain; their number is uniform between.",
+    ),
+    Key::default(
+        "vertex_separation",
+        Quantity(Dimension::None, within(0.0, 0.8)),
+        "0.45",
+        "Least distance of two vertices of a grain on its unit sphere; 0 switches the rejection off.",
+    ),
+    Key::default(
+        "unreachable",
+        Choice(&["refuse", "nearest"]),
+        "\"refuse\"",
+        "What to do where compaction cannot reach the void_ratio: stop with the range, or take its nearest end.",
+    ),
+    Key::default("cells_per_grain", Count(1, 100_000), "38", "Quadratic tetrahedra per grain, about."),
+];
+
+static SCENE: &[Key] = &[
+    Key::required("bodies", List(&Object(BODY), 1), "The bodies; touching is fine, overlapping is not."),
+    Key::default("gravity", ACCELERATION_VECTOR, "[0, 0, 0]", "Acceleration of gravity in space axes."),
+];
+
+const POSITION: Form = Tuple(&[SIGNED_LENGTH, SIGNED_LENGTH, SIGNED_LENGTH]);
+const ROTATION: Form = Tuple(&[ANGLE, ANGLE, ANGLE]);
+const ACCELERATION_VECTOR: Form = Tuple(&[ACCELERATION, ACCELERATION, ACCELERATION]);
+
+static BODY: &[Key] = &[
+    Key::required("name", Text, "Unique; names the body in stages and results."),
+    Key::required("shape", OneOf(SHAPE), "The body's nominal shape, in its own axes."),
+    Key::optional("mesh_size", LENGTH, "Edge length of the cells of a deformable body, about."),
+    Key::default("position", POSITION, "[0, 0, 0]", "Reference point of displacement, force and moment."),
+    Key::default(
+        "rotation",
+        ROTATION,
+        "[0, 0, 0]",
+        "Rotation vector (axis times angle) from body to space axes.",
+    ),
+    Key::optional("fidelity", FIDELITY, "How the body deforms; without it, as the solver's fidelity says."),
+    Key::optional("rock", Form::Overrides(ROCK), "Material values that differ from the case's rock."),
+    Key::optional(
+        "friction",
+        FRICTION,
+        "Replaces the peak friction of contact on this body; of two touching bodies the lower value rules.",
+    ),
+    Key::optional("rounding", LENGTH, "Radius of edges and corners; replaces contact.rounding on this body."),
+    Key::default("fixed", Flag, "false", "Prescribes all six components of the body's motion to zero."),
+];
+
+pub static SHAPE: &[Key] = &[
+    Key::optional("box", Tuple(&[LENGTH, LENGTH, LENGTH]), "Full edge lengths; centred on the position."),
+    Key::optional("sphere", LENGTH, "Radius; centred on the position."),
+    Key::optional(
+        "polyhedron",
+        List(&POSITION, 4),
+        "Vertices relative to the position; their convex hull is the body.",
+    ),
+    Key::optional(
+        "mesh",
+        Text,
+        "A .vtu file of tetrahedra, relative to the case file; nodes relative to the position.",
+    ),
+];
+
+static ROCK: &[Key] = &[
+    Key::required("density", Quantity(Dimension::Density, positive(1e5)), "Mass per volume of solid rock."),
+    Key::required("youngs_modulus", Form::Scattered(YOUNGS_MODULUS), "Elastic modulus of the cells."),
+    Key::required("poissons_ratio", Form::Scattered(POISSONS_RATIO), "Poisson's ratio of the cells."),
+    Key::optional(
+        "compressive_strength",
+        Form::Scattered(STRENGTH),
+        "Uniaxial compressive strength of the cells.",
+    ),
+    Key::optional("tensile_strength", Form::Scattered(STRENGTH), "Uniaxial tensile strength of the cells."),
+    Key::default(
+        "damage",
+        Nullable(&Object(DAMAGE)),
+        "null",
+        "Softening after the strength is reached; null is elastic.",
+    ),
+];
+
+const fn mean(form: Form) -> Key {
+    Key::required("mean", form, "Expected value over the cells.")
+}
+
+const LAW: Key = Key::derived(
+    "law",
+    Choice(&["constant", "weibull", "normal", "lognormal", "gamma", "exponential"]),
+    "weibull if weibull_shape is given, gamma if gamma_shape, lognormal if variation, else constant",
+    "Distribution of the cells' values.",
+);
+const WEIBULL_SHAPE: Key = Key::optional(
+    "weibull_shape",
+    Quantity(Dimension::None, within(0.5, 1e6)),
+    "Shape parameter of a Weibull law: the larger, the more uniform.",
+);
+const VARIATION: Key = Key::optional(
+    "variation",
+    Quantity(Dimension::None, positive(2.0)),
+    "Standard deviation over mean of a lognormal or normal law.",
+);
+const GAMMA_SHAPE: Key = Key::optional(
+    "gamma_shape",
+    Quantity(Dimension::None, within(0.5, 1e6)),
+    "Shape parameter of a gamma law.",
+);
+
+static YOUNGS_MODULUS: &[Key] =
+    &[mean(Quantity(Dimension::Pressure, within(1e3, 1e13))), LAW, WEIBULL_SHAPE, GAMMA_SHAPE, VARIATION];
+static POISSONS_RATIO: &[Key] = &[
+    mean(Quantity(Dimension::None, Range { low: 0.0, above: false, high: 0.495, below: true })),
+    LAW,
+    WEIBULL_SHAPE,
+    GAMMA_SHAPE,
+    VARIATION,
+];
+static STRENGTH: &[Key] =
+    &[mean(Quantity(Dimension::Pressure, within(1e3, 1e11))), LAW, WEIBULL_SHAPE, GAMMA_SHAPE, VARIATION];
+
+static DAMAGE: &[Key] = &[
+    Key::default(
+        "exponent",
+        Quantity(Dimension::None, Range { low: 1.0, above: true, high: 100.0, below: false }),
+        "3",
+        "N of the softening law sigma = E e0 (e0/e)^(N-1) beyond the peak strain e0.",
+    ),
+    Key::default(
+        "threshold",
+        Quantity(Dimension::None, Range { low: 0.0, above: true, high: 1.0, below: true }),
+        "0.99",
+        "Damage at which an integration point carries nothing any more.",
+    ),
+    Key::default(
+        "recovery_in_compression",
+        Quantity(Dimension::None, within(0.0, 1.0)),
+        "1",
+        "Share of the stiffness lost in tension that returns in compression.",
+    ),
+    Key::default(
+        "recovery_in_tension",
+        Quantity(Dimension::None, within(0.0, 1.0)),
+        "0",
+        "Share of the stiffness lost in compression that returns in tension.",
+    ),
+    Key::default(
+        "fracture_energy",
+        Nullable(&Quantity(Dimension::EnergyPerArea, positive(1e9))),
+        "null",
+        "Crack-band regularisation: the exponent then follows from this and the cell size; null is off.",
+    ),
+];
+
+static CONTACT: &[Key] = &[
+    Key::required("friction", FRICTION, "Peak friction coefficient."),
+    Key::derived("residual_friction", FRICTION, "friction", "Friction coefficient after long sliding."),
+    Key::default(
+        "weakening_distance",
+        LENGTH,
+        "\"50 um\"",
+        "Slip over which friction decays from peak to residual by 1/e.",
+    ),
+    Key::default(
+        "rounding",
+        Quantity(Dimension::None, within(0.001, 0.1)),
+        "0.02",
+        "Radius of edges and corners over the size of the grain (of a scene's body: its smallest extent along its own axes).",
+    ),
+];
+
+static PLATES: &[Key] =
+    &[Key::derived("friction", FRICTION, "the friction of contact", "Friction of grains on plates.")];
+
+static MEMBRANE: &[Kind] = &[
+    Kind {
+        name: "rubber",
+        about: "A hyperelastic membrane bonded to the plates.",
+        keys: &[
+            Key::default("thickness", LENGTH, "\"2 mm\"", "Undeformed thickness."),
+            Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Neo-Hookean shear modulus."),
+            Key::optional(
+                "mesh_size",
+                LENGTH,
+                "Edge length of the membrane's triangles; without it, from the grains.",
+            ),
+        ],
+    },
+    Kind {
+        name: "pressure",
+        about: "Pressure on the grains through a weightless flexible cover.",
+        keys: &[],
+    },
+    Kind { name: "rigid_wall", about: "A rigid cylinder, for tests.", keys: &[] },
+];
+
+const AXIAL_STRAIN: Key =
+    Key::required("axial_strain", STRAIN, "Axial strain added in this stage, shortening positive.");
+const INCREMENT: Key = Key::default("increment", STRAIN, "1e-4", "Axial strain of a nominal increment.");
+const HELD_PRESSURE: Key = Key::derived(
+    "pressure",
+    PRESSURE,
+    "the confining pressure of the stage before",
+    "Confining pressure held; it must be the one reached before.",
+);
+
+static STAGES: &[Kind] = &[
+    Kind {
+        name: "consolidate",
+        about: "Brings the specimen to a pressure: isotropic, or axial and radial.",
+        keys: &[
+            Key::optional("pressure", PRESSURE, "Isotropic pressure; or give the two below."),
+            Key::optional("axial_pressure", PRESSURE, "Pressure on the plates."),
+            Key::optional("radial_pressure", PRESSURE, "Pressure on the membrane."),
+            Key::default("increments", INCREMENTS, "10", "Nominal number of increments."),
+        ],
+    },
+    Kind {
+        name: "shear",
+        about: "Drives the top plate down at constant confining pressure.",
+        keys: &[AXIAL_STRAIN, INCREMENT, HELD_PRESSURE],
+    },
+    Kind {
+        name: "unload",
+        about: "Takes the deviatoric stress back at constant confining pressure.",
+        keys: &[
+            Key::default(
+                "deviatoric_stress",
+                Quantity(Dimension::Pressure, within(0.0, 1e10)),
+                "0",
+                "Where unloading ends.",
+            ),
+            INCREMENT,
+            HELD_PRESSURE,
+        ],
+    },
+    Kind {
+        name: "reload",
+        about: "Drives the top plate down again after an unload stage.",
+        keys: &[
+            Key::default(
+                "axial_strain",
+                Nullable(&STRAIN),
+                "null",
+                "Axial strain added in this stage; null returns to where unloading began.",
+            ),
+            INCREMENT,
+            HELD_PRESSURE,
+        ],
+    },
+    Kind {
+        name: "oedometer",
+        about: "Drives the top plate down at constant radius.",
+        keys: &[AXIAL_STRAIN, INCREMENT],
+    },
+    Kind {
+        name: "constant_volume",
+        about: "Drives the top plate down at constant volume.",
+        keys: &[AXIAL_STRAIN, INCREMENT],
+    },
+    Kind {
+        name: "constant_p",
+        about: "Drives the top plate down at constant mean stress.",
+        keys: &[AXIAL_STRAIN, INCREMENT],
+    },
+    Kind {
+        name: "hold",
+        about: "Changes no load or prescribed motion.",
+        keys: &[Key::default("increments", INCREMENTS, "1", "Number of increments.")],
+    },
+    Kind {
+        name: "load",
+        about: "Moves and loads the bodies of a scene, linearly over the stage.",
+        keys: &[
+            Key::default("increments", INCREMENTS, "10", "Nominal number of increments."),
+            Key::default("bodies", Named(&Object(BODY_LOAD)), "{}", "What is done to which body, by name."),
+            Key::optional(
+                "gravity",
+                ACCELERATION_VECTOR,
+                "Gravity at the end of the stage; without it, as before.",
+            ),
+        ],
+    },
+];
+
+const FREE_LENGTH: Form = Nullable(&SIGNED_LENGTH);
+const FREE_ANGLE: Form = Nullable(&ANGLE);
+const FREE_FORCE: Form = Nullable(&FORCE);
+const FREE_MOMENT: Form = Nullable(&MOMENT);
+
+static BODY_LOAD: &[Key] = &[
+    Key::optional(
+        "displacement",
+        Tuple(&[FREE_LENGTH, FREE_LENGTH, FREE_LENGTH]),
+        "Displacement of the reference point over this stage; a null component is free.",
+    ),
+    Key::optional(
+        "rotation",
+        Tuple(&[FREE_ANGLE, FREE_ANGLE, FREE_ANGLE]),
+        "Rotation vector over this stage, space axes; a null component is free.",
+    ),
+    Key::optional(
+        "force",
+        Tuple(&[FREE_FORCE, FREE_FORCE, FREE_FORCE]),
+        "Force at the end of the stage; null is none given.",
+    ),
+    Key::optional(
+        "moment",
+        Tuple(&[FREE_MOMENT, FREE_MOMENT, FREE_MOMENT]),
+        "Moment about the reference point at the end of the stage; null is none given.",
+    ),
+];
+
+static SOLVER: &[Key] = &[
+    Key::default(
+        "fidelity",
+        Choice(&["auto", "rigid", "condensed", "full"]),
+        "\"auto\"",
+        "How grains deform; auto chooses for each.",
+    ),
+    Key::default("force_tolerance", TOLERANCE, "1e-3", "Out-of-balance force over the mean contact force."),
+    Key::default(
+        "gap_tolerance",
+        TOLERANCE,
+        "1e-5",
+        "Overlap allowed in an accepted state over the grain size.",
+    ),
+    Key::default("max_augmentations", Count(1, 100_000), "60", "Augmentations before an increment is cut."),
+    Key::default("max_newton_iterations", Count(1, 10_000), "40", "Newton iterations in an augmentation."),
+    Key::default(
+        "increment_min",
+        Quantity(Dimension::None, positive(1.0)),
+        "1e-3",
+        "Smallest cut of an increment, as a share of the stage's increment.",
+    ),
+    Key::default(
+        "increment_max",
+        Quantity(Dimension::None, within(1.0, 1e4)),
+        "1",
+        "Largest growth of an increment, in stage's increments.",
+    ),
+    Key::default(
+        "energy_gate",
+        Quantity(Dimension::None, positive(1.0)),
+        "1e-3",
+        "Energy error of an increment over its work above which a warning is given.",
+    ),
+];
+
+static OUTPUT: &[Key] = &[
+    Key::default(
+        "fields_every",
+        Quantity(Dimension::None, positive(1.0)),
+        "0.005",
+        "Axial strain between saved states; in stages without strain, the share of the stage.",
+    ),
+    Key::default("contacts", Flag, "true", "Whether saved states include the contacts."),
+];

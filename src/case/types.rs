@@ -1,0 +1,384 @@
+//! The checked case: plain data in SI. What stands here was found sound by [`super::check`].
+//!
+//! Tension is positive except where a field says otherwise: pressures and axial strains of the
+//! stages count compression positive, as in soil mechanics.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
+
+/// A checked case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    pub title: String,
+    /// Seed of all randomness.
+    pub seed: u64,
+    pub geometry: Geometry,
+    pub rock: RockCase,
+    pub contact: ContactCase,
+    /// End plates; without meaning in a scene.
+    pub plates: PlatesCase,
+    /// Lateral confinement; without meaning in a scene.
+    pub membrane: MembraneCase,
+    /// At least one.
+    pub stages: Vec<StageCase>,
+    pub solver: SolverCase,
+    pub output: OutputCase,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Geometry {
+    /// A generated rockfill specimen.
+    Specimen(SpecimenCase),
+    /// Bodies set by hand.
+    Scene(SceneCase),
+}
+
+/// A generated cylindrical specimen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpecimenCase {
+    /// As given.
+    pub size: SpecimenSize,
+    /// Of the compacted specimen [m]; expected, if `size` gives the number of grains.
+    pub diameter: f64,
+    /// Of the compacted specimen [m]; expected, if `size` gives the number of grains.
+    pub height: f64,
+    /// Number of grains; expected, if `size` gives diameter and height.
+    pub grains: usize,
+    /// Sieve size [m] and mass fraction passing, from the largest size (1) down to the smallest (0).
+    pub grading: Vec<[f64; 2]>,
+    /// Volume of voids over volume of solids, after compaction.
+    pub void_ratio: f64,
+    /// Fewest and most vertices of a grain.
+    pub vertices: [usize; 2],
+    /// Least distance of a grain's vertices on the unit sphere; 0 is off.
+    pub vertex_separation: f64,
+    /// What to do where compaction cannot reach `void_ratio`.
+    pub unreachable: Unreachable,
+    /// Tet10 cells per grain, about.
+    pub cells_per_grain: usize,
+}
+
+impl SpecimenCase {
+    /// What the generator takes. `rounding` is [`ContactCase::rounding`].
+    pub fn parameters(&self, seed: u64, rounding: f64) -> SpecimenParameters {
+        let grading = self.grading.iter().map(|&[size, passing]| SievePoint { size, passing });
+        SpecimenParameters {
+            grading: grading.collect(),
+            size: self.size,
+            void_ratio: self.void_ratio,
+            unreachable: self.unreachable,
+            vertices: self.vertices,
+            vertex_separation: self.vertex_separation,
+            rounding,
+            seed,
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneCase {
+    pub bodies: Vec<BodyCase>,
+    /// Acceleration [m/s2], space axes.
+    pub gravity: [f64; 3],
+}
+
+/// A body set by hand.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyCase {
+    /// Unique in the scene; without `/`.
+    pub name: String,
+    pub shape: ShapeCase,
+    /// Edge length of the cells [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_size: Option<f64>,
+    /// Of the reference point [m].
+    pub position: [f64; 3],
+    /// Rotation vector from body to space axes [rad].
+    pub rotation: [f64; 3],
+    /// `None`: as `SolverCase::fidelity` says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fidelity: Option<Fidelity>,
+    /// The body's own rock, complete; `None`: the case's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rock: Option<RockCase>,
+    /// Peak friction on this body in place of contact's. Of two touching bodies the lower value
+    /// rules; the residual value of the pair is `ContactCase::residual_friction`, or the pair's
+    /// peak where that is lower.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Radius of edges and corners [m] in place of contact's ratio.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rounding: Option<f64>,
+    /// All six components of motion are prescribed to zero.
+    pub fixed: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ShapeCase {
+    /// Full edge lengths [m], centred on the position.
+    Box([f64; 3]),
+    /// Radius [m], centred on the position.
+    Sphere(f64),
+    /// Vertices [m] relative to the position; the body is their convex hull.
+    Polyhedron(Vec<[f64; 3]>),
+    /// A .vtu file, relative to the case file; nodes [m] relative to the position.
+    Mesh(String),
+}
+
+impl ShapeCase {
+    /// Smallest edge of the box around the shape, along the body's own axes [m]; `None` for a mesh.
+    pub fn smallest_extent(&self) -> Option<f64> {
+        match self {
+            ShapeCase::Box(size) => size.iter().copied().reduce(f64::min),
+            ShapeCase::Sphere(radius) => Some(2.0 * radius),
+            ShapeCase::Polyhedron(points) => {
+                let along = |k: usize| {
+                    let high = points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+                    let low = points.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
+                    high - low
+                };
+                (0..3).map(along).reduce(f64::min)
+            }
+            ShapeCase::Mesh(_) => None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fidelity {
+    /// Chosen per grain; never the fidelity of a single body.
+    Auto,
+    Rigid,
+    Condensed,
+    Full,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RockCase {
+    /// Of solid rock [kg/m3].
+    pub density: f64,
+    /// [Pa]
+    pub youngs_modulus: Law,
+    pub poissons_ratio: Law,
+    /// Uniaxial [Pa], positive. Always there if `damage` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compressive_strength: Option<Law>,
+    /// Uniaxial [Pa], positive. Always there if `damage` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tensile_strength: Option<Law>,
+    /// `None` is elastic.
+    pub damage: Option<DamageCase>,
+}
+
+/// A material quantity that varies from cell to cell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Law {
+    /// Expected value, in SI.
+    pub mean: f64,
+    #[serde(flatten)]
+    pub scatter: Scatter,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "law", rename_all = "snake_case")]
+pub enum Scatter {
+    /// The mean everywhere.
+    Constant,
+    /// Weibull with this shape parameter; the scale follows from the mean.
+    Weibull {
+        #[serde(rename = "weibull_shape")]
+        shape: f64,
+    },
+    /// Normal; the standard deviation over the mean.
+    Normal {
+        variation: f64,
+    },
+    /// Lognormal; the standard deviation of the value over the mean.
+    Lognormal {
+        variation: f64,
+    },
+    /// Gamma with this shape parameter.
+    Gamma {
+        #[serde(rename = "gamma_shape")]
+        shape: f64,
+    },
+    Exponential,
+}
+
+/// Damage softening after Ma et al. (2011), eqs. 6-10 as corrected in ARCHITECTURE.md.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DamageCase {
+    /// N of the softening law, above 1.
+    pub exponent: f64,
+    /// Damage at which an integration point fails.
+    pub threshold: f64,
+    /// w_c: 1 restores all stiffness in compression.
+    pub recovery_in_compression: f64,
+    /// w_t: 1 restores all stiffness in tension.
+    pub recovery_in_tension: f64,
+    /// Crack-band regularisation [J/m2]; `None` is off.
+    pub fracture_energy: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ContactCase {
+    /// Peak friction coefficient.
+    pub friction: f64,
+    /// At most `friction`.
+    pub residual_friction: f64,
+    /// Slip over which friction decays by 1/e [m].
+    pub weakening_distance: f64,
+    /// Radius of edges and corners over the grain's size (a scene body's smallest extent along
+    /// its own axes; a sphere has none).
+    pub rounding: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlatesCase {
+    /// Friction coefficient of grains on plates.
+    pub friction: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum MembraneCase {
+    Rubber {
+        /// [m]
+        thickness: f64,
+        /// Neo-Hookean [Pa].
+        shear_modulus: f64,
+        /// Of the triangles [m]; `None`: from the grains.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        mesh_size: Option<f64>,
+    },
+    Pressure,
+    RigidWall,
+}
+
+/// One stage. Pressures [Pa] and axial strains (shortening) are positive in compression.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum StageCase {
+    Consolidate {
+        axial_pressure: f64,
+        radial_pressure: f64,
+        increments: usize,
+    },
+    /// `axial_strain` is added in this stage; `pressure` is the confining pressure held.
+    Shear {
+        axial_strain: f64,
+        increment: f64,
+        pressure: f64,
+    },
+    /// Back to `deviatoric_stress` [Pa].
+    Unload {
+        deviatoric_stress: f64,
+        increment: f64,
+        pressure: f64,
+    },
+    /// `None`: to where the last unloading began.
+    Reload {
+        axial_strain: Option<f64>,
+        increment: f64,
+        pressure: f64,
+    },
+    Oedometer {
+        axial_strain: f64,
+        increment: f64,
+    },
+    ConstantVolume {
+        axial_strain: f64,
+        increment: f64,
+    },
+    ConstantP {
+        axial_strain: f64,
+        increment: f64,
+    },
+    Hold {
+        increments: usize,
+    },
+    /// Of a scene. Linear over the stage.
+    Load {
+        increments: usize,
+        /// By body name, each name known.
+        bodies: BTreeMap<String, BodyLoad>,
+        /// Acceleration at the end of the stage [m/s2]; `None`: as before the stage.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        gravity: Option<[f64; 3]>,
+    },
+}
+
+impl StageCase {
+    /// The word for it in the case file.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            StageCase::Consolidate { .. } => "consolidate",
+            StageCase::Shear { .. } => "shear",
+            StageCase::Unload { .. } => "unload",
+            StageCase::Reload { .. } => "reload",
+            StageCase::Oedometer { .. } => "oedometer",
+            StageCase::ConstantVolume { .. } => "constant_volume",
+            StageCase::ConstantP { .. } => "constant_p",
+            StageCase::Hold { .. } => "hold",
+            StageCase::Load { .. } => "load",
+        }
+    }
+}
+
+/// What a load stage does to a body. A whole list that is `None` leaves things as the stage before
+/// left them (free and unloaded at first); a component that is `None` is free, or carries no load.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyLoad {
+    /// Of the reference point, over this stage [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<[Option<f64>; 3]>,
+    /// Rotation vector over this stage, space axes [rad].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<[Option<f64>; 3]>,
+    /// At the end of the stage, space axes [N].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<[Option<f64>; 3]>,
+    /// About the reference point at the end of the stage, space axes [N m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment: Option<[Option<f64>; 3]>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SolverCase {
+    pub fidelity: Fidelity,
+    /// Out-of-balance force over the mean contact force.
+    pub force_tolerance: f64,
+    /// Overlap of an accepted state over the grain size.
+    pub gap_tolerance: f64,
+    /// Before an increment is cut.
+    pub max_augmentations: usize,
+    /// In one augmentation.
+    pub max_newton_iterations: usize,
+    /// Smallest increment over the stage's.
+    pub increment_min: f64,
+    /// Largest increment over the stage's.
+    pub increment_max: f64,
+    /// Energy error over work of an increment that is warned of.
+    pub energy_gate: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OutputCase {
+    /// Axial strain between saved states; the share of the stage in stages without strain.
+    pub fields_every: f64,
+    pub contacts: bool,
+}

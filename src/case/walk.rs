@@ -1,0 +1,393 @@
+//! Walks a value along its form: collects every fault, converts units, fills in defaults.
+
+use serde_json::{Map, Value};
+
+use crate::error::Fault;
+
+use super::form::{Form, Key, Kind, Need};
+use super::quantity;
+
+/// What to do about keys that are not there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Gaps {
+    /// Fill in defaults; a required key is a fault.
+    Fill,
+    Leave,
+}
+
+/// Collects faults while values are walked.
+pub struct Walker {
+    pub faults: Vec<Fault>,
+}
+
+impl Walker {
+    /// `known` are faults found before; further ones at the same places are not listed again.
+    pub fn new(known: Vec<Fault>) -> Self {
+        Walker { faults: known }
+    }
+
+    pub fn fault(&mut self, fault: Fault) {
+        if !self.faults.iter().any(|known| known.path == fault.path) {
+            self.faults.push(fault);
+        }
+    }
+
+    /// Whether nothing is wrong at `path` and below it.
+    pub fn is_clean(&self, path: &str) -> bool {
+        !self.faults.iter().any(|fault| is_within(&fault.path, path))
+    }
+
+    /// The value in SI with defaults filled in. Where a part is at fault, a fault is noted, a key is
+    /// left out and a list item is null.
+    pub fn walk(&mut self, form: &Form, value: &Value, path: &str) -> Option<Value> {
+        match (form, value) {
+            (Form::Nullable(_), Value::Null) => Some(Value::Null),
+            (Form::Nullable(form), value) => self.walk(form, value, path),
+            (Form::Quantity(dimension, range), value) => match quantity::read(value, *dimension) {
+                Err(problem) => self.refuse(form, value, path, problem),
+                Ok(x) => match range.problem(x, *dimension) {
+                    Some(problem) => {
+                        let hint = match (value, dimension.si_unit()) {
+                            (Value::Number(_), unit) if !unit.is_empty() && x != 0.0 => {
+                                format!("{problem} (a plain number is in {unit})")
+                            }
+                            _ => problem,
+                        };
+                        self.refuse(form, value, path, hint)
+                    }
+                    None => Some(Value::from(x)),
+                },
+            },
+            (Form::Count(low, high), value) => match whole(value) {
+                Some(n) if (*low..=*high).contains(&n) => Some(Value::from(n)),
+                Some(n) if n < *low => self.refuse(form, value, path, format!("must be at least {low}")),
+                Some(_) => self.refuse(form, value, path, format!("must be at most {high}")),
+                None if value.as_f64().is_some_and(|x| x < 0.0) => {
+                    self.refuse(form, value, path, "must not be negative".into())
+                }
+                None => self.refuse(form, value, path, "is not a whole number".into()),
+            },
+            (Form::Text, Value::String(text)) => Some(Value::from(text.as_str())),
+            (Form::Flag, Value::Bool(flag)) => Some(Value::from(*flag)),
+            (Form::Choice(words), Value::String(word)) => {
+                if words.contains(&word.as_str()) {
+                    return Some(value.clone());
+                }
+                let problem = match nearest(word, words.iter().copied()) {
+                    Some(near) => format!("is not one of the choices: did you mean \"{near}\"?"),
+                    None => "is not one of the choices".into(),
+                };
+                self.refuse(form, value, path, problem)
+            }
+            (Form::Tuple(forms), Value::Array(items)) => {
+                if items.len() != forms.len() {
+                    let problem = format!("has {} items where {} are needed", items.len(), forms.len());
+                    return self.refuse(form, value, path, problem);
+                }
+                let mut walked = vec![];
+                for (i, (form, item)) in forms.iter().zip(items).enumerate() {
+                    walked.push(self.walk(form, item, &format!("{path}[{i}]")));
+                }
+                walked.into_iter().collect::<Option<Vec<_>>>().map(Value::Array)
+            }
+            (Form::List(item_form, least), Value::Array(items)) => {
+                if items.len() < *least {
+                    let problem = match items.len() {
+                        0 => "is empty".into(),
+                        n => format!("has {n} items where at least {least} are needed"),
+                    };
+                    return self.refuse(form, value, path, problem);
+                }
+                let items = items.iter().enumerate();
+                let walked = items.map(|(i, item)| {
+                    self.walk(item_form, item, &format!("{path}[{i}]")).unwrap_or(Value::Null)
+                });
+                Some(Value::Array(walked.collect()))
+            }
+            (Form::Object(keys), Value::Object(map)) => {
+                Some(Value::Object(self.object(keys, &[], map, path, Gaps::Fill)))
+            }
+            (Form::Overrides(keys), Value::Object(map)) => {
+                Some(Value::Object(self.object(keys, &[], map, path, Gaps::Leave)))
+            }
+            (Form::OneOf(keys), Value::Object(map)) => {
+                let walked = Value::Object(self.object(keys, &[], map, path, Gaps::Leave));
+                let given: Vec<_> =
+                    keys.iter().filter(|key| map.contains_key(key.name)).map(|key| key.name).collect();
+                match given[..] {
+                    [_] => Some(walked),
+                    [] if !self.is_clean(path) => None,
+                    [] => {
+                        self.refuse(form, value, path, "has none of the keys of which one is needed".into())
+                    }
+                    _ => self.refuse(
+                        form,
+                        value,
+                        path,
+                        format!("has {} where one is needed", given.join(" and ")),
+                    ),
+                }
+            }
+            (Form::Kinds(kinds), Value::Object(map)) => self.kinds(kinds, map, path),
+            (Form::Named(form), Value::Object(map)) => {
+                let mut walked = Map::new();
+                for (name, value) in map {
+                    if let Some(value) = self.walk(form, value, &child(path, name)) {
+                        walked.insert(name.clone(), value);
+                    }
+                }
+                Some(Value::Object(walked))
+            }
+            (Form::Scattered(keys), Value::Object(map)) => {
+                let mut walked = self.object(keys, &[], map, path, Gaps::Fill);
+                if self.is_clean(path) {
+                    self.scatter(&mut walked, path);
+                }
+                Some(Value::Object(walked))
+            }
+            (Form::Scattered(keys), value) => {
+                let mean = self.walk(&keys.first()?.form, value, path)?;
+                Some(serde_json::json!({ "mean": mean, "law": "constant" }))
+            }
+            (
+                Form::Text
+                | Form::Flag
+                | Form::Choice(_)
+                | Form::Tuple(_)
+                | Form::List(..)
+                | Form::Object(_)
+                | Form::Overrides(_)
+                | Form::OneOf(_)
+                | Form::Kinds(_)
+                | Form::Named(_),
+                value,
+            ) => {
+                self.refuse(form, value, path, format!("is {} where {} is needed", sort(value), wanted(form)))
+            }
+        }
+    }
+
+    fn refuse(&mut self, form: &Form, value: &Value, path: &str, problem: String) -> Option<Value> {
+        self.fault(Fault::new(path, shown(value), problem, form.accepted()));
+        None
+    }
+
+    /// Walks the known keys of an object; `also` are keys that the caller looks after.
+    fn object(
+        &mut self,
+        keys: &[Key],
+        also: &[&'static str],
+        map: &Map<String, Value>,
+        path: &str,
+        gaps: Gaps,
+    ) -> Map<String, Value> {
+        let known = || also.iter().copied().chain(keys.iter().map(|key| key.name));
+        let mut meant = vec![];
+        for (name, value) in map.iter().filter(|(name, _)| !known().any(|k| k == name.as_str())) {
+            let free = known().filter(|key| !map.contains_key(*key));
+            let problem = match nearest(name, free) {
+                Some(near) => {
+                    meant.push(near);
+                    format!("is an unknown key: did you mean \"{near}\"?")
+                }
+                None => "is an unknown key".into(),
+            };
+            let accepted = match known().collect::<Vec<_>>().join(", ") {
+                keys if keys.is_empty() => "no key here".into(),
+                keys => format!("the keys {keys}"),
+            };
+            self.fault(Fault::new(child(path, name), shown(value), problem, accepted));
+        }
+        let mut walked = Map::new();
+        for key in keys {
+            let path = child(path, key.name);
+            let value = match (map.get(key.name), key.need) {
+                (Some(value), _) => self.walk(&key.form, value, &path),
+                (None, _) if gaps == Gaps::Leave => None,
+                (None, Need::Optional | Need::Derived(_)) => None,
+                (None, Need::Default(json)) => {
+                    serde_json::from_str(json).ok().and_then(|value| self.walk(&key.form, &value, &path))
+                }
+                (None, Need::Required) => {
+                    // A misspelt key is named once, as unknown.
+                    if !meant.contains(&key.name) {
+                        self.fault(Fault::new(path, "nothing", "is missing", key.form.accepted()));
+                    }
+                    None
+                }
+            };
+            if let Some(value) = value {
+                walked.insert(key.name.into(), value);
+            }
+        }
+        walked
+    }
+
+    fn kinds(&mut self, kinds: &[Kind], map: &Map<String, Value>, path: &str) -> Option<Value> {
+        let place = child(path, "kind");
+        let choices = kinds.iter().map(|k| format!("\"{}\"", k.name)).collect::<Vec<_>>().join(", ");
+        let problem = match map.get("kind") {
+            None => "is missing".to_string(),
+            Some(Value::String(name)) => match kinds.iter().find(|kind| kind.name == name) {
+                Some(kind) => {
+                    let mut walked = Map::from_iter([("kind".to_string(), Value::from(kind.name))]);
+                    walked.extend(self.object(kind.keys, &["kind"], map, path, Gaps::Fill));
+                    return Some(Value::Object(walked));
+                }
+                None => match nearest(name, kinds.iter().map(|kind| kind.name)) {
+                    Some(near) => format!("is an unknown kind: did you mean \"{near}\"?"),
+                    None => "is an unknown kind".into(),
+                },
+            },
+            Some(other) => format!("is {} where a text is needed", sort(other)),
+        };
+        let value = map.get("kind").map(shown).unwrap_or("nothing".into());
+        self.fault(Fault::new(place, value, problem, choices));
+        None
+    }
+
+    /// Settles the law of a scattered quantity and refuses parameters of another law.
+    fn scatter(&mut self, map: &mut Map<String, Value>, path: &str) {
+        const OWNERS: [(&str, &[&str]); 3] = [
+            ("weibull_shape", &["weibull"]),
+            ("gamma_shape", &["gamma"]),
+            ("variation", &["lognormal", "normal"]),
+        ];
+        let given = OWNERS.iter().filter(|(key, _)| map.contains_key(*key));
+        let implied = given.map(|(_, laws)| laws[0]).next().unwrap_or("constant");
+        let law = map.get("law").and_then(Value::as_str).unwrap_or(implied).to_string();
+        let foreign: Vec<_> = OWNERS
+            .iter()
+            .filter(|(key, laws)| map.contains_key(*key) && !laws.contains(&law.as_str()))
+            .collect();
+        for (key, laws) in &foreign {
+            let problem = format!("does not belong to the law \"{law}\"");
+            let accepted = format!("the law {}, or no {key}", laws.join(" or "));
+            let value = map.get(*key).map(shown).unwrap_or_default();
+            self.fault(Fault::new(child(path, key), value, problem, accepted));
+        }
+        for (key, _) in OWNERS.iter().filter(|(_, laws)| laws.contains(&law.as_str())) {
+            if foreign.is_empty() && !map.contains_key(*key) {
+                let problem = format!("is missing for the law \"{law}\"");
+                self.fault(Fault::new(child(path, key), "nothing", problem, "a number"));
+            }
+        }
+        map.insert("law".into(), law.into());
+    }
+}
+
+/// Path of a key: `$.rock`, or `$["odd name"]` where a dot would be ambiguous.
+pub fn child(path: &str, key: &str) -> String {
+    let plain = !key.is_empty() && key.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '$'));
+    if plain { format!("{path}.{key}") } else { format!("{path}[{}]", Value::from(key)) }
+}
+
+/// Whether `path` is `ancestor` or below it.
+pub fn is_within(path: &str, ancestor: &str) -> bool {
+    path.strip_prefix(ancestor).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+/// The value at a path, if it is there.
+pub fn at<'a>(root: &'a Value, path: &str) -> Option<&'a Value> {
+    let mut found = root;
+    let mut rest = path.strip_prefix('$')?;
+    while !rest.is_empty() {
+        if let Some(after) = rest.strip_prefix("[\"") {
+            // A quoted key, JSON escapes and all: the paths that `child` makes.
+            let Value::Object(map) = found else { return None };
+            let quoted = |key: &str| format!("{}]", &Value::from(key).to_string()[1..]);
+            let (key, value) = map.iter().find(|(key, _)| after.starts_with(&quoted(key)))?;
+            found = value;
+            rest = &after[quoted(key).len()..];
+        } else if let Some(after) = rest.strip_prefix('[') {
+            let (index, after) = after.split_once(']')?;
+            found = found.get(index.parse::<usize>().ok()?)?;
+            rest = after;
+        } else {
+            let after = rest.strip_prefix('.')?;
+            let end = after.find(['.', '[']).unwrap_or(after.len());
+            found = found.get(&after[..end])?;
+            rest = &after[end..];
+        }
+    }
+    Some(found)
+}
+
+/// The value as written, shortened for a message.
+pub fn shown(value: &Value) -> String {
+    const LONGEST: usize = 60;
+    let text = value.to_string();
+    if text.chars().count() <= LONGEST {
+        return text;
+    }
+    text.chars().take(LONGEST - 3).chain("...".chars()).collect()
+}
+
+/// The word meant by `word`, if one is near enough to be a slip.
+pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let slip = |candidate: &str| {
+        let (word, candidate) = (word.to_lowercase(), candidate.to_lowercase());
+        if word.len() >= 4 && (candidate.contains(&word) || word.contains(&candidate)) {
+            return 0.9;
+        }
+        strsim::jaro_winkler(&word, &candidate).max(strsim::normalized_damerau_levenshtein(&word, &candidate))
+    };
+    known
+        .map(|candidate| (slip(candidate), candidate))
+        .filter(|(score, _)| *score > 0.78)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+fn whole(value: &Value) -> Option<u64> {
+    const EXACT: f64 = 9_007_199_254_740_992.0; // 2^53
+    match value.as_u64() {
+        Some(n) => Some(n),
+        None => value.as_f64().filter(|x| (0.0..=EXACT).contains(x) && x.fract() == 0.0).map(|x| x as u64),
+    }
+}
+
+fn sort(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "a true/false",
+        Value::Number(_) => "a number",
+        Value::String(_) => "a text",
+        Value::Array(_) => "a list",
+        Value::Object(_) => "an object",
+    }
+}
+
+fn wanted(form: &Form) -> &'static str {
+    match form {
+        Form::Quantity(dimension, _) => dimension.name(),
+        Form::Count(..) => "a whole number",
+        Form::Text | Form::Choice(_) => "a text",
+        Form::Flag => "true or false",
+        Form::Tuple(_) | Form::List(..) => "a list",
+        Form::Object(_) | Form::Overrides(_) | Form::OneOf(_) | Form::Kinds(_) | Form::Named(_) => {
+            "an object"
+        }
+        Form::Scattered(_) => "a quantity or an object",
+        Form::Nullable(form) => wanted(form),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn odd_keys_are_quoted_in_paths() {
+        assert_eq!(child("$.bodies", "left"), "$.bodies.left");
+        assert_eq!(child("$.bodies", "a.b"), "$.bodies[\"a.b\"]");
+        assert!(is_within("$.rock.density", "$.rock"));
+        assert!(!is_within("$.rocks", "$.rock"));
+    }
+
+    #[test]
+    fn long_values_are_shortened_between_characters() {
+        let text = shown(&Value::from("é".repeat(100)));
+        assert_eq!(text.chars().count(), 60);
+    }
+}

@@ -1,0 +1,477 @@
+//! The force of one contact point and its tangent.
+//!
+//! Normal part: `-d/dq [ w k (psi(overlap + offset) - psi(offset)) ]`, weight gradient included,
+//! with `offset` the multiplier in units of length (zero for a plain spring). Friction: the trial
+//! force `k_t w (stretch - slide)` is returned smoothly onto the disc of radius `mu w p`, `p` being
+//! the normal force of the same configuration (implicit, never lagged).
+
+use crate::contact::features::{LinePair, Site, closest_points};
+use crate::contact::law::ContactLaw;
+use crate::tensor::dual::{Dual, Real, Vector};
+use crate::tensor::{Mat3, Vec3};
+
+/// Where a body is now and where it was at the last accepted increment.
+#[derive(Debug, Clone, Copy)]
+pub struct Kinematics {
+    /// Reference point now [m].
+    pub position: Vec3,
+    /// Reference point at the last accepted increment [m].
+    pub committed_position: Vec3,
+    /// Turns a vector now back to what it was: committed rotation times inverse of the present one.
+    pub turn_back: Mat3,
+}
+
+/// What a contact point carries into a Newton solve; constant during it.
+#[derive(Debug, Clone, Copy)]
+pub struct PointState {
+    /// Sum of the two rounding radii [m].
+    pub radii: f64,
+    /// Normal stiffness [N/m]: the local compliance of a rigid grain, or the penalty.
+    pub stiffness: f64,
+    pub friction: f64,
+    /// Normal multiplier as an overlap [m].
+    pub offset: f64,
+    /// Tangential stretch carried over [m], in space; times the tangential stiffness it is the
+    /// friction force at no further slide, on `b`.
+    pub stretch: Vec3,
+    /// Elastic displacement of `b`'s surface relative to `a`'s here [m], in space.
+    pub elastic: Vec3,
+    /// The part of it that came since the last accepted increment [m].
+    pub elastic_change: Vec3,
+}
+
+/// A contact point in one configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct Evaluation {
+    /// 0 to 1; below 1 only for edge pairs near an edge's end or nearly parallel.
+    pub weight: f64,
+    /// Distance between the rounded surfaces, elastic displacement included [m].
+    pub gap: f64,
+    /// From `a` to `b`.
+    pub normal: Vec3,
+    /// Where the force acts [m].
+    pub point: Vec3,
+    /// Normal force, weight included [N].
+    pub pressure: f64,
+    /// Friction force on `b` [N].
+    pub friction: Vec3,
+    /// Tangential stretch before the return [m]; the friction is the tangential stiffness times
+    /// what remains of it.
+    pub trial_stretch: Vec3,
+    /// `k_t w` [N/m].
+    pub tangential_stiffness: f64,
+    /// Energy of the normal part [J].
+    pub energy: f64,
+    /// Force and moment about the body's reference point on `a`, then on `b` [N, N m].
+    pub wrench: [f64; 12],
+}
+
+impl Evaluation {
+    pub fn is_active(&self) -> bool {
+        self.pressure > 0.0
+    }
+
+    /// Slip since the last accepted increment [m].
+    pub fn slip(&self) -> f64 {
+        let kept = if self.tangential_stiffness > 0.0 {
+            self.friction / self.tangential_stiffness
+        } else {
+            Vec3::zeros()
+        };
+        (self.trial_stretch - kept).norm()
+    }
+
+    /// Work of friction lost since the last accepted increment [J]: the force times the slip.
+    pub fn dissipation(&self) -> f64 {
+        if self.tangential_stiffness > 0.0 {
+            self.friction.dot(&(self.trial_stretch - self.friction / self.tangential_stiffness))
+        } else {
+            0.0
+        }
+    }
+
+    /// Energy stored in the tangential stretch [J].
+    pub fn tangential_energy(&self) -> f64 {
+        if self.tangential_stiffness > 0.0 {
+            0.5 * self.friction.norm_squared() / self.tangential_stiffness
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Derivative of the twelve wrench components by: position of `b` relative to `a` (0-2), spin of
+/// `b` (3-5), spin of `a` (6-8). Moving `a` is moving `b` the other way.
+pub type Tangent = [[f64; 9]; 12];
+
+/// The bodies' points that span the site, in space.
+pub struct SitePoints {
+    pub a: [Vec3; 3],
+    pub b: [Vec3; 3],
+}
+
+pub fn evaluate(
+    law: &ContactLaw,
+    site: &Site,
+    points: &SitePoints,
+    a: &Kinematics,
+    b: &Kinematics,
+    state: &PointState,
+) -> Evaluation {
+    let frame =
+        |k: &Kinematics| Frame { position: Vector::constant(&k.position), spin: None, kinematics: *k };
+    let constants =
+        |p: &[Vec3; 3]| [Vector::constant(&p[0]), Vector::constant(&p[1]), Vector::constant(&p[2])];
+    let (evaluation, _) =
+        wrench::<f64>(law, site, &constants(&points.a), &constants(&points.b), &frame(a), &frame(b), state);
+    evaluation
+}
+
+/// The exact derivative of [`evaluate`]'s wrench.
+pub fn tangent(
+    law: &ContactLaw,
+    site: &Site,
+    points: &SitePoints,
+    a: &Kinematics,
+    b: &Kinematics,
+    state: &PointState,
+) -> Tangent {
+    type D = Dual<9>;
+    let variables = |base: &Vec3, first: usize| Vector([0, 1, 2].map(|k| D::variable(base[k], first + k)));
+    let spin_a = variables(&Vec3::zeros(), 6);
+    let spin_b = variables(&Vec3::zeros(), 3);
+    let shift_b = variables(&Vec3::zeros(), 0);
+    let frame_a = Frame { position: Vector::constant(&a.position), spin: Some(spin_a), kinematics: *a };
+    let frame_b =
+        Frame { position: Vector::constant(&b.position) + shift_b, spin: Some(spin_b), kinematics: *b };
+    let points_of = |points: &[Vec3; 3], frame: &Frame<D>, spin: Vector<D>| {
+        points.map(|p| {
+            let arm = Vector::constant(&(p - frame.kinematics.position));
+            frame.position + arm + spin.cross(arm)
+        })
+    };
+    let on_a = points_of(&points.a, &frame_a, spin_a);
+    let on_b = points_of(&points.b, &frame_b, spin_b);
+    let (_, wrench) = wrench::<D>(law, site, &on_a, &on_b, &frame_a, &frame_b, state);
+    wrench.map(|component| component.gradient)
+}
+
+struct Frame<T> {
+    position: Vector<T>,
+    /// Infinitesimal rotation away from the present one; `None` where it is zero.
+    spin: Option<Vector<T>>,
+    kinematics: Kinematics,
+}
+
+impl<T: Real> Frame<T> {
+    /// Where the material point that is now at `x` was at the last accepted increment.
+    fn committed(&self, x: Vector<T>) -> Vector<T> {
+        let mut arm = x - self.position;
+        if let Some(spin) = self.spin {
+            arm = arm - spin.cross(arm);
+        }
+        Vector::constant(&self.kinematics.committed_position) + arm.turned_by(&self.kinematics.turn_back)
+    }
+}
+
+fn wrench<T: Real>(
+    law: &ContactLaw,
+    site: &Site,
+    a: &[Vector<T>; 3],
+    b: &[Vector<T>; 3],
+    frame_a: &Frame<T>,
+    frame_b: &Frame<T>,
+    state: &PointState,
+) -> (Evaluation, [T; 12]) {
+    let zero = T::constant(0.0);
+    let is_edge_pair = site.count_a == 2 && site.count_b == 2;
+    let (xa, xb) = closest_points(site, a, b);
+    let difference = xb - xa;
+    let distance = difference.norm();
+    let normal = difference.times(T::constant(1.0) / distance);
+    let elastic = Vector::constant(&state.elastic);
+    let overlap = T::constant(state.radii) - distance - normal.dot(elastic);
+    let point = (xa + xb).times(T::constant(0.5));
+    let lines = is_edge_pair.then(|| LinePair::new(a, b));
+    let edge_weight = lines.as_ref().map(|l| l.weight(law));
+    let weight = edge_weight.as_ref().map_or(T::constant(1.0), |w| w.value);
+
+    let pushed = overlap + T::constant(state.offset);
+    let pressure = weight * law.normal(pushed).scaled(state.stiffness);
+    let mut evaluation = Evaluation {
+        weight: weight.value(),
+        gap: -overlap.value(),
+        normal: normal.value(),
+        point: point.value(),
+        pressure: pressure.value(),
+        friction: Vec3::zeros(),
+        trial_stretch: Vec3::zeros(),
+        tangential_stiffness: 0.0,
+        energy: 0.0,
+        wrench: [0.0; 12],
+    };
+    if pressure.value() <= 0.0 {
+        return (evaluation, [zero; 12]);
+    }
+
+    let mut force_on_b = normal.times(pressure);
+    if state.friction > 0.0 {
+        let stiffness = weight.scaled(state.stiffness * law.tangential_ratio);
+        let slide =
+            frame_a.committed(point) - frame_b.committed(point) + Vector::constant(&state.elastic_change);
+        let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
+        let trial = carried_over(&state.stretch, normal) - tangential(slide);
+        let trial_length = trial.norm();
+        let bound = pressure.scaled(state.friction);
+        // Slip length in units of the bound; sliding replaces the stiffness by the bound's share.
+        let friction = if trial_length.value() > 0.0 {
+            let x = stiffness * trial_length / bound;
+            if x.value() <= 1.0 - law.friction_blend {
+                trial.times(stiffness)
+            } else {
+                trial.times(bound * law.friction_share(x) / trial_length)
+            }
+        } else {
+            trial.times(stiffness)
+        };
+        force_on_b = force_on_b + friction;
+        evaluation.friction = friction.value();
+        evaluation.trial_stretch = trial.value();
+        evaluation.tangential_stiffness = stiffness.value();
+    }
+    let arm_a = point - frame_a.position;
+    let arm_b = point - frame_b.position;
+    let mut force_a = -force_on_b;
+    let mut moment_a = arm_a.cross(force_a);
+    let mut force_b = force_on_b;
+    let mut moment_b = arm_b.cross(force_b);
+
+    let excess = (law.energy(pushed) - T::constant(law.energy(state.offset))).scaled(state.stiffness);
+    evaluation.energy = (weight * excess).value();
+    if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)
+        && edge_weight.value.value() < 1.0
+    {
+        let gradient = lines.end_point_gradient(edge_weight, difference);
+        for (k, g) in gradient.iter().enumerate() {
+            let push = -g.times(excess);
+            if k < 2 {
+                force_a = force_a + push;
+                moment_a = moment_a + (a[k] - frame_a.position).cross(push);
+            } else {
+                force_b = force_b + push;
+                moment_b = moment_b + (b[k - 2] - frame_b.position).cross(push);
+            }
+        }
+    }
+    let mut all = [zero; 12];
+    for k in 0..3 {
+        all[k] = force_a.0[k];
+        all[3 + k] = moment_a.0[k];
+        all[6 + k] = force_b.0[k];
+        all[9 + k] = moment_b.0[k];
+    }
+    evaluation.wrench = all.map(T::value);
+    (evaluation, all)
+}
+
+/// The stretch of the last accepted increment in the present tangent plane, its length kept.
+fn carried_over<T: Real>(stretch: &Vec3, normal: Vector<T>) -> Vector<T> {
+    let length = stretch.norm();
+    if length == 0.0 {
+        return Vector::zero();
+    }
+    let old = Vector::constant(stretch);
+    let projected = old - normal.times(old.dot(normal));
+    let projected_length = projected.norm();
+    if projected_length.value() < 1e-3 * length {
+        return Vector::zero();
+    }
+    projected.times(T::constant(length) / projected_length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::features::Feature;
+    use crate::tensor::Pose;
+
+    const LAW: ContactLaw = ContactLaw {
+        onset: 3e-6,
+        fade_length: 2e-3,
+        parallel_limit: 0.5,
+        tangential_ratio: 0.9,
+        friction_blend: 0.05,
+    };
+
+    struct Scene {
+        site: Site,
+        body_a: [Vec3; 3],
+        body_b: [Vec3; 3],
+        committed: [Pose; 2],
+        state: PointState,
+    }
+
+    impl Scene {
+        /// Shifts `b` along the normal until the rounded bodies overlap by 20 um.
+        fn pressed(mut self) -> Self {
+            for _ in 0..5 {
+                let (e, _) = self.evaluate_at(&self.committed);
+                self.committed[1].position -= e.normal * (e.gap + 2e-5);
+            }
+            self
+        }
+
+        fn evaluate_at(&self, poses: &[Pose; 2]) -> (Evaluation, Tangent) {
+            let kinematics = [0, 1].map(|i| Kinematics {
+                position: poses[i].position,
+                committed_position: self.committed[i].position,
+                turn_back: (self.committed[i].rotation * poses[i].rotation.inverse())
+                    .to_rotation_matrix()
+                    .into_inner(),
+            });
+            let points = SitePoints {
+                a: self.body_a.map(|p| poses[0].to_space(&p)),
+                b: self.body_b.map(|p| poses[1].to_space(&p)),
+            };
+            let [a, b] = &kinematics;
+            (
+                evaluate(&LAW, &self.site, &points, a, b, &self.state),
+                tangent(&LAW, &self.site, &points, a, b, &self.state),
+            )
+        }
+    }
+
+    fn state(friction: f64) -> PointState {
+        PointState {
+            radii: 1e-3,
+            stiffness: 6e7,
+            friction,
+            offset: 4e-6,
+            stretch: Vec3::new(2e-6, 1e-6, -1e-6),
+            elastic: Vec3::new(1e-7, 2e-7, -3e-7),
+            elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
+        }
+    }
+
+    fn edges(friction: f64) -> Scene {
+        Scene {
+            site: Site {
+                feature: Feature::Edges(0, 0),
+                on_a: [0, 1, 0],
+                on_b: [0, 1, 0],
+                count_a: 2,
+                count_b: 2,
+            },
+            body_a: [Vec3::new(-8e-4, 1e-4, 0.0), Vec3::new(9e-3, -3e-4, 2e-4), Vec3::zeros()],
+            body_b: [Vec3::new(1e-4, -7e-4, 2e-4), Vec3::new(2e-3, 9e-3, -3e-4), Vec3::zeros()],
+            committed: [
+                Pose::identity(),
+                Pose::identity().moved(&Vec3::new(0.0, 0.0, 0.94e-3), &Vec3::new(0.01, 0.02, 0.03)),
+            ],
+            state: state(friction),
+        }
+        .pressed()
+    }
+
+    fn vertex_on_facet(friction: f64) -> Scene {
+        Scene {
+            site: Site {
+                feature: Feature::VertexOfB(0),
+                on_a: [0, 1, 2],
+                on_b: [0, 0, 0],
+                count_a: 3,
+                count_b: 1,
+            },
+            body_a: [Vec3::new(-5e-3, -4e-3, 1e-3), Vec3::new(6e-3, -3e-3, 0.0), Vec3::new(0.0, 7e-3, 5e-4)],
+            body_b: [Vec3::new(3e-4, 1e-3, -1e-2), Vec3::zeros(), Vec3::zeros()],
+            committed: [
+                Pose::identity(),
+                Pose::identity().moved(&Vec3::new(0.0, 0.0, 1.136e-2), &Vec3::new(0.01, 0.0, 0.02)),
+            ],
+            state: state(friction),
+        }
+        .pressed()
+    }
+
+    fn motion(k: usize, step: f64) -> ([Vec3; 2], [Vec3; 2]) {
+        let mut shift = [Vec3::zeros(); 2];
+        let mut spin = [Vec3::zeros(); 2];
+        match k {
+            0..3 => shift[1][k] = step,
+            3..6 => spin[1][k - 3] = step,
+            _ => spin[0][k - 6] = step,
+        }
+        (shift, spin)
+    }
+
+    fn moved(scene: &Scene, poses: &[Pose; 2], k: usize, step: f64) -> (Evaluation, Tangent) {
+        let (shift, spin) = motion(k, step);
+        scene.evaluate_at(&[poses[0].moved(&shift[0], &spin[0]), poses[1].moved(&shift[1], &spin[1])])
+    }
+
+    #[test]
+    fn tangent_is_derivative_of_force() {
+        for friction in [0.0, 0.05, 0.65] {
+            for scene in [edges(friction), vertex_on_facet(friction)] {
+                let poses = [
+                    scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
+                    scene.committed[1].moved(&Vec3::new(0.0, 2e-6, -1e-6), &Vec3::new(0.0, 1e-4, 0.0)),
+                ];
+                let (evaluation, tangent) = scene.evaluate_at(&poses);
+                assert!(evaluation.is_active(), "gap {}", evaluation.gap);
+                for k in 0..9 {
+                    let h = if k < 3 { 1e-10 } else { 1e-8 };
+                    let (plus, _) = moved(&scene, &poses, k, h);
+                    let (minus, _) = moved(&scene, &poses, k, -h);
+                    for i in 0..12 {
+                        let difference = (plus.wrench[i] - minus.wrench[i]) / (2.0 * h);
+                        let scale = 6e7 * if k < 3 { 1.0 } else { 1e-2 } * if i % 6 < 3 { 1.0 } else { 1e-2 };
+                        assert!(
+                            (difference - tangent[i][k]).abs() < 2e-4 * scale,
+                            "mu {friction} component {i} motion {k}: {difference} {}",
+                            tangent[i][k]
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn force_is_derivative_of_energy_without_friction() {
+        for mut scene in [edges(0.0), vertex_on_facet(0.0)] {
+            // The elastic displacement is held while the normal turns, which is not an energy.
+            scene.state.elastic = Vec3::zeros();
+            let poses = scene.committed;
+            let (evaluation, _) = scene.evaluate_at(&poses);
+            assert!(evaluation.is_active() && evaluation.weight < 1.0 + 1e-15);
+            for k in 0..9 {
+                let h = if k < 3 { 1e-9 } else { 1e-7 };
+                let (plus, _) = moved(&scene, &poses, k, h);
+                let (minus, _) = moved(&scene, &poses, k, -h);
+                let slope = (plus.energy - minus.energy) / (2.0 * h);
+                let work = match k {
+                    0..6 => evaluation.wrench[6 + k],
+                    _ => evaluation.wrench[3 + k - 6],
+                };
+                let scale = evaluation.pressure * if k < 3 { 1.0 } else { 1e-2 };
+                assert!((slope + work).abs() < 1e-4 * scale, "motion {k}: {slope} {work}");
+            }
+        }
+    }
+
+    #[test]
+    fn forces_balance_and_obey_the_cone() {
+        for scene in [edges(0.65), vertex_on_facet(0.2)] {
+            let (e, _) = scene.evaluate_at(&scene.committed);
+            let force = |first: usize| Vec3::new(e.wrench[first], e.wrench[first + 1], e.wrench[first + 2]);
+            assert!((force(0) + force(6)).norm() < 1e-9 * e.pressure);
+            let turn = |first: usize, body: usize| {
+                scene.committed[body].position.cross(&force(first)) + force(first + 3)
+            };
+            assert!((turn(0, 0) + turn(6, 1)).norm() < 1e-9 * e.pressure);
+            assert!(e.friction.norm() <= scene.state.friction * e.pressure * (1.0 + 1e-12));
+            assert!(e.friction.dot(&e.normal).abs() < 1e-9 * e.pressure);
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! What contacts remember between increments: multipliers, tangential stretch, slip.
+//!
+//! Kept per pair of bodies and feature, so that nothing has to be transported when a contact
+//! slides: its identity is the feature. A pair forgets everything once it separates (healing).
+
+use crate::contact::features::Feature;
+use crate::tensor::Vec3;
+use std::collections::BTreeMap;
+
+/// Two bodies in contact, the smaller index first.
+pub type PairKey = (u32, u32);
+
+/// One contact of the model.
+pub type ContactKey = (PairKey, Feature);
+
+/// Memory of one contact point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointMemory {
+    pub feature: Feature,
+    /// Normal multiplier as an overlap [m].
+    pub offset: f64,
+    /// Tangential stretch [m], in space.
+    pub stretch: Vec3,
+    /// Elastic displacement of `b` relative to `a` at the last accepted increment [m], in space.
+    pub elastic: Vec3,
+}
+
+/// Memory of a pair of bodies.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PairMemory {
+    /// Slip of the pair since it touched [m].
+    pub slip: f64,
+    /// Sorted by feature.
+    pub points: Vec<PointMemory>,
+}
+
+impl PairMemory {
+    pub fn point(&self, feature: Feature) -> Option<&PointMemory> {
+        self.points.binary_search_by(|p| p.feature.cmp(&feature)).ok().map(|i| &self.points[i])
+    }
+}
+
+/// Memory of all pairs, in a fixed order.
+pub type Memory = BTreeMap<PairKey, PairMemory>;

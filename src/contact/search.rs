@@ -1,0 +1,313 @@
+//! Which features can touch: a broad phase over bounding boxes, then per pair the vertices, facets
+//! and edges within reach, kept with a skin until some body has moved through half of it.
+
+use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
+use crate::geometry::rounded::RoundedBody;
+use crate::tensor::{Pose, Vec3};
+use rayon::prelude::*;
+
+/// Edges between facets whose normals differ by less than this angle [rad] are inside a face and
+/// touch nothing; above [`SHARP_EDGE`] they count in full, in between they fade.
+const FLAT_EDGE: f64 = 1e-3;
+const SHARP_EDGE: f64 = 1e-2;
+
+/// A body as the search sees it: its rounded shape and the sharpness of its edges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactShape {
+    pub rounded: RoundedBody,
+    /// Weight of each edge, 0 for edges inside a flat face.
+    pub edge_weight: Vec<f64>,
+    /// Distance of the farthest core vertex from the reference point [m].
+    pub bounding_radius: f64,
+}
+
+impl ContactShape {
+    pub fn new(rounded: RoundedBody) -> Self {
+        let core = &rounded.core;
+        let edge_weight = core
+            .edges
+            .iter()
+            .map(|edge| {
+                let [f, g] = edge.facets.map(|f| core.normals[f]);
+                let angle = f.cross(&g).norm().atan2(f.dot(&g));
+                ((angle - FLAT_EDGE) / (SHARP_EDGE - FLAT_EDGE)).clamp(0.0, 1.0)
+            })
+            .collect();
+        let bounding_radius = core.bounding_radius();
+        ContactShape { rounded, edge_weight, bounding_radius }
+    }
+
+    fn is_point(&self) -> bool {
+        self.rounded.core.vertices.len() == 1
+    }
+}
+
+/// A vertex and the opposite facets that may be closest to it.
+#[derive(Debug, Clone, PartialEq)]
+struct VertexReach {
+    vertex: u32,
+    facets: Vec<u32>,
+}
+
+/// The features of a pair of bodies that are within reach of each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairFeatures {
+    pub a: u32,
+    pub b: u32,
+    vertices_of_a: Vec<VertexReach>,
+    vertices_of_b: Vec<VertexReach>,
+    edges: Vec<(u32, u32)>,
+}
+
+impl PairFeatures {
+    pub fn is_empty(&self) -> bool {
+        self.vertices_of_a.is_empty() && self.vertices_of_b.is_empty() && self.edges.is_empty()
+    }
+}
+
+/// All pairs within reach, and where the bodies were when they were found.
+#[derive(Debug, Clone, Default)]
+pub struct Neighbours {
+    pub pairs: Vec<PairFeatures>,
+    skin: f64,
+    reference: Vec<Pose>,
+}
+
+impl Neighbours {
+    /// Pairs of `shapes` whose rounded surfaces are within `skin` [m] of each other.
+    /// Pairs for which `ignores` holds (two fixed bodies, say) are left out.
+    pub fn find(
+        shapes: &[ContactShape],
+        poses: &[Pose],
+        skin: f64,
+        ignores: impl Fn(usize, usize) -> bool + Sync,
+    ) -> Self {
+        let corners: Vec<Vec<Vec3>> = shapes
+            .par_iter()
+            .zip(poses)
+            .map(|(shape, pose)| shape.rounded.core.vertices.iter().map(|v| pose.to_space(v)).collect())
+            .collect();
+        let boxes: Vec<(Vec3, Vec3)> = shapes
+            .iter()
+            .zip(&corners)
+            .map(|(shape, corners)| {
+                let reach = Vec3::repeat(shape.rounded.radius + 0.5 * skin);
+                let low = corners.iter().fold(Vec3::repeat(f64::INFINITY), |m, v| m.inf(v));
+                let high = corners.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, v| m.sup(v));
+                (low - reach, high + reach)
+            })
+            .collect();
+        let mut order: Vec<usize> = (0..shapes.len()).collect();
+        order.sort_by(|&i, &j| boxes[i].0.x.total_cmp(&boxes[j].0.x).then(i.cmp(&j)));
+        let mut candidates = Vec::new();
+        let mut open: Vec<usize> = Vec::new();
+        for &i in &order {
+            open.retain(|&j| boxes[j].1.x >= boxes[i].0.x);
+            for &j in &open {
+                let overlap =
+                    (1..3).all(|k| boxes[i].0[k] <= boxes[j].1[k] && boxes[j].0[k] <= boxes[i].1[k]);
+                if overlap && !ignores(i, j) {
+                    candidates.push((i.min(j), i.max(j)));
+                }
+            }
+            open.push(i);
+        }
+        candidates.sort_unstable();
+        let pairs = candidates
+            .par_iter()
+            .map(|&(a, b)| features_within_reach(shapes, &corners, a, b, skin))
+            .filter(|pair| !pair.is_empty())
+            .collect();
+        Neighbours { pairs, skin, reference: poses.to_vec() }
+    }
+
+    /// Whether every body is still within half a skin of where the search found it.
+    pub fn is_valid(&self, shapes: &[ContactShape], poses: &[Pose]) -> bool {
+        self.reference.len() == poses.len()
+            && shapes.iter().zip(poses).zip(&self.reference).all(|((shape, pose), old)| {
+                let turn = (pose.rotation * old.rotation.inverse()).angle();
+                (pose.position - old.position).norm() + turn * shape.bounding_radius <= 0.5 * self.skin
+            })
+    }
+}
+
+fn features_within_reach(
+    shapes: &[ContactShape],
+    corners: &[Vec<Vec3>],
+    a: usize,
+    b: usize,
+    skin: f64,
+) -> PairFeatures {
+    let reach = shapes[a].rounded.radius + shapes[b].rounded.radius + skin;
+    let both = [(a, b), (b, a)].map(|(own, other)| {
+        if shapes[own].is_point() || !shapes[other].is_point() {
+            vertices_within_reach(&shapes[other], &corners[own], &corners[other], reach, skin)
+        } else {
+            Vec::new() // the point's own distance to the core is the whole contact
+        }
+    });
+    let [vertices_of_a, mut vertices_of_b] = both;
+    if shapes[a].is_point() && shapes[b].is_point() {
+        vertices_of_b.clear();
+    }
+    let mut edges = Vec::new();
+    let (low, high) = bounds(&corners[b], reach);
+    for (i, edge_a) in shapes[a].rounded.core.edges.iter().enumerate() {
+        let [p0, p1] = edge_a.vertices.map(|v| &corners[a][v]);
+        let (edge_low, edge_high) = (p0.inf(p1), p0.sup(p1));
+        if shapes[a].edge_weight[i] == 0.0 || (0..3).any(|k| edge_low[k] > high[k] || edge_high[k] < low[k]) {
+            continue;
+        }
+        for (j, edge_b) in shapes[b].rounded.core.edges.iter().enumerate() {
+            let [q0, q1] = edge_b.vertices.map(|v| &corners[b][v]);
+            if shapes[b].edge_weight[j] == 0.0
+                || (0..3).any(|k| {
+                    q0[k].min(q1[k]) - reach > edge_high[k] || q0[k].max(q1[k]) + reach < edge_low[k]
+                })
+            {
+                continue;
+            }
+            let (s, t) = closest_on_segments(p0, p1, q0, q1);
+            if ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm() < reach {
+                edges.push((i as u32, j as u32));
+            }
+        }
+    }
+    PairFeatures { a: a as u32, b: b as u32, vertices_of_a, vertices_of_b, edges }
+}
+
+fn bounds(points: &[Vec3], margin: f64) -> (Vec3, Vec3) {
+    let low = points.iter().fold(Vec3::repeat(f64::INFINITY), |m, v| m.inf(v));
+    let high = points.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, v| m.sup(v));
+    (low - Vec3::repeat(margin), high + Vec3::repeat(margin))
+}
+
+fn vertices_within_reach(
+    other: &ContactShape,
+    own_corners: &[Vec3],
+    other_corners: &[Vec3],
+    reach: f64,
+    skin: f64,
+) -> Vec<VertexReach> {
+    let (low, high) = bounds(other_corners, reach);
+    let mut found = Vec::new();
+    for (vertex, p) in own_corners.iter().enumerate() {
+        if (0..3).any(|k| p[k] < low[k] || p[k] > high[k]) {
+            continue;
+        }
+        let core = &other.rounded.core;
+        if core.facets.is_empty() {
+            if (p - other_corners[0]).norm() < reach {
+                found.push(VertexReach { vertex: vertex as u32, facets: Vec::new() });
+            }
+            continue;
+        }
+        let distances: Vec<f64> = core
+            .facets
+            .iter()
+            .map(|f| (closest_on_triangle(p, f.map(|v| &other_corners[v])).0 - p).norm())
+            .collect();
+        let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        if nearest < reach {
+            let facets = (0..distances.len())
+                .filter(|&i| distances[i] <= nearest + 2.0 * skin)
+                .map(|i| i as u32)
+                .collect();
+            found.push(VertexReach { vertex: vertex as u32, facets });
+        }
+    }
+    found
+}
+
+/// Calls `visit` with the site and core distance [m] of each feature pair of `pair` that is closer
+/// than `reach` beyond the rounding radii, in a fixed order. `corners` are the core vertices of
+/// either body in space. Returns the smallest core distance met.
+pub fn visit_sites(
+    shapes: [&ContactShape; 2],
+    corners: [&[Vec3]; 2],
+    pair: &PairFeatures,
+    reach: f64,
+    mut visit: impl FnMut(Site, f64),
+) -> f64 {
+    let corner = |side: usize, v: u32| corners[side][v as usize];
+    let limit = shapes[0].rounded.radius + shapes[1].rounded.radius + reach;
+    let mut smallest = f64::INFINITY;
+    for side in 0..2 {
+        let (own, list) = if side == 0 { (0, &pair.vertices_of_a) } else { (1, &pair.vertices_of_b) };
+        let other = 1 - own;
+        for VertexReach { vertex, facets } in list {
+            let p = corner(own, *vertex);
+            let (distance, piece, count) = nearest_piece(&p, shapes[other], facets, corners[other]);
+            smallest = smallest.min(distance);
+            if distance >= limit {
+                continue;
+            }
+            let alone = [*vertex, 0, 0];
+            visit(
+                if side == 0 {
+                    Site {
+                        feature: Feature::VertexOfA(*vertex),
+                        on_a: alone,
+                        on_b: piece,
+                        count_a: 1,
+                        count_b: count,
+                    }
+                } else {
+                    Site {
+                        feature: Feature::VertexOfB(*vertex),
+                        on_a: piece,
+                        on_b: alone,
+                        count_a: count,
+                        count_b: 1,
+                    }
+                },
+                distance,
+            );
+        }
+    }
+    for &(i, j) in &pair.edges {
+        let on_a = shapes[0].rounded.core.edges[i as usize].vertices.map(|v| v as u32);
+        let on_b = shapes[1].rounded.core.edges[j as usize].vertices.map(|v| v as u32);
+        let ([p0, p1], [q0, q1]) = (on_a.map(|v| corner(0, v)), on_b.map(|v| corner(1, v)));
+        let (s, t) = closest_on_segments(&p0, &p1, &q0, &q1);
+        let distance = ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm();
+        smallest = smallest.min(distance);
+        let inside = |s: f64| s > 1e-12 && s < 1.0 - 1e-12;
+        if distance < limit && inside(s) && inside(t) {
+            let site = Site {
+                feature: Feature::Edges(i, j),
+                on_a: [on_a[0], on_a[1], 0],
+                on_b: [on_b[0], on_b[1], 0],
+                count_a: 2,
+                count_b: 2,
+            };
+            visit(site, distance);
+        }
+    }
+    smallest
+}
+
+/// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`.
+fn nearest_piece(p: &Vec3, shape: &ContactShape, facets: &[u32], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
+    if shape.rounded.core.facets.is_empty() {
+        return ((p - corners[0]).norm(), [0; 3], 1);
+    }
+    let mut best = (f64::INFINITY, [0; 3], 0);
+    for &f in facets {
+        let vertices = shape.rounded.core.facets[f as usize];
+        let (closest, spans) = closest_on_triangle(p, vertices.map(|v| &corners[v]));
+        let distance = (closest - p).norm();
+        if distance < best.0 {
+            let mut piece = [0; 3];
+            let mut count = 0;
+            for k in 0..3 {
+                if spans[k] {
+                    piece[count] = vertices[k] as u32;
+                    count += 1;
+                }
+            }
+            best = (distance, piece, count as u8);
+        }
+    }
+    best
+}

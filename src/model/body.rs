@@ -1,0 +1,34 @@
+//! One body of the scene: a grain, a plate, or a body placed by hand.
+
+use crate::contact::law::Friction;
+use crate::geometry::Polyhedron;
+
+/// Index of a body in its model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BodyId(pub usize);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BodyKind {
+    Grain,
+    Plate,
+    /// A body of a scene.
+    Placed,
+}
+
+#[derive(Debug, Clone)]
+pub struct Body {
+    pub name: String,
+    pub kind: BodyKind,
+    /// The shape before its corners are rounded, in body coordinates [m].
+    pub nominal: Polyhedron,
+    /// Its share of a contact's normal stiffness [N/m]; infinite for a rigid plate.
+    pub stiffness: f64,
+    /// Its own friction, where it has one.
+    pub friction: Option<Friction>,
+    /// [kg]
+    pub mass: f64,
+    /// Centre of mass in body coordinates [m].
+    pub centre_of_mass: crate::tensor::Vec3,
+    /// Length that makes rotations commensurate with translations [m]; about the body's radius.
+    pub rotation_scale: f64,
+}

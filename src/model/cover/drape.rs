@@ -1,0 +1,327 @@
+//! Draping a cover over the grains: a grid of nodes around the specimen is shot radially inwards,
+//! and each node sticks to the first grain surface that it meets.
+
+use crate::error::{Error, Result};
+use crate::geometry::Polyhedron;
+use crate::tensor::{Pose, Vec3};
+
+use super::bridging;
+use super::{CoverNode, PressureCover};
+
+/// A grain's outline: facet planes of `core` moved outwards by `rounding`, or a sphere where the
+/// core is a point. A nominal polyhedron comes with `rounding` 0.
+#[derive(Debug, Clone, Copy)]
+pub struct Outline<'a> {
+    /// Index of the body in the model's list of poses.
+    pub body: usize,
+    pub core: &'a Polyhedron,
+    /// Radius of the rounding [m].
+    pub rounding: f64,
+    pub pose: Pose,
+}
+
+/// Where the cover is fastened to a plate: a horizontal circle on the plate's inner face.
+#[derive(Debug, Clone, Copy)]
+pub struct Rim {
+    /// Index of the plate in the model's list of poses.
+    pub body: usize,
+    pub pose: Pose,
+    /// Centre of the circle in space [m].
+    pub centre: Vec3,
+    /// Radius of the circle [m].
+    pub radius: f64,
+}
+
+/// What draping found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrapeStatistics {
+    /// Nodes on the rims.
+    pub rim_nodes: usize,
+    /// Nodes stuck to grains.
+    pub grain_nodes: usize,
+    /// Nodes taken out because they met a pore: facets span the place.
+    pub bridged_nodes: usize,
+    /// Grains with at least one node.
+    pub grains: usize,
+    /// Mean distance of the nodes on grains from the axis [m].
+    pub mean_radius: f64,
+    /// How far the nodes on grains lie inside the outermost one near them [m]: mean and largest.
+    pub mean_depth: f64,
+    pub largest_depth: f64,
+    /// Area of the largest facet of the side [m^2].
+    pub largest_facet: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Hit {
+    node: CoverNode,
+    /// Distance from the axis [m].
+    radius: f64,
+}
+
+impl Outline<'_> {
+    /// Radius [m] about the body's position that holds the body.
+    fn reach(&self) -> f64 {
+        self.core.bounding_radius() + self.rounding
+    }
+
+    /// Distance [m] at which the ray from `origin` (outside, in space) along the unit vector `direction`
+    /// enters the outline.
+    fn entry(&self, origin: &Vec3, direction: &Vec3) -> Option<f64> {
+        if self.core.facets.is_empty() {
+            let origin = self.pose.to_body(origin) - self.core.vertices[0];
+            let direction = self.pose.rotation.inverse() * direction;
+            let along = -origin.dot(&direction);
+            let half_chord = self.rounding.powi(2) - (origin.norm_squared() - along * along);
+            return (half_chord >= 0.0).then(|| along - half_chord.sqrt());
+        }
+        let origin = self.pose.to_body(origin);
+        let direction = self.pose.rotation.inverse() * direction;
+        let (mut enter, mut leave) = (0.0, f64::INFINITY);
+        for (facet, normal) in self.core.facets.iter().zip(&self.core.normals) {
+            let inside_by = normal.dot(&(self.core.vertices[facet[0]] - origin)) + self.rounding;
+            let slope = normal.dot(&direction);
+            if slope < 0.0 {
+                enter = f64::max(enter, inside_by / slope);
+            } else if slope > 0.0 {
+                leave = f64::min(leave, inside_by / slope);
+            } else if inside_by < 0.0 {
+                return None;
+            }
+        }
+        (enter <= leave).then_some(enter)
+    }
+}
+
+/// The grid of nodes: `rings` from the bottom rim to the top rim, `count` nodes each, every
+/// other ring turned by half a step.
+struct Grid {
+    count: usize,
+    rings: usize,
+    rims: [Rim; 2],
+}
+
+impl Grid {
+    fn len(&self) -> usize {
+        self.rings * self.count
+    }
+
+    fn node(&self, ring: usize, step: usize) -> usize {
+        ring * self.count + step % self.count
+    }
+
+    fn is_rim(&self, node: usize) -> bool {
+        node < self.count || node >= self.len() - self.count
+    }
+
+    fn radius(&self) -> f64 {
+        0.5 * (self.rims[0].radius + self.rims[1].radius)
+    }
+
+    /// Centre of the node's ring [m], outward unit vector at the node, and angle [rad].
+    fn ray(&self, node: usize) -> (Vec3, Vec3, f64) {
+        let (ring, step) = (node / self.count, node % self.count);
+        let share = ring as f64 / (self.rings - 1) as f64;
+        let centre = self.rims[0].centre * (1.0 - share) + self.rims[1].centre * share;
+        let angle = std::f64::consts::TAU * (step as f64 + 0.5 * (ring % 2) as f64) / self.count as f64;
+        (centre, Vec3::new(angle.cos(), angle.sin(), 0.0), angle)
+    }
+
+    fn side(&self) -> Vec<[usize; 3]> {
+        let mut facets = Vec::with_capacity(2 * self.len());
+        for ring in 0..self.rings - 1 {
+            for step in 0..self.count {
+                let [low, low_next] = [self.node(ring, step), self.node(ring, step + 1)];
+                let [high, high_next] = [self.node(ring + 1, step), self.node(ring + 1, step + 1)];
+                if ring % 2 == 0 {
+                    facets.extend([[low, low_next, high], [low_next, high_next, high]]);
+                } else {
+                    facets.extend([[low, low_next, high_next], [low, high_next, high]]);
+                }
+            }
+        }
+        facets
+    }
+
+    /// Distance of the rings and of the nodes in a ring [m], on the mean rim radius.
+    fn spacings(&self) -> [f64; 2] {
+        let height = self.rims[1].centre.z - self.rims[0].centre.z;
+        let around = std::f64::consts::TAU * self.radius() / self.count as f64;
+        [height / (self.rings - 1) as f64, around]
+    }
+}
+
+impl PressureCover {
+    /// Drapes a cover over `outlines` between the bottom and the top rim.
+    ///
+    /// Nodes about `spacing` [m] apart are shot horizontally towards the axis and stick to the first
+    /// outline that they meet. A node that meets none, or that ends more than `pore_depth` [m] inside
+    /// the outermost node within `2 pore_depth` of it, has met a pore: it is taken out, and facets
+    /// between the nodes around it span the pore. About 0.4 and 0.5 of the median grain size
+    /// are sensible; the module's head says how much each matters.
+    ///
+    /// # Errors
+    /// [`Error::Specimen`] where lengths are not positive and finite, the top rim is not above the
+    /// bottom rim, or a quarter of the side or more has no grain.
+    pub fn drape(outlines: &[Outline], rims: &[Rim; 2], spacing: f64, pore_depth: f64) -> Result<Self> {
+        let grid = grid(rims, spacing, pore_depth)?;
+        let hits = shoot(outlines, &grid);
+        let depths = depths(&hits, &grid, 2.0 * pore_depth);
+        let in_pore: Vec<bool> = (0..grid.len())
+            .map(|node| !grid.is_rim(node) && depths[node].is_none_or(|depth| depth > pore_depth))
+            .collect();
+
+        let chart: Vec<[f64; 2]> = (0..grid.len())
+            .map(|node| {
+                let (centre, _, angle) = grid.ray(node);
+                [angle * grid.radius(), centre.z - rims[0].centre.z]
+            })
+            .collect();
+        let period = std::f64::consts::TAU * grid.radius();
+        let side = bridging::take_out(grid.side(), &chart, period, &in_pore)?;
+
+        let mut renumbered = vec![usize::MAX; grid.len()];
+        let mut nodes = Vec::with_capacity(grid.len());
+        let mut on_grains = vec![];
+        for node in (0..grid.len()).filter(|&node| !in_pore[node]) {
+            renumbered[node] = nodes.len();
+            let (centre, outwards, _) = grid.ray(node);
+            match (&hits[node], &depths[node]) {
+                (Some(hit), Some(depth)) if !grid.is_rim(node) => {
+                    on_grains.push((hit.node.body, hit.radius, *depth));
+                    nodes.push(hit.node);
+                }
+                _ => {
+                    let rim = &rims[usize::from(node >= grid.count)];
+                    let point = rim.pose.to_body(&(centre + outwards * rim.radius));
+                    nodes.push(CoverNode { body: rim.body, point });
+                }
+            }
+        }
+        let side = side.iter().map(|facet| facet.map(|node| renumbered[node])).collect();
+        let (count, total) = (grid.count, nodes.len());
+        let top = total - count;
+        let caps = (1..count - 1).flat_map(|k| [[0, k + 1, k], [top, top + k, top + k + 1]]).collect();
+        let statistics = statistics(&on_grains, &in_pore, 2 * count);
+        let mut cover = PressureCover::closed(nodes, side, caps, [0..count, top..total], statistics)?;
+        cover.statistics.largest_facet = cover.largest_side_facet(outlines, rims);
+        Ok(cover)
+    }
+
+    fn largest_side_facet(&self, outlines: &[Outline], rims: &[Rim; 2]) -> f64 {
+        let bodies = self.nodes.iter().map(|node| node.body).max().unwrap_or(0) + 1;
+        let mut poses = vec![Pose::identity(); bodies];
+        outlines.iter().filter(|o| o.body < bodies).for_each(|o| poses[o.body] = o.pose);
+        rims.iter().for_each(|rim| poses[rim.body] = rim.pose);
+        (0..self.side_facets).map(|facet| self.area_vector(&poses, facet).norm()).fold(0.0, f64::max)
+    }
+}
+
+fn grid(rims: &[Rim; 2], spacing: f64, pore_depth: f64) -> Result<Grid> {
+    let height = rims[1].centre.z - rims[0].centre.z;
+    let lengths = [
+        ("spacing", spacing),
+        ("pore depth", pore_depth),
+        ("bottom radius", rims[0].radius),
+        ("top radius", rims[1].radius),
+        ("height", height),
+    ];
+    for (name, length) in lengths {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Error::Specimen(format!(
+                "the cover's {name} must be a positive length, not {length} m"
+            )));
+        }
+    }
+    let mut grid = Grid { count: 0, rings: 0, rims: *rims };
+    let count = (std::f64::consts::TAU * grid.radius() / spacing).ceil().max(8.0);
+    let intervals = (height / spacing).ceil().max(2.0);
+    if count * intervals > MOST_NODES {
+        return Err(Error::Specimen(format!(
+            "the cover would have {:.1e} nodes at a spacing of {spacing} m, more than {MOST_NODES:.0e}",
+            count * intervals
+        )));
+    }
+    (grid.count, grid.rings) = (count as usize, intervals as usize + 1);
+    Ok(grid)
+}
+
+/// Far above any sensible cover; keeps a wrong unit from filling the memory.
+const MOST_NODES: f64 = 1e7;
+
+/// The first outline that each node off the rims meets.
+fn shoot(outlines: &[Outline], grid: &Grid) -> Vec<Option<Hit>> {
+    let reaches: Vec<f64> = outlines.iter().map(Outline::reach).collect();
+    // Start outside everything.
+    let mut start = grid.radius();
+    for (outline, reach) in outlines.iter().zip(&reaches) {
+        for rim in &grid.rims {
+            start = start.max((outline.pose.position - rim.centre).xy().norm() + 1.001 * reach);
+        }
+    }
+    let shoot_one = |node: usize| {
+        if grid.is_rim(node) {
+            return None;
+        }
+        let (centre, outwards, _) = grid.ray(node);
+        let (origin, inwards) = (centre + outwards * start, -outwards);
+        let mut first: Option<(f64, &Outline)> = None;
+        for (outline, reach) in outlines.iter().zip(&reaches) {
+            // The ray is a line through the axis: what lies farther beside it cannot be met.
+            let off = outline.pose.position - centre;
+            let beside = off.x * outwards.y - off.y * outwards.x;
+            if off.z * off.z + beside * beside > reach * reach {
+                continue;
+            }
+            if let Some(distance) = outline.entry(&origin, &inwards)
+                && distance <= start
+                && first.is_none_or(|(nearest, _)| distance < nearest)
+            {
+                first = Some((distance, outline));
+            }
+        }
+        first.map(|(distance, outline)| {
+            let point = outline.pose.to_body(&(origin + inwards * distance));
+            Hit { node: CoverNode { body: outline.body, point }, radius: start - distance }
+        })
+    };
+    (0..grid.len()).map(shoot_one).collect()
+}
+
+/// How far each hit lies inside the outermost one within `window` [m] of it.
+fn depths(hits: &[Option<Hit>], grid: &Grid, window: f64) -> Vec<Option<f64>> {
+    let [up, around] = grid.spacings();
+    let (rings, steps) = ((window / up) as usize, ((window / around) as usize).min(grid.count / 2));
+    let depth_of = |node: usize| {
+        let radius = hits[node]?.radius;
+        let (ring, step) = (node / grid.count, node % grid.count);
+        let mut outermost = radius;
+        for other_ring in ring.saturating_sub(rings)..=(ring + rings).min(grid.rings - 1) {
+            for turn in 0..=2 * steps {
+                let other = grid.node(other_ring, step + grid.count - steps + turn);
+                if let Some(hit) = &hits[other] {
+                    outermost = f64::max(outermost, hit.radius);
+                }
+            }
+        }
+        Some(outermost - radius)
+    };
+    (0..grid.len()).map(depth_of).collect()
+}
+
+fn statistics(on_grains: &[(usize, f64, f64)], in_pore: &[bool], rim_nodes: usize) -> DrapeStatistics {
+    let count = on_grains.len().max(1) as f64;
+    let mut grains: Vec<usize> = on_grains.iter().map(|&(body, _, _)| body).collect();
+    grains.sort_unstable();
+    grains.dedup();
+    DrapeStatistics {
+        rim_nodes,
+        grain_nodes: on_grains.len(),
+        bridged_nodes: in_pore.iter().filter(|&&pore| pore).count(),
+        grains: grains.len(),
+        mean_radius: on_grains.iter().map(|&(_, radius, _)| radius).sum::<f64>() / count,
+        mean_depth: on_grains.iter().map(|&(_, _, depth)| depth).sum::<f64>() / count,
+        largest_depth: on_grains.iter().map(|&(_, _, depth)| depth).fold(0.0, f64::max),
+        largest_facet: 0.0,
+    }
+}

@@ -1,0 +1,37 @@
+//! The committed state: what the last accepted increment left.
+
+use crate::contact::Memory;
+use crate::tensor::Pose;
+
+/// Poses and contact memory of the last accepted increment. A rejected trial leaves no trace here.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Committed {
+    pub poses: Vec<Pose>,
+    pub memory: Memory,
+}
+
+impl Committed {
+    pub fn new(poses: Vec<Pose>) -> Self {
+        Committed { poses, memory: Memory::new() }
+    }
+}
+
+/// Work done, for the history and the log.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counters {
+    pub augmentations: usize,
+    pub newton_iterations: usize,
+    pub factorisations: usize,
+    pub searches: usize,
+    pub cuts: usize,
+}
+
+impl Counters {
+    pub fn add(&mut self, other: &Counters) {
+        self.augmentations += other.augmentations;
+        self.newton_iterations += other.newton_iterations;
+        self.factorisations += other.factorisations;
+        self.searches += other.searches;
+        self.cuts += other.cuts;
+    }
+}

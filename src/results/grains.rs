@@ -1,0 +1,57 @@
+//! `/grains` per saved state: where each grain is and how damaged it is.
+
+use crate::tensor::Vec3;
+
+use super::history::Quantity;
+
+/// One grain in one saved state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GrainRow {
+    /// Position of the reference point [m].
+    pub position: Vec3,
+    /// Rotation vector from body axes to space axes [rad].
+    pub rotation: Vec3,
+    /// Volume-weighted mean of the damage variable, 0 intact to 1.
+    pub damage_mean: f64,
+    /// Largest damage variable in the grain.
+    pub damage_max: f64,
+    /// Failed share of the integration points.
+    pub failed_fraction: f64,
+    /// Connected parts; 1 for a whole grain.
+    pub fragments: i64,
+}
+
+/// The per-state datasets of `/grains`: the first two of shape (states, grains, 3), the others (states, grains).
+pub const GRAIN_QUANTITIES: [Quantity; 6] = [
+    Quantity { name: "position", units: "m", long_name: "position of the reference point", integer: false },
+    Quantity {
+        name: "rotation",
+        units: "rad",
+        long_name: "rotation vector from body axes to space axes",
+        integer: false,
+    },
+    Quantity {
+        name: "damage_mean",
+        units: "1",
+        long_name: "volume-weighted mean of the damage variable",
+        integer: false,
+    },
+    Quantity {
+        name: "damage_max",
+        units: "1",
+        long_name: "largest damage variable in the grain",
+        integer: false,
+    },
+    Quantity {
+        name: "failed_fraction",
+        units: "1",
+        long_name: "failed share of the integration points",
+        integer: false,
+    },
+    Quantity {
+        name: "fragments",
+        units: "1",
+        long_name: "connected parts of the grain, 1 for a whole one",
+        integer: true,
+    },
+];

@@ -1,0 +1,36 @@
+//! The results file: one HDF5 file that is written increment by increment, read back, summed up
+//! and exported. Names, units and signs in it are a contract (README.md, "Results file").
+//!
+//! - [`Writer`] takes plain data (no solver types), keeps `/VTKHDF` valid after every saved state
+//!   and makes every [`Writer::commit`] all or nothing, whatever kills the process (see [`journal`]).
+//! - [`Reader`] opens a finished, killed or still growing file; [`Summary`] is what `riprap info` prints.
+//! - [`export`] writes the history as CSV.
+//!
+//! SI units. Strains, `deviatoric_stress` and `mean_stress` in `/history` count compression positive;
+//! stresses in `/VTKHDF` count tension positive.
+
+mod bodies;
+mod export;
+mod fields;
+mod grains;
+mod history;
+pub mod journal;
+mod lock;
+mod reader;
+mod record;
+mod store;
+mod summary;
+mod table;
+mod vtkhdf;
+mod writer;
+
+pub use bodies::{BODY_QUANTITIES, BodyRow};
+pub use export::write_history_csv;
+pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
+pub use grains::{GRAIN_QUANTITIES, GrainRow};
+pub use history::{HISTORY, HistoryRow, Quantity, Value};
+pub use reader::{Reader, Restart};
+pub use record::{CaseRecord, Outcome, Status};
+pub use summary::{Named, Summary};
+pub use table::{Column, ColumnData};
+pub use writer::{Existing, Writer};

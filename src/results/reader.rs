@@ -1,0 +1,229 @@
+//! Reads a results file: finished, killed, or still being written.
+
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
+
+use hdf5::file::FileAccess;
+use hdf5::types::VarLenUnicode;
+use hdf5::{Dataset, File};
+
+use crate::error::Result;
+
+use super::history::HISTORY;
+use super::journal;
+use super::lock::{Access, Lock};
+use super::record::{Outcome, Status};
+use super::store::{explain, failure};
+use super::writer::RESTART_SLOTS;
+
+/// How often, and after what pause, a file in the middle of a live commit is looked at again.
+const ATTEMPTS: usize = 100;
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// A point from which a run can continue.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Restart {
+    pub increment: u64,
+    /// Rows of `/history` up to that point.
+    pub rows: usize,
+    /// Saved states up to that point.
+    pub states: usize,
+    /// Restart points written so far, this one included.
+    pub written: usize,
+    /// What [`super::Writer::save_restart`] was given.
+    pub bytes: Vec<u8>,
+}
+
+/// An open results file.
+pub struct Reader {
+    file: File,
+    path: PathBuf,
+    live: bool,
+    _lock: Option<Lock>,
+}
+
+impl Reader {
+    /// Opens a file. One that a killed process left in the middle of a commit is put back to its last
+    /// commit first; one that is still being written is read as of its last commit.
+    pub fn open(path: &Path) -> Result<Self> {
+        if !path.exists() {
+            return Err(failure(path, "/", "no such file"));
+        }
+        // A commit of a live writer takes milliseconds; try again between two.
+        let mut last = failure(path, "/", "is being written to all the time; try again");
+        for _ in 0..ATTEMPTS {
+            let journal = journal::path_of(path);
+            if let Some(lock) = Lock::acquire(path, Access::Read)? {
+                if !journal.exists() {
+                    let (path, file) = (path.to_path_buf(), open(path)?);
+                    return Ok(Reader { file, path, live: false, _lock: Some(lock) });
+                }
+                drop(lock);
+                if let Some(lock) = Lock::acquire(path, Access::Write)? {
+                    journal::recover_locked(path, &lock)?;
+                }
+                continue;
+            }
+            if !journal.exists() {
+                match open(path) {
+                    Ok(file) => {
+                        return Ok(Reader { file, path: path.to_path_buf(), live: true, _lock: None });
+                    }
+                    Err(error) => last = error,
+                }
+            }
+            sleep(PAUSE);
+        }
+        Err(last)
+    }
+
+    /// For one who has the file locked already.
+    pub(super) fn of_owner(path: &Path) -> Result<Self> {
+        Ok(Reader { file: open(path)?, path: path.to_path_buf(), live: false, _lock: None })
+    }
+
+    /// Whether another process was writing the file when it was opened.
+    pub fn is_live(&self) -> bool {
+        self.live
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the file has this group or dataset, e.g. `VTKHDF` or `history/axial_strain`.
+    pub fn has(&self, name: &str) -> bool {
+        // `link_exists` of a path fails where a group on the way is missing, which is a no too.
+        let mut path = String::new();
+        name.split('/').filter(|part| !part.is_empty()).all(|part| {
+            path.push('/');
+            path.push_str(part);
+            self.file.link_exists(&path)
+        })
+    }
+
+    pub(super) fn is_group(&self, name: &str) -> bool {
+        self.file.group(name).is_ok()
+    }
+
+    /// All numbers of a dataset as floats, row after row.
+    pub fn floats(&self, name: &str) -> Result<Vec<f64>> {
+        let dataset = self.dataset(name)?;
+        self.named(name, dataset.read_raw::<f64>())
+    }
+
+    /// All numbers of a dataset as integers, row after row.
+    pub fn integers(&self, name: &str) -> Result<Vec<i64>> {
+        let dataset = self.dataset(name)?;
+        self.named(name, dataset.read_raw::<i64>())
+    }
+
+    /// The axes of a dataset.
+    pub fn shape(&self, name: &str) -> Result<Vec<usize>> {
+        Ok(self.dataset(name)?.shape())
+    }
+
+    /// A scalar text.
+    pub fn text(&self, name: &str) -> Result<String> {
+        let dataset = self.dataset(name)?;
+        Ok(self.named(name, dataset.read_scalar::<VarLenUnicode>())?.as_str().to_string())
+    }
+
+    /// A text attribute.
+    pub fn text_attribute(&self, name: &str, attribute: &str) -> Result<String> {
+        let place = format!("{name}@{attribute}");
+        let found = self.named(&place, self.dataset(name)?.attr(attribute))?;
+        Ok(self.named(&place, found.read_scalar::<VarLenUnicode>())?.as_str().to_string())
+    }
+
+    /// Names in a group, in alphabetical order; none where there is no such group.
+    pub fn members(&self, group: &str) -> Result<Vec<String>> {
+        if !self.has(group) {
+            return Ok(Vec::new());
+        }
+        let members = self.file.group(group).and_then(|group| group.member_names());
+        self.named(group, members)
+    }
+
+    /// Rows of `/history`: those that every column has.
+    pub fn increments(&self) -> Result<usize> {
+        let mut rows = usize::MAX;
+        for quantity in HISTORY {
+            rows = rows.min(self.dataset(&format!("history/{}", quantity.name))?.size());
+        }
+        Ok(rows)
+    }
+
+    /// A column of `/history`.
+    pub fn history(&self, name: &str) -> Result<Vec<f64>> {
+        self.floats(&format!("history/{name}"))
+    }
+
+    pub fn status(&self) -> Result<Status> {
+        let text = self.text("status")?;
+        let outcome = Outcome::parse(&text)
+            .ok_or_else(|| failure(&self.path, "status", format!("says {text:?}, which is no status")))?;
+        Ok(Status {
+            outcome,
+            reason: self.text_attribute("status", "reason")?,
+            last_good_increment: self.count_attribute("status", "last_good_increment")?,
+        })
+    }
+
+    /// The last whole restart point, if there is one.
+    pub fn restart(&self) -> Result<Option<Restart>> {
+        let mut newest: Option<Restart> = None;
+        for name in RESTART_SLOTS {
+            if !self.has(name) {
+                continue;
+            }
+            let bytes = self.named(name, self.dataset(name)?.read_raw::<u8>())?;
+            if self.count_attribute(name, "crc32")? != u64::from(journal::crc32(&bytes)) {
+                continue;
+            }
+            let count = |attribute| self.count_attribute(name, attribute);
+            let restart = Restart {
+                increment: count("increment")?,
+                rows: count("rows")? as usize,
+                states: count("states")? as usize,
+                written: count("written")? as usize,
+                bytes,
+            };
+            if newest.as_ref().is_none_or(|found| found.written < restart.written) {
+                newest = Some(restart);
+            }
+        }
+        Ok(newest)
+    }
+
+    /// Bytes that a dataset takes in the file.
+    pub(super) fn stored_bytes(&self, name: &str) -> Result<u64> {
+        Ok(self.dataset(name)?.storage_size())
+    }
+
+    fn count_attribute(&self, name: &str, attribute: &str) -> Result<u64> {
+        let place = format!("{name}@{attribute}");
+        let found = self.named(&place, self.dataset(name)?.attr(attribute))?;
+        self.named(&place, found.read_scalar::<u64>())
+    }
+
+    fn dataset(&self, name: &str) -> Result<Dataset> {
+        if !self.has(name) {
+            return Err(failure(&self.path, name, "is missing; is this a results file of riprap?"));
+        }
+        self.named(name, self.file.dataset(name))
+    }
+
+    fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
+        result.map_err(|e| failure(&self.path, name, explain(&e)))
+    }
+}
+
+fn open(path: &Path) -> Result<File> {
+    let opened = FileAccess::build().file_locking(false).finish().and_then(|access| {
+        let mut options = File::with_options();
+        options.set_access_plist(&access)?.open(path)
+    });
+    opened.map_err(|e| failure(path, "/", explain(&e)))
+}

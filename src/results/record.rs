@@ -1,0 +1,74 @@
+//! `/case` and `/status`: what was run, by what, and how it ended.
+
+/// What `/case` keeps, so that a results file can be understood and repeated by itself.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct CaseRecord {
+    pub title: String,
+    /// The case file, byte for byte.
+    pub given: String,
+    /// The case with every default filled in, as JSON.
+    pub completed: String,
+    pub seed: u64,
+    pub threads: u64,
+    /// Kinds of the stages in order, so that `stage` in `/history` can be named.
+    pub stages: Vec<String>,
+}
+
+/// riprap's version.
+pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The commit that riprap was built from (environment variable `RIPRAP_COMMIT` at build time), else `unknown`.
+pub(super) const COMMIT: &str = match option_env!("RIPRAP_COMMIT") {
+    Some(commit) => commit,
+    None => "unknown",
+};
+
+/// The name of this computer, or `unknown`.
+pub(super) fn host() -> String {
+    std::fs::read_to_string("/proc/sys/kernel/hostname")
+        .ok()
+        .or_else(|| std::env::var("HOSTNAME").ok())
+        .or_else(|| std::env::var("COMPUTERNAME").ok())
+        .map(|name| name.trim().to_string())
+        .filter(|name| !name.is_empty())
+        .unwrap_or_else(|| "unknown".to_string())
+}
+
+/// How a run stands or ended: the text of `/status`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Still running, or killed: nobody wrote an end.
+    Running,
+    /// Reached the end of the case.
+    Finished,
+    /// Ended by the user; resumable.
+    Interrupted,
+    /// Could not go on; the reason says why.
+    Stopped,
+}
+
+impl Outcome {
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Outcome::Running => "running",
+            Outcome::Finished => "finished",
+            Outcome::Interrupted => "interrupted",
+            Outcome::Stopped => "stopped",
+        }
+    }
+
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        [Outcome::Running, Outcome::Finished, Outcome::Interrupted, Outcome::Stopped]
+            .into_iter()
+            .find(|outcome| outcome.as_str() == text)
+    }
+}
+
+/// What `/status` says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Status {
+    pub outcome: Outcome,
+    pub reason: String,
+    /// The last increment that was accepted and written; 0 before the first.
+    pub last_good_increment: u64,
+}

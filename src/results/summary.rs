@@ -1,0 +1,227 @@
+//! What is in a results file, in short: `riprap info`.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+use super::history::HISTORY;
+use super::reader::Reader;
+
+/// A number with its name and unit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Named {
+    pub name: String,
+    /// `None` for what the run does not have.
+    pub value: Option<f64>,
+    pub units: String,
+}
+
+/// The summary; `Display` gives the text for people, [`Summary::to_json`] that for machines.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    pub file: PathBuf,
+    pub file_bytes: u64,
+    pub title: String,
+    pub seed: i64,
+    pub riprap_version: String,
+    pub riprap_commit: String,
+    pub host: String,
+    pub threads: i64,
+    /// `running`, `finished`, `interrupted` or `stopped`; `killed` where it says running and nobody runs.
+    pub status: String,
+    pub reason: String,
+    pub last_good_increment: u64,
+    /// The increment that `--resume` would continue from.
+    pub restart_increment: Option<u64>,
+    pub stages: Vec<String>,
+    /// Rows of `/history`.
+    pub increments: usize,
+    pub grains: usize,
+    pub points: usize,
+    pub cells: usize,
+    pub bodies: Vec<String>,
+    /// Pseudo-times of the saved states.
+    pub states: Vec<f64>,
+    /// States that have a contact table.
+    pub contact_states: Vec<String>,
+    /// Last row of `/history`.
+    pub last: Vec<Named>,
+    /// Largest deviatoric stress so far and the axial strain there.
+    pub peak: Option<Peak>,
+    /// Stored bytes of the groups.
+    pub group_bytes: Vec<(String, u64)>,
+}
+
+/// The peak of the stress-strain curve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Peak {
+    /// [Pa]
+    pub deviatoric_stress: f64,
+    /// Compression positive.
+    pub axial_strain: f64,
+}
+
+impl Summary {
+    pub fn of(reader: &Reader) -> Result<Self> {
+        let status = reader.status()?;
+        let increments = reader.increments()?;
+        let mut last = Vec::new();
+        for quantity in HISTORY {
+            let value = increments.checked_sub(1).map(|row| {
+                let column = reader.history(quantity.name)?;
+                Ok::<_, Error>(column.get(row).copied().filter(|value| value.is_finite()))
+            });
+            let value = value.transpose()?.flatten();
+            last.push(Named { name: quantity.name.into(), value, units: quantity.units.into() });
+        }
+        let states = if reader.has("VTKHDF/Steps/Values") {
+            reader.floats("VTKHDF/Steps/Values")?
+        } else {
+            Vec::new()
+        };
+        let count = |name: &str| match reader.has(name) {
+            true => reader.shape(name).map(|shape| shape.first().copied().unwrap_or(0)),
+            false => Ok(0),
+        };
+        let single = |name: &str| reader.integers(name).map(|v| v.first().copied().unwrap_or(0));
+        let grains = match count("grains/volume")? {
+            0 if reader.has("grains/position") => {
+                reader.shape("grains/position")?.get(1).copied().unwrap_or(0)
+            }
+            found => found,
+        };
+        let status_text = match status.outcome.as_str() {
+            "running" if !reader.is_live() => "killed",
+            text => text,
+        };
+        let stages = reader.text("case/stages")?;
+        Ok(Summary {
+            file: reader.path().to_path_buf(),
+            file_bytes: std::fs::metadata(reader.path())
+                .map_err(|e| Error::io("read", reader.path(), e))?
+                .len(),
+            title: reader.text("case/title")?,
+            seed: single("case/seed")?,
+            riprap_version: reader.text("case/version")?,
+            riprap_commit: reader.text("case/commit")?,
+            host: reader.text("case/host")?,
+            threads: single("case/threads")?,
+            status: status_text.to_string(),
+            reason: status.reason,
+            last_good_increment: status.last_good_increment,
+            restart_increment: reader.restart()?.map(|restart| restart.increment),
+            stages: stages.lines().map(str::to_string).collect(),
+            increments,
+            grains,
+            points: count("VTKHDF/Points")?,
+            cells: count("VTKHDF/Types")?,
+            bodies: reader.members("bodies")?,
+            states,
+            contact_states: reader.members("contacts")?,
+            last,
+            peak: peak(reader, increments)?,
+            group_bytes: group_bytes(reader)?,
+        })
+    }
+
+    /// The summary as JSON, keys as the fields' names.
+    pub fn to_json(&self) -> String {
+        // A struct of texts, numbers and lists always has a JSON form.
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    fn last(&self, name: &str) -> Option<f64> {
+        self.last.iter().find(|named| named.name == name).and_then(|named| named.value)
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let title = if self.title.is_empty() { "(untitled)" } else { &self.title };
+        writeln!(f, "{title}")?;
+        writeln!(f, "  file        {} ({})", self.file.display(), size(self.file_bytes))?;
+        write!(f, "  status      {}", self.status)?;
+        if !self.reason.is_empty() {
+            write!(f, ": {}", self.reason)?;
+        }
+        writeln!(f)?;
+        writeln!(f, "  made by     riprap {} ({})", self.riprap_version, self.riprap_commit)?;
+        writeln!(f, "  on          {}, {} threads, seed {}", self.host, self.threads, self.seed)?;
+        if self.grains > 0 {
+            writeln!(f, "  grains      {}", self.grains)?;
+        }
+        if !self.bodies.is_empty() {
+            writeln!(f, "  bodies      {}", self.bodies.join(", "))?;
+        }
+        writeln!(f, "  mesh        {} cells, {} points", self.cells, self.points)?;
+        write!(f, "  increments  {}", self.increments)?;
+        match self.restart_increment {
+            Some(increment) => writeln!(f, " (--resume continues after {increment})")?,
+            None => writeln!(f)?,
+        }
+        writeln!(f, "  states      {}", self.states.len())?;
+        if let Some(peak) = &self.peak {
+            let (q, strain) = (peak.deviatoric_stress / 1e6, 100.0 * peak.axial_strain);
+            writeln!(f, "  peak        q = {q:.4} MPa at {strain:.3} % axial strain")?;
+        }
+        for (name, factor, unit, label) in [
+            ("axial_strain", 100.0, "%", "axial strain"),
+            ("volumetric_strain", 100.0, "%", "vol. strain"),
+            ("deviatoric_stress", 1e-6, "MPa", "q"),
+            ("confining_pressure", 1e-6, "MPa", "confinement"),
+            ("void_ratio", 1.0, "", "void ratio"),
+            ("coordination_number", 1.0, "", "coordination"),
+        ] {
+            if let Some(value) = self.last(name) {
+                writeln!(f, "  last {label:<14} {:.5} {unit}", value * factor)?;
+            }
+        }
+        for (group, bytes) in &self.group_bytes {
+            writeln!(f, "  /{group:<10} {}", size(*bytes))?;
+        }
+        Ok(())
+    }
+}
+
+fn peak(reader: &Reader, increments: usize) -> Result<Option<Peak>> {
+    let q = reader.history("deviatoric_stress")?;
+    let strain = reader.history("axial_strain")?;
+    Ok(q.into_iter()
+        .zip(strain)
+        .take(increments)
+        .filter(|(q, strain)| q.is_finite() && strain.is_finite())
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(deviatoric_stress, axial_strain)| Peak { deviatoric_stress, axial_strain }))
+}
+
+/// Stored bytes of the datasets of each group (one and two levels deep, as far as the file goes).
+fn group_bytes(reader: &Reader) -> Result<Vec<(String, u64)>> {
+    let mut sizes = Vec::new();
+    for group in reader.members("/")? {
+        let mut total = 0;
+        let mut waiting = vec![group.clone()];
+        while let Some(name) = waiting.pop() {
+            match reader.is_group(&name) {
+                true => waiting.extend(reader.members(&name)?.into_iter().map(|m| format!("{name}/{m}"))),
+                false => total += reader.stored_bytes(&name)?,
+            }
+        }
+        sizes.push((group, total));
+    }
+    Ok(sizes)
+}
+
+/// Bytes in the unit that gives a short number.
+fn size(bytes: u64) -> String {
+    let mut value = bytes as f64;
+    for unit in ["B", "kB", "MB"] {
+        if value < 1000.0 {
+            return format!("{value:.3} {unit}").replace(".000", "");
+        }
+        value /= 1000.0;
+    }
+    format!("{value:.3} GB")
+}

@@ -1,0 +1,98 @@
+//! Augmentations: proximal Newton solves, re-centred and relaxed until the forces balance.
+
+use crate::solver::newton::{Newton, NewtonEnd};
+use crate::tensor::Pose;
+
+/// How well the forces balance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Balance {
+    /// Largest force out of balance on a body over the reference force.
+    pub out_of_balance: f64,
+    /// The body with it.
+    pub worst_body: usize,
+    /// Mean contact force [N], or what stands in for it where nothing touches.
+    pub reference_force: f64,
+}
+
+/// What the search for an equilibrium came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equilibrium {
+    pub converged: bool,
+    pub balance: Balance,
+    /// Energy that the proximal term took on the way [J].
+    pub stabilisation: f64,
+    /// Out-of-balance of each augmentation.
+    pub history: Vec<f64>,
+}
+
+impl Newton<'_> {
+    pub fn balance(&self) -> Balance {
+        let (force, worst_body) = self.dofs.largest_force(&self.residual);
+        // Where nothing presses on anything, the applied forces are the measure; where there are
+        // none of those either, a force that would press a contact by a millionth of its rounding.
+        let applied = self.loads.applied.iter().map(|w| w.norm()).fold(0.0, f64::max);
+        let weight = self.model.bodies.iter().map(|b| b.mass * self.loads.gravity.norm()).fold(0.0, f64::max);
+        let floor = (1e-3 * applied.max(weight))
+            .max(1e-9 * self.model.typical_stiffness() * self.model.smallest_rounding());
+        let reference_force = self.contacts.mean_force().max(floor);
+        Balance { out_of_balance: force / reference_force, worst_body, reference_force }
+    }
+
+    /// Brings the model into balance from its present configuration.
+    pub fn equilibrate(&mut self) -> Equilibrium {
+        let settings = self.settings;
+        let tolerance = settings.force_tolerance;
+        let mut weight = settings.proximal_start;
+        let mut stalls = 0;
+        let mut stabilisation = 0.0;
+        let mut history = Vec::new();
+        let mut kept = 0;
+        loop {
+            let balance = self.balance();
+            history.push(balance.out_of_balance);
+            let converged = balance.out_of_balance < tolerance;
+            if converged || history.len() > settings.max_augmentations {
+                return Equilibrium { converged, balance, stabilisation, history };
+            }
+            self.counters.augmentations += 1;
+            let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)
+                * balance.reference_force;
+            let end = self.solve(weight, target, |n| n.balance().out_of_balance < tolerance);
+            tracing::trace!(
+                out_of_balance = balance.out_of_balance,
+                weight,
+                ?end,
+                factorisations = self.counters.factorisations,
+                "augmentation"
+            );
+            match end {
+                NewtonEnd::Stalled => {
+                    stalls += 1;
+                    if weight >= settings.proximal_max {
+                        return Equilibrium { converged: false, balance, stabilisation, history };
+                    }
+                    weight = (weight * settings.proximal_raise).min(settings.proximal_max);
+                    continue;
+                }
+                NewtonEnd::Solved => {
+                    // The first solve is the response to the new load, not a relaxation of a snap.
+                    if kept > 0 {
+                        stabilisation += self.proximal_work(weight);
+                    }
+                    weight = (weight * settings.proximal_lower).max(settings.proximal_min);
+                }
+                NewtonEnd::Reduced => {
+                    if kept > 0 {
+                        stabilisation += self.proximal_work(weight);
+                    }
+                }
+            }
+            kept += 1;
+            let _ = stalls;
+        }
+    }
+
+    pub fn into_poses(self) -> Vec<Pose> {
+        self.poses
+    }
+}

@@ -1,0 +1,169 @@
+//! One increment: from the committed state to the next equilibrium, or a reason why not.
+
+use crate::assembly::Contacts;
+use crate::contact::Memory;
+use crate::model::{Committed, Counters, Loads, Model};
+use crate::solver::equilibrium::Balance;
+use crate::solver::newton::{Newton, PhaseTimes};
+use crate::solver::settings::Settings;
+use crate::tensor::{Pose, Vector6};
+
+/// An increment to attempt.
+pub struct Increment<'a> {
+    pub model: &'a Model,
+    pub committed: &'a Committed,
+    pub loads: &'a Loads,
+    pub settings: &'a Settings,
+}
+
+/// How an attempt ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StepStatus {
+    Converged,
+    /// Forces still out of balance when the solver gave up.
+    OutOfBalance {
+        body: usize,
+        out_of_balance: f64,
+    },
+    /// The starting configuration already overlaps beyond what a contact can carry.
+    TooClose,
+}
+
+/// The outcome of an attempt; nothing is committed yet.
+#[derive(Debug, Clone)]
+pub struct IncrementReport {
+    pub status: StepStatus,
+    pub poses: Vec<Pose>,
+    pub memory: Memory,
+    pub balance: Balance,
+    pub energy: Energies,
+    /// Force and moment that contacts exert on each body [N, N m].
+    pub contact_wrench: Vec<Vector6<f64>>,
+    pub counters: Counters,
+    pub times: PhaseTimes,
+    /// Out-of-balance at each augmentation, for the dossier.
+    pub history: Vec<f64>,
+    pub measures: ContactMeasures,
+}
+
+impl IncrementReport {
+    pub fn converged(&self) -> bool {
+        self.status == StepStatus::Converged
+    }
+}
+
+/// Energies of an accepted configuration and what was lost on the way to it [J].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energies {
+    /// Stored in the contacts.
+    pub elastic: f64,
+    /// Lost to friction since the last accepted increment.
+    pub friction: f64,
+    /// Taken by the stabilising term since the last accepted increment.
+    pub stabilisation: f64,
+}
+
+/// Numbers about the contact network.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactMeasures {
+    pub points: usize,
+    pub pairs: usize,
+    /// Share of contact points at the friction bound.
+    pub sliding_fraction: f64,
+    /// Largest overlap of the rounded bodies [m].
+    pub max_penetration: f64,
+    pub mean_force: f64,
+}
+
+/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that
+/// does not overlap. `contacts` lends its buffers and gets them back.
+pub fn advance(
+    increment: &Increment<'_>,
+    starts: Vec<Vec<Pose>>,
+    contacts: &mut Contacts,
+) -> IncrementReport {
+    let Increment { model, committed, loads, settings } = *increment;
+    let mut lent = std::mem::take(contacts);
+    let searches = lent.searches;
+    let mut newton = None;
+    let mut last_start = committed.poses.clone();
+    for start in starts {
+        match Newton::new(model, committed, loads, settings, lent, start.clone()) {
+            Ok(ready) => {
+                newton = Some(ready);
+                lent = Contacts::default();
+                break;
+            }
+            Err(back) => {
+                lent = back;
+                last_start = start;
+            }
+        }
+    }
+    let Some(mut newton) = newton else {
+        *contacts = lent;
+        return IncrementReport {
+            status: StepStatus::TooClose,
+            poses: last_start,
+            memory: committed.memory.clone(),
+            balance: Balance { out_of_balance: f64::INFINITY, worst_body: 0, reference_force: 0.0 },
+            energy: Energies::default(),
+            contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
+            counters: Counters::default(),
+            times: PhaseTimes::default(),
+            history: Vec::new(),
+            measures: ContactMeasures::default(),
+        };
+    };
+    let outcome = newton.equilibrate();
+    let status = if outcome.converged {
+        StepStatus::Converged
+    } else {
+        StepStatus::OutOfBalance {
+            body: outcome.balance.worst_body,
+            out_of_balance: outcome.balance.out_of_balance,
+        }
+    };
+    let mut contact_wrench = vec![Vector6::zeros(); model.bodies.len()];
+    let mut energy = Energies { stabilisation: outcome.stabilisation, ..Energies::default() };
+    let mut measures = ContactMeasures::default();
+    let mut sliding = 0;
+    for pair in &newton.contacts.pairs {
+        let mut touching = false;
+        for point in pair.active() {
+            let e = &point.evaluation;
+            touching = true;
+            for k in 0..6 {
+                contact_wrench[pair.a()][k] += e.wrench[k];
+                contact_wrench[pair.b()][k] += e.wrench[6 + k];
+            }
+            energy.elastic += e.energy + e.tangential_energy();
+            energy.friction += e.dissipation();
+            measures.points += 1;
+            measures.max_penetration = measures.max_penetration.max(-e.gap);
+            if e.friction.norm() > (1.0 - 1e-6) * point.state.friction * e.pressure {
+                sliding += 1;
+            }
+        }
+        measures.pairs += usize::from(touching);
+    }
+    measures.sliding_fraction =
+        if measures.points == 0 { 0.0 } else { sliding as f64 / measures.points as f64 };
+    measures.mean_force = newton.contacts.mean_force();
+    let mut counters = newton.counters;
+    counters.searches = newton.contacts.searches - searches;
+    let report = IncrementReport {
+        status,
+        poses: newton.poses.clone(),
+        memory: newton.contacts.memory(),
+        balance: outcome.balance,
+        energy,
+        contact_wrench,
+        counters,
+        times: newton.times(),
+        history: outcome.history,
+        measures,
+    };
+    *contacts = newton.contacts;
+    report
+}

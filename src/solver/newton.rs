@@ -1,0 +1,300 @@
+//! One Newton solve: forces in balance with a proximal term that holds the bodies near a centre.
+//!
+//! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
+//! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
+
+use crate::assembly::{self, BlockPattern, Contacts, Dofs};
+use crate::linalg::lu::LuSymbolic;
+use crate::model::{Committed, Counters, Loads, Model};
+use crate::solver::Settings;
+use crate::tensor::Pose;
+
+/// The state of a solve and its buffers.
+pub struct Newton<'a> {
+    pub model: &'a Model,
+    pub committed: &'a Committed,
+    pub loads: &'a Loads,
+    pub settings: &'a Settings,
+    pub dofs: Dofs,
+    pub contacts: Contacts,
+    pub poses: Vec<Pose>,
+    /// Forces out of balance at `poses` [N].
+    pub residual: Vec<f64>,
+    /// How far `poses` are from the proximal centre, in unknowns [m].
+    pub away: Vec<f64>,
+    pub counters: Counters,
+    typical_stiffness: f64,
+    system: Option<System>,
+    values: Vec<f64>,
+    times: PhaseTimes,
+}
+
+/// CPU-independent wall time per phase [s], for the log.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PhaseTimes {
+    pub contacts: f64,
+    pub tangents: f64,
+    pub assembly: f64,
+    pub ordering: f64,
+    pub factor: f64,
+}
+
+struct System {
+    pattern: BlockPattern,
+    symbolic: LuSymbolic,
+}
+
+/// How a Newton solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NewtonEnd {
+    /// Reached its target.
+    Solved,
+    /// Stopped short, its best iterate kept.
+    Reduced,
+    /// Gained too little to be kept; the configuration is where it started.
+    Stalled,
+}
+
+impl<'a> Newton<'a> {
+    /// Evaluates the model at `poses`; `None` if bodies are too close there.
+    pub fn new(
+        model: &'a Model,
+        committed: &'a Committed,
+        loads: &'a Loads,
+        settings: &'a Settings,
+        mut contacts: Contacts,
+        poses: Vec<Pose>,
+    ) -> Result<Self, Contacts> {
+        let dofs = Dofs::new(model, loads);
+        contacts.start(model, committed);
+        if contacts.evaluate(model, committed, &poses).is_err() {
+            return Err(contacts);
+        }
+        let mut newton = Newton {
+            model,
+            committed,
+            loads,
+            settings,
+            away: vec![0.0; dofs.count()],
+            dofs,
+            contacts,
+            poses,
+            residual: Vec::new(),
+            counters: Counters::default(),
+            typical_stiffness: model.typical_stiffness(),
+            system: None,
+            values: Vec::new(),
+            times: PhaseTimes::default(),
+        };
+        newton.update_residual();
+        Ok(newton)
+    }
+
+    pub fn times(&self) -> PhaseTimes {
+        self.times
+    }
+
+    fn update_residual(&mut self) {
+        assembly::residual_into(
+            &mut self.residual,
+            self.model,
+            &self.dofs,
+            &self.contacts,
+            self.loads,
+            &self.poses,
+        );
+    }
+
+    fn evaluate(&mut self) -> bool {
+        let start = std::time::Instant::now();
+        let fine = self.contacts.evaluate(self.model, self.committed, &self.poses).is_ok();
+        if fine {
+            self.update_residual();
+        }
+        self.times.contacts += start.elapsed().as_secs_f64();
+        fine
+    }
+
+    /// Evaluates anew after carried memory or coefficients have changed.
+    pub fn refresh(&mut self) -> bool {
+        self.evaluate()
+    }
+
+    /// The residual with the proximal term.
+    fn held_residual(&self, weight: f64) -> Vec<f64> {
+        let hold = weight * self.typical_stiffness;
+        self.residual.iter().zip(&self.away).map(|(r, d)| r - hold * d).collect()
+    }
+
+    /// The Newton step for `held`, or `None` where the matrix is singular.
+    fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
+        let start = std::time::Instant::now();
+        self.contacts.update_tangents(self.model);
+        self.times.tangents += start.elapsed().as_secs_f64();
+        let start = std::time::Instant::now();
+        let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
+        let touching =
+            || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
+        let pairs = || touching().chain(covered());
+        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
+            let pattern = BlockPattern::new(&self.dofs, pairs());
+            let symbolic = LuSymbolic::analyse(pattern.pattern.clone()).ok()?;
+            self.system = Some(System { pattern, symbolic });
+        }
+        self.times.ordering += start.elapsed().as_secs_f64();
+        let start = std::time::Instant::now();
+        let system = self.system.as_ref()?;
+        self.values.clear();
+        self.values.resize(system.pattern.entries(), 0.0);
+        assembly::contact_stiffness_into(&mut self.values, &system.pattern, &self.dofs, &self.contacts);
+        assembly::gravity_stiffness_into(
+            &mut self.values,
+            self.model,
+            &system.pattern,
+            &self.dofs,
+            self.loads,
+            &self.poses,
+        );
+        assembly::cover_stiffness_into(
+            &mut self.values,
+            self.model,
+            &system.pattern,
+            &self.dofs,
+            self.loads,
+            &self.poses,
+        );
+        system.pattern.add_diagonal(&mut self.values, &self.dofs, weight * self.typical_stiffness);
+        self.times.assembly += start.elapsed().as_secs_f64();
+        let start = std::time::Instant::now();
+        let mut step = held.to_vec();
+        self.counters.factorisations += 1;
+        let solved = system.symbolic.factorise(&self.values).and_then(|f| f.solve_in_place(&mut step));
+        self.times.factor += start.elapsed().as_secs_f64();
+        solved.ok().map(|()| step)
+    }
+
+    /// The largest share of `step` that moves no body further than the cap, nor any pair further
+    /// than half its cores' distance (so that nothing can pass through).
+    fn largest_factor(&self, step: &[f64]) -> f64 {
+        let reach: Vec<f64> = (0..self.model.bodies.len())
+            .map(|i| {
+                let (translation, rotation) = self.dofs.motion(step, 1.0, i);
+                translation.norm() + rotation.norm() * self.model.shapes[i].bounding_radius
+            })
+            .collect();
+        let cap = self.settings.motion_cap * self.model.smallest_rounding();
+        let mut factor = reach.iter().fold(1.0, |f: f64, &m| f.min(cap / m));
+        for pair in &self.contacts.pairs {
+            let both = reach[pair.a()] + reach[pair.b()];
+            factor = factor.min(0.5 * pair.nearest / both.max(f64::MIN_POSITIVE));
+        }
+        factor
+    }
+
+    /// Solves from the present poses, which become the centre. `target` is the largest component
+    /// of the residual to reach [N].
+    pub fn solve(&mut self, weight: f64, target: f64, accept: impl Fn(&Self) -> bool) -> NewtonEnd {
+        let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let centre = self.poses.clone();
+        self.away.iter_mut().for_each(|d| *d = 0.0);
+        let mut held = self.held_residual(weight);
+        let first = merit(&held);
+        let mut merits = vec![first];
+        let mut best = (first, self.poses.clone(), self.away.clone());
+        let mut end = NewtonEnd::Stalled;
+        for iteration in 0..self.settings.max_newton {
+            self.counters.newton_iterations += 1;
+            let Some(step) = self.step(weight, &held) else { break };
+            let mut factor = self.largest_factor(&step);
+            let capped = factor < 1.0;
+            let from = (self.poses.clone(), self.away.clone());
+            let reference =
+                merits.iter().rev().take(self.settings.merit_memory.max(1)).fold(0.0, |m: f64, x| m.max(*x));
+            let mut fallback: Option<(f64, f64)> = None;
+            let mut accepted = false;
+            for backtrack in 0..self.settings.max_backtracks {
+                let new = self.try_step(&from, &step, factor, weight);
+                if let Some(new_held) = new {
+                    let value = merit(&new_held);
+                    if value < reference * (1.0 - 0.1 * factor) {
+                        held = new_held;
+                        merits.push(value);
+                        accepted = true;
+                        break;
+                    }
+                    if fallback.is_none_or(|(m, _)| value < m) {
+                        fallback = Some((value, factor));
+                    }
+                }
+                factor *= if backtrack < 2 { 0.5 } else { 0.35 };
+            }
+            if !accepted {
+                // Take the best that was met, even uphill: the best iterate of all is kept aside.
+                let taken = fallback.and_then(|(_, factor)| self.try_step(&from, &step, factor, weight));
+                let Some(new_held) = taken else {
+                    self.go_to(from.0, from.1);
+                    break;
+                };
+                merits.push(merit(&new_held));
+                held = new_held;
+            }
+            let now = merits.last().copied().unwrap_or(first);
+            if now < best.0 {
+                best = (now, self.poses.clone(), self.away.clone());
+            }
+            if largest(&held) < target || accept(self) {
+                end = NewtonEnd::Solved;
+                break;
+            }
+            if capped && iteration >= 1 && now < 0.5 * first {
+                break;
+            }
+            if iteration + 1 >= 5 && best.0 > 0.7 * first {
+                break;
+            }
+        }
+        if end == NewtonEnd::Solved {
+            return end;
+        }
+        if best.0 < merits.last().copied().unwrap_or(first) {
+            self.go_to(best.1, best.2);
+        }
+        if best.0 < 0.25 * first {
+            NewtonEnd::Reduced
+        } else {
+            self.go_to(centre, vec![0.0; self.dofs.count()]);
+            NewtonEnd::Stalled
+        }
+    }
+
+    fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
+        self.poses = poses;
+        self.away = away;
+        self.evaluate();
+    }
+
+    /// Moves to `from + factor * step` and evaluates; `None` if bodies are too close there.
+    fn try_step(
+        &mut self,
+        from: &(Vec<Pose>, Vec<f64>),
+        step: &[f64],
+        factor: f64,
+        weight: f64,
+    ) -> Option<Vec<f64>> {
+        self.dofs.move_into(&mut self.poses, &from.0, step, factor);
+        for (d, (old, s)) in self.away.iter_mut().zip(from.1.iter().zip(step)) {
+            *d = old + factor * s;
+        }
+        if !self.evaluate() {
+            return None;
+        }
+        let held = self.held_residual(weight);
+        held.iter().all(|x| x.is_finite()).then_some(held)
+    }
+
+    /// Work done against the proximal term in the last solve [J].
+    pub fn proximal_work(&self, weight: f64) -> f64 {
+        weight * self.typical_stiffness * self.away.iter().map(|d| d * d).sum::<f64>()
+    }
+}

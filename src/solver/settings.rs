@@ -1,0 +1,65 @@
+//! Tolerances and limits of the solver.
+
+/// Everything that can be set. The defaults are those measured in ARCHITECTURE.md.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Largest force out of balance on a body over the mean contact force.
+    pub force_tolerance: f64,
+    /// Largest change of a multiplier in an augmentation, as an overlap over the typical grain size.
+    pub gap_tolerance: f64,
+    /// Augmentations before an increment is given up.
+    pub max_augmentations: usize,
+    /// Newton iterations in an augmentation.
+    pub max_newton: usize,
+    /// Backtracking steps in a line search.
+    pub max_backtracks: usize,
+    /// Motion of a body in one Newton iteration over the smallest rounding radius.
+    pub motion_cap: f64,
+    /// First proximal weight over the typical contact stiffness.
+    pub proximal_start: f64,
+    pub proximal_min: f64,
+    pub proximal_max: f64,
+    /// Factor on the proximal weight after a stalled augmentation, and after a good one.
+    pub proximal_raise: f64,
+    pub proximal_lower: f64,
+    /// Share of the residual that an augmentation's Newton solve must remove.
+    pub newton_reduction: f64,
+    /// Merits of how many iterations back the line search may compare with.
+    pub merit_memory: usize,
+    /// Times an increment is halved before it stops.
+    pub max_cuts: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            force_tolerance: 1e-3,
+            gap_tolerance: 1e-5,
+            max_augmentations: 150,
+            max_newton: 12,
+            max_backtracks: 5,
+            motion_cap: 0.6,
+            proximal_start: 1e-4,
+            proximal_min: 1e-5,
+            proximal_max: 1.0,
+            proximal_raise: 6.0,
+            proximal_lower: 0.3,
+            newton_reduction: 0.05,
+            merit_memory: 4,
+            max_cuts: 6,
+        }
+    }
+}
+
+impl Settings {
+    /// For a first contact of loose bodies, which nothing yet holds: stronger stabilisation, and a
+    /// balance just good enough to load from.
+    pub fn for_seating(&self) -> Self {
+        Settings {
+            force_tolerance: self.force_tolerance.max(0.1),
+            proximal_start: 3e-2,
+            proximal_min: 1e-3,
+            ..self.clone()
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The model of a specimen between two rigid plates under a pressure cover.
+
+use crate::assembly::Contacts;
+use crate::contact::law::Friction;
+use crate::contact::{ContactLaw, ContactShape};
+use crate::error::Result;
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::model::cover::{Outline, Rim};
+use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
+use crate::solver::Settings;
+use crate::specimen::Specimen;
+use crate::tensor::{Pose, Rotation, Vec3};
+
+/// What the rig needs besides the specimen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigParameters {
+    /// [kg/m^3]
+    pub density: f64,
+    /// Mean Young's modulus of the rock [Pa].
+    pub youngs_modulus: f64,
+    pub poissons_ratio: f64,
+    pub friction: Friction,
+    pub plate_friction: Friction,
+}
+
+/// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
+/// `rigid`.
+const STIFFNESS_RATIO: f64 = 0.1;
+
+/// A triaxial test in progress.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    pub model: Model,
+    pub committed: Committed,
+    pub contacts: Contacts,
+    pub settings: Settings,
+    pub bottom: usize,
+    pub top: usize,
+    /// Volume of all grains [m^3].
+    pub solid_volume: f64,
+    /// Pressure in force [Pa].
+    pub pressure: f64,
+}
+
+impl Rig {
+    /// Places the specimen between plates and drapes the cover.
+    pub fn new(specimen: &Specimen, parameters: &RigParameters, settings: Settings) -> Result<Self> {
+        let modulus = parameters.youngs_modulus / (1.0 - parameters.poissons_ratio.powi(2));
+        let mut bodies = Vec::new();
+        let mut shapes = Vec::new();
+        let mut solid_volume = 0.0;
+        for (index, grain) in specimen.grains.iter().enumerate() {
+            let volume = grain.nominal.volume();
+            solid_volume += volume;
+            let size = (6.0 * volume / std::f64::consts::PI).cbrt();
+            bodies.push(Body {
+                name: format!("grain {index}"),
+                kind: BodyKind::Grain,
+                nominal: grain.nominal.clone(),
+                stiffness: STIFFNESS_RATIO * modulus * size,
+                friction: None,
+                mass: parameters.density * volume,
+                centre_of_mass: Vec3::zeros(),
+                rotation_scale: 0.5 * size,
+            });
+            shapes.push(ContactShape::new(grain.rounded.clone()));
+        }
+        let rounding = shapes.iter().map(|s| s.rounded.radius).fold(0.0, f64::max);
+        let (radius, height) = (0.5 * specimen.diameter, specimen.height);
+        let thickness = 0.2 * radius;
+        let size = [4.0 * radius, 4.0 * radius, thickness];
+        let nominal = Polyhedron::cuboid(size)?;
+        let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * rounding))?;
+        let (bottom, top) = (bodies.len(), bodies.len() + 1);
+        let mut poses = specimen.poses.clone();
+        for (name, z) in [("bottom plate", -0.5 * thickness), ("top plate", height + 0.5 * thickness)] {
+            bodies.push(Body {
+                name: name.into(),
+                kind: BodyKind::Plate,
+                nominal: nominal.clone(),
+                stiffness: f64::INFINITY,
+                friction: Some(parameters.plate_friction),
+                mass: 0.0,
+                centre_of_mass: Vec3::zeros(),
+                rotation_scale: radius,
+            });
+            shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
+            poses.push(Pose::new(Vec3::new(0.0, 0.0, z), Rotation::identity()));
+        }
+        let tangential_ratio = 2.0 * (1.0 - parameters.poissons_ratio) / (2.0 - parameters.poissons_ratio);
+        let smallest = shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min);
+        let law = ContactLaw {
+            onset: 4e-3 * smallest,
+            fade_length: smallest,
+            parallel_limit: 4e-3,
+            tangential_ratio,
+            friction_blend: 0.05,
+        };
+        let mut rig = Rig {
+            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None },
+            committed: Committed::new(poses),
+            contacts: Contacts::default(),
+            settings,
+            bottom,
+            top,
+            solid_volume,
+            pressure: 0.0,
+        };
+        rig.drape(specimen.diameter)?;
+        Ok(rig)
+    }
+
+    /// Lays a new cover over the grains where they are now. Its rims are circles of the radius
+    /// that the cover has on the side, so that the pressure near the plates acts sideways.
+    fn drape(&mut self, diameter: f64) -> Result<()> {
+        let loose = self.draped(0.5 * diameter)?;
+        let fitting = self.draped(loose.statistics().mean_radius)?;
+        self.model.cover = Some(fitting);
+        Ok(())
+    }
+
+    fn draped(&self, rim_radius: f64) -> Result<PressureCover> {
+        let poses = &self.committed.poses;
+        let grains: Vec<usize> =
+            (0..self.model.bodies.len()).filter(|&i| self.model.bodies[i].kind == BodyKind::Grain).collect();
+        let outlines: Vec<Outline<'_>> = grains
+            .iter()
+            .map(|&body| Outline {
+                body,
+                core: &self.model.shapes[body].rounded.core,
+                rounding: self.model.shapes[body].rounded.radius,
+                pose: poses[body],
+            })
+            .collect();
+        let mut sizes: Vec<f64> = grains
+            .iter()
+            .map(|&i| (6.0 * self.model.bodies[i].nominal.volume() / std::f64::consts::PI).cbrt())
+            .collect();
+        sizes.sort_by(f64::total_cmp);
+        let median = sizes[sizes.len() / 2];
+        let rim = |body: usize, sign: f64| {
+            let half = self.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+            let pose = poses[body];
+            Rim { body, pose, centre: pose.position + Vec3::new(0.0, 0.0, sign * half), radius: rim_radius }
+        };
+        let rims = [rim(self.bottom, 1.0), rim(self.top, -1.0)];
+        PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * median)
+    }
+
+    /// Everything held but the grains; the top plate's vertical free where `top_free`.
+    pub fn loads(&self, top_free: bool, pressure: f64) -> Loads {
+        let mut loads = Loads::none(self.model.bodies.len());
+        loads.prescribed[self.bottom] = [true; 6];
+        loads.prescribed[self.top] = [true, true, !top_free, true, true, true];
+        loads.pressure = pressure;
+        loads
+    }
+
+    /// Enclosed volume [m^3] at `poses`; zero without a cover.
+    pub fn volume(&self, poses: &[Pose]) -> f64 {
+        self.model.cover.as_ref().map_or(0.0, |c| c.volume(poses))
+    }
+
+    /// Distance between the plates' inner faces [m].
+    pub fn height(&self, poses: &[Pose]) -> f64 {
+        self.model.cover.as_ref().map_or(0.0, |c| c.height(poses))
+    }
+}
