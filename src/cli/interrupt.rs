@@ -14,7 +14,7 @@ pub fn listen() {
         if REQUESTS.fetch_add(1, Ordering::SeqCst) > 0 {
             std::process::exit(Ending::Interrupted as i32);
         }
-        note("\nstopping after this increment; Ctrl-C again stops at once");
+        note("\nstopping when this increment is done; Ctrl-C again stops at once");
     });
     if let Err(error) = heard {
         note(&format!("riprap: Ctrl-C will not wait for the increment at hand: {error}"));

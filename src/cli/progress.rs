@@ -32,8 +32,8 @@ pub struct Progress {
     display: Display,
     told: Instant,
     phase: Option<Phase>,
-    /// Wall-clock time of the run at the last increment [s].
-    last_time: f64,
+    /// When the increment at hand began.
+    begun: Instant,
 }
 
 impl Progress {
@@ -47,7 +47,7 @@ impl Progress {
             None if on_terminal => Display::Bar(bar()),
             None => Display::Plain,
         };
-        Progress { display, told: Instant::now(), phase: None, last_time: 0.0 }
+        Progress { display, told: Instant::now(), phase: None, begun: Instant::now() }
     }
 
     pub fn title(&self, title: &str, options: &Options) {
@@ -168,6 +168,7 @@ impl Observer for Progress {
     }
 
     fn stage_begun(&mut self, stage: &PlannedStage) {
+        self.begun = Instant::now();
         if let Display::Bar(bar) = &self.display {
             bar.set_prefix(stage.kind);
             if stage.index == 0 {
@@ -191,8 +192,8 @@ impl Observer for Progress {
     }
 
     fn step_accepted(&mut self, step: &Step<'_>) {
-        let seconds = step.row.wall_time - self.last_time;
-        self.last_time = step.row.wall_time;
+        let seconds = self.begun.elapsed().as_secs_f64();
+        self.begun = Instant::now();
         match &self.display {
             Display::Quiet => {}
             Display::Plain => note(&step_line(step, seconds)),
@@ -214,15 +215,15 @@ impl Observer for Progress {
         };
         self.tell(
             || {
-                let per = r.factorisations as f64 / r.increments.max(1) as f64;
+                let (kind, time) = (r.stage.kind, duration(r.wall_time));
+                if r.increments == 0 {
+                    return format!("{kind:<12} {end} without an increment in {time}");
+                }
                 format!(
-                    "{:<12} {end} after {} increments in {}: {per:.1} factorisations each, energy closed to {:.1e} \
-                     ({} increments above the gate)",
-                    r.stage.kind,
+                    "{kind:<12} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}",
                     r.increments,
-                    duration(r.wall_time),
+                    r.factorisations as f64 / r.increments as f64,
                     r.energy_error.abs(),
-                    r.poorly_closed
                 )
             },
             || {
