@@ -47,7 +47,7 @@ macro_rules! history {
         /// One accepted increment. What a run does not have is NaN (a scene has no `void_ratio`).
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         pub struct HistoryRow {
-            $(#[doc = concat!($long_name, " [", $units, "]")] pub $name: $kind,)*
+            $(#[doc = concat!($long_name, ", in `", $units, "`")] pub $name: $kind,)*
         }
 
         /// The datasets of `/history`, in order.

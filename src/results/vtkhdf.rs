@@ -211,6 +211,21 @@ impl VtkHdf {
         Ok(resumed)
     }
 
+    /// Refuses a mesh that is not the file's.
+    pub fn check_mesh(&self, store: &Store, mesh: &FieldMesh) -> Result<()> {
+        if (mesh.points(), mesh.cells()) != (self.points, self.cells) {
+            let message = format!(
+                "has {} points and {} cells, the run to continue has {} and {}",
+                self.points,
+                self.cells,
+                mesh.points(),
+                mesh.cells()
+            );
+            return Err(store.fail("VTKHDF", message));
+        }
+        Ok(())
+    }
+
     /// States saved so far.
     pub fn states(&self) -> usize {
         self.states
@@ -260,8 +275,8 @@ impl VtkHdf {
                 return Err(store.fail(name, format!("has {found} entries, the mesh has {expected}")));
             }
         }
-        // Negated, so that NaN is refused too.
-        if !(state.time > self.last_time) {
+        // No order at all: NaN.
+        if state.time.partial_cmp(&self.last_time) != Some(std::cmp::Ordering::Greater) {
             let message = format!("time {} does not follow {}", state.time, self.last_time);
             return Err(store.fail("VTKHDF/Steps/Values", message));
         }
