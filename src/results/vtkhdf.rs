@@ -65,8 +65,13 @@ const DISPLACEMENT: Field = Field {
 };
 const DAMAGE: Field = on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], 4);
 const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], 1);
-const STRESS: Field =
-    on_cells("stress", "Pa", "mean Cauchy stress xx yy zz xy yz xz, tension positive", &[6], 4);
+const STRESS: Field = on_cells(
+    "stress",
+    "Pa",
+    "mean Cauchy stress xx yy zz xy yz xz, tension positive; of the whole grain where its fidelity is rigid",
+    &[6],
+    4,
+);
 const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], 4);
 
 const FIELDS: [&Field; 5] = [&DISPLACEMENT, &DAMAGE, &FAILED, &STRESS, &VON_MISES];
