@@ -1,6 +1,5 @@
 //! Sparse linear algebra: patterns, ordering, factorisations, refactorisation. The only user of faer and sprs.
 
-
 pub mod cholesky;
 pub mod lu;
 pub mod ordering;
