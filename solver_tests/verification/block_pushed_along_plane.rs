@@ -8,7 +8,7 @@
 
 use riprap::contact::law::Friction;
 
-use crate::scene_builder::{FREE, HELD, Run, body, cuboid, drive, ground, load, push, scene};
+use crate::scene_builder::{HELD, Run, body, cuboid, drive, ground, load, push, scene};
 
 const NORMAL: f64 = 1000.0;
 const TRAVEL: f64 = 0.4e-3;
@@ -45,7 +45,6 @@ fn pushed(friction: Friction, increments: usize) -> Curve {
 
 #[test]
 fn push_follows_the_weakening_law() {
-    let _ = FREE;
     for friction in [
         Friction { peak: 0.65, residual: 0.2, weakening_distance: 50e-6 },
         Friction { peak: 0.8, residual: 0.4, weakening_distance: 100e-6 },
@@ -101,9 +100,18 @@ fn push_follows_the_weakening_law() {
     }
 }
 
+/// The ledger's external work is trapezoidal, so that the increment in which slip sets in, in which the push rises and then
+/// stays, is short of at most `mu N ds / 2`, once; the rest is to close to 1e-3 of the work.
 #[test]
-fn ledger_closes_without_weakening() {
-    let curve = pushed(Friction::constant(0.65), 100);
-    let ledger = curve.run.last().ledger;
-    assert!(ledger.error().abs() < 1e-3 * ledger.external, "{ledger:?}");
+fn ledger_closes_but_for_the_onset_of_slip() {
+    let mut errors = Vec::new();
+    for increments in [100, 200, 400, 800] {
+        let step = TRAVEL / increments as f64;
+        let curve = pushed(Friction::constant(0.65), increments);
+        let ledger = curve.run.last().ledger;
+        println!("ds {:.2} um: ledger error {:.3e} of external", step * 1e6, ledger.error() / ledger.external);
+        assert!(ledger.error().abs() < 0.5 * 650.0 * step + 1e-3 * ledger.external, "{ledger:?}");
+        errors.push(ledger.error().abs() / ledger.external);
+    }
+    assert!(errors[3] < 1e-3, "{errors:?}");
 }

@@ -12,4 +12,5 @@ mod cube_on_cube;
 mod rattler;
 mod sliding_over_facets;
 mod tet10_patch_and_convergence;
+mod three_cylinders;
 mod wedge_between_walls;
