@@ -109,7 +109,11 @@ fn ledger_closes_but_for_the_onset_of_slip() {
         let step = TRAVEL / increments as f64;
         let curve = pushed(Friction::constant(0.65), increments);
         let ledger = curve.run.last().ledger;
-        println!("ds {:.2} um: ledger error {:.3e} of external", step * 1e6, ledger.error() / ledger.external);
+        println!(
+            "ds {:.2} um: ledger error {:.3e} of external",
+            step * 1e6,
+            ledger.error() / ledger.external
+        );
         assert!(ledger.error().abs() < 0.5 * 650.0 * step + 1e-3 * ledger.external, "{ledger:?}");
         errors.push(ledger.error().abs() / ledger.external);
     }

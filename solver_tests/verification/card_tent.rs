@@ -46,6 +46,14 @@ fn stands_or_falls_by_friction() {
 fn probe() {
     for share in [0.97, 0.98, 0.99, 0.995, 0.998, 1.0, 1.001, 1.002] {
         let (s, run) = stands(15.0f64.to_radians(), share);
-        println!("tent {share} {s} {:?}", run.rows.last().map(|r| (r.balance, r.bodies[1].contact_force, r.bodies[1].contact_moment, r.bodies[1].displacement)));
+        println!(
+            "tent {share} {s} {:?}",
+            run.rows.last().map(|r| (
+                r.balance,
+                r.bodies[1].contact_force,
+                r.bodies[1].contact_moment,
+                r.bodies[1].displacement
+            ))
+        );
     }
 }

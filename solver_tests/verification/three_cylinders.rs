@@ -12,15 +12,14 @@ use crate::scene_builder::{Run, body, drive, gravity, ground, scene};
 
 fn stands(mutual: f64, floor: f64) -> (bool, Run) {
     let radius = 0.05;
-    let ball = |name: &str, x: f64, z: f64| {
-        SceneBody {
-            friction: Some(Friction::constant(mutual)),
-            ..body(name, SceneShape::Sphere(radius), [x, 0.0, z], [0.0; 3])
-        }
+    let ball = |name: &str, x: f64, z: f64| SceneBody {
+        friction: Some(Friction::constant(mutual)),
+        ..body(name, SceneShape::Sphere(radius), [x, 0.0, z], [0.0; 3])
     };
     let ground = SceneBody { friction: Some(Friction::constant(floor)), ..ground() };
     let top = radius * (1.0 + 3.0f64.sqrt());
-    let bodies = vec![ground, ball("left", -radius, radius), ball("right", radius, radius), ball("top", 0.0, top)];
+    let bodies =
+        vec![ground, ball("left", -radius, radius), ball("right", radius, radius), ball("top", 0.0, top)];
     let mut stage = gravity(8, [0.0, 0.0, -9.81]);
     for name in ["left", "right", "top"] {
         let plane = drive([None, Some(0.0), None], [Some(0.0), None, Some(0.0)]);
@@ -48,31 +47,47 @@ fn stands_or_falls_by_both_frictions() {
 }
 #[test]
 fn probe() {
-    use riprap::assembly::{Contacts};
+    use riprap::assembly::Contacts;
     use riprap::model::*;
     use riprap::solver::*;
     let m = 15.0f64.to_radians().tan();
     let radius = 0.05;
-    let ball = |name: &str, x: f64, z: f64| {
-        SceneBody {
-            friction: Some(Friction::constant(0.6)),
-            ..body(name, SceneShape::Sphere(radius), [x, 0.0, z], [0.0; 3])
-        }
+    let ball = |name: &str, x: f64, z: f64| SceneBody {
+        friction: Some(Friction::constant(0.6)),
+        ..body(name, SceneShape::Sphere(radius), [x, 0.0, z], [0.0; 3])
     };
-    let ground = SceneBody { friction: Some(Friction::constant(m/3.0*1.05)), ..ground() };
+    let ground = SceneBody { friction: Some(Friction::constant(m / 3.0 * 1.05)), ..ground() };
     let top = radius * (1.0 + 3.0f64.sqrt());
-    let bodies = vec![ground, ball("left", -radius, radius), ball("right", radius, radius), ball("top", 0.0, top)];
+    let bodies =
+        vec![ground, ball("left", -radius, radius), ball("right", radius, radius), ball("top", 0.0, top)];
     let scene = riprap::scene::Scene::new(&scene(bodies, 1.0, vec![])).unwrap();
     let mut loads = Loads::none(4);
     loads.prescribed[0] = [true; 6];
-    for k in 1..4 { loads.prescribed[k] = [false, true, false, true, false, true]; }
-    loads.gravity = riprap::tensor::Vec3::new(0.0, 0.0, -9.81/8.0);
+    for k in 1..4 {
+        loads.prescribed[k] = [false, true, false, true, false, true];
+    }
+    loads.gravity = riprap::tensor::Vec3::new(0.0, 0.0, -9.81 / 8.0);
     let settings = Settings::default();
     let mut contacts = Contacts::default();
-    let increment = Increment { model: &scene.model, committed: &scene.committed, loads: &loads, settings: &settings };
+    let increment =
+        Increment { model: &scene.model, committed: &scene.committed, loads: &loads, settings: &settings };
     let report = advance(&increment, vec![scene.committed.poses.clone()], &mut contacts);
     println!("{:?} {:?}", report.status, report.history);
-    println!("W {}", scene.model.bodies[1].mass * 9.81/8.0);
-    for (i, w) in report.contact_wrench.iter().enumerate() { println!("{i} {:?} at {:?}", w.as_slice(), report.poses[i]); }
-    for (pair, p) in contacts.active() { let e = &p.evaluation; println!("{} {} p {} t {:?} trial {:?} kt {} mu {}", pair.a(), pair.b(), e.pressure, e.friction, e.trial_stretch, e.tangential_stiffness, p.state.friction); }
+    println!("W {}", scene.model.bodies[1].mass * 9.81 / 8.0);
+    for (i, w) in report.contact_wrench.iter().enumerate() {
+        println!("{i} {:?} at {:?}", w.as_slice(), report.poses[i]);
+    }
+    for (pair, p) in contacts.active() {
+        let e = &p.evaluation;
+        println!(
+            "{} {} p {} t {:?} trial {:?} kt {} mu {}",
+            pair.a(),
+            pair.b(),
+            e.pressure,
+            e.friction,
+            e.trial_stretch,
+            e.tangential_stiffness,
+            p.state.friction
+        );
+    }
 }

@@ -74,6 +74,7 @@ impl PairWork {
             };
             let state = PointState {
                 radii,
+                radius_difference: shapes[0].rounded.radius - shapes[1].rounded.radius,
                 stiffness: *stiffness * sharpness,
                 friction: *coefficient,
                 offset: memory.map_or(0.0, |m| m.offset),
