@@ -61,6 +61,12 @@ pub fn scene(bodies: Vec<SceneBody>, friction: f64, stages: Vec<LoadStage>) -> S
     }
 }
 
+/// Forces balance to 1e-5 of the mean contact force, where a limit is to be found sharply.
+pub fn sharp(mut parameters: SceneParameters) -> SceneParameters {
+    parameters.settings.force_tolerance = 1e-5;
+    parameters
+}
+
 pub fn load(increments: usize, name: &str, load: BodyLoad) -> LoadStage {
     LoadStage { increments, bodies: vec![(name.into(), load)], gravity: None }
 }

@@ -66,3 +66,14 @@ fn corner_meets_corner_and_edge() {
         }
     }
 }
+
+/// A pair's stiffness is not to depend on which features meet.
+#[test]
+#[ignore = "corner on corner is counted once from either side: 2.0 times the force of one contact"]
+fn corner_on_corner_counts_once() {
+    let run = run(on_corner(1.0).scaled_axis(), crest(3.0), 0.0, [0.0; 3], 20e-6);
+    let model = &run.scene.model;
+    let single = model.contact_stiffness(0, 1) * (20e-6 - 0.5 * model.law.onset);
+    let ratio = run.last().bodies[1].contact_force.z / single;
+    assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+}
