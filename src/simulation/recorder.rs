@@ -137,7 +137,7 @@ impl Recorder {
         let youngs_modulus = case.rock.youngs_modulus.mean;
         let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus)?;
         self.points = points;
-        self.writer.write_mesh(&mesh)?;
+        self.writer.set_mesh(mesh)?;
         self.save(State {
             time: 0.0,
             increment: 0,
