@@ -24,6 +24,7 @@ pub mod model;
 pub mod assembly;
 pub mod solver;
 pub mod triaxial;
+pub mod scene;
 pub mod results;
 pub mod report;
 pub mod study;

@@ -4,7 +4,7 @@ use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{Feature, Site};
-use crate::model::{Committed, Model};
+use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -83,6 +83,7 @@ impl PairWork {
             };
             let state = PointState {
                 radii,
+                radius_difference: shapes[0].rounded.radius - shapes[1].rounded.radius,
                 stiffness: *stiffness * sharpness,
                 friction: *coefficient,
                 offset: memory.map_or(0.0, |m| m.offset),
@@ -187,7 +188,8 @@ impl Contacts {
 
     fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
         let margin = BROAD_MARGIN * model.smallest_rounding();
-        let held = |i: usize| !model.bodies[i].stiffness.is_finite();
+        let held =
+            |i: usize| !model.bodies[i].stiffness.is_finite() || model.bodies[i].kind == BodyKind::Fixed;
         self.neighbours = Neighbours::find(&model.shapes, poses, margin, |a, b| held(a) && held(b));
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =

@@ -27,6 +27,8 @@ pub struct Kinematics {
 pub struct PointState {
     /// Sum of the two rounding radii [m].
     pub radii: f64,
+    /// Radius of `a` less that of `b` [m].
+    pub radius_difference: f64,
     /// Normal stiffness [N/m]: the local compliance of a rigid grain, or the penalty.
     pub stiffness: f64,
     pub friction: f64,
@@ -183,7 +185,8 @@ fn wrench<T: Real>(
     let normal = difference.times(T::constant(1.0) / distance);
     let elastic = Vector::constant(&state.elastic);
     let overlap = T::constant(state.radii) - distance - normal.dot(elastic);
-    let point = (xa + xb).times(T::constant(0.5));
+    // Halfway between the rounded surfaces, not between the cores.
+    let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
     let lines = is_edge_pair.then(|| LinePair::new(a, b));
     let edge_weight = lines.as_ref().map(|l| l.weight(law));
     let weight = edge_weight.as_ref().map_or(T::constant(1.0), |w| w.value);
@@ -342,6 +345,7 @@ mod tests {
     fn state(friction: f64) -> PointState {
         PointState {
             radii: 1e-3,
+            radius_difference: 4e-4,
             stiffness: 6e7,
             friction,
             offset: 4e-6,

@@ -11,6 +11,8 @@ pub struct BodyId(pub usize);
 pub enum BodyKind {
     Grain,
     Plate,
+    /// A body of a scene that never moves; two of these do not touch each other.
+    Fixed,
     /// A body of a scene.
     Placed,
 }

@@ -11,6 +11,7 @@ mod grain_stress;
 mod observer;
 mod plan;
 mod recorder;
+pub mod scene;
 mod seating;
 mod specimen_table;
 

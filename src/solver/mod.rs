@@ -4,10 +4,12 @@
 pub mod equilibrium;
 pub mod increment;
 pub mod newton;
+pub mod pace;
 pub mod settings;
 
 pub use equilibrium::{Balance, Equilibrium};
-pub use increment::{Increment, IncrementReport, StepStatus, advance};
+pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
+pub use pace::{Pace, motion_between};
 pub use settings::Settings;
 
 #[cfg(test)]

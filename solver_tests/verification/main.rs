@@ -1,0 +1,16 @@
+//! Problems with a known answer, one file a problem. Each head gives problem, source, formula and
+//! tolerance with its reason. Where a table of numbers helps, a test prints it (`--nocapture`).
+
+#[path = "../scene_builder.rs"]
+mod scene_builder;
+
+mod block_on_incline;
+mod block_pushed_along_plane;
+mod card_tent;
+mod crossed_edges;
+mod cube_on_cube;
+mod rattler;
+mod sliding_over_facets;
+mod tet10_patch_and_convergence;
+mod three_cylinders;
+mod wedge_between_walls;

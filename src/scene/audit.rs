@@ -1,0 +1,49 @@
+//! An overlap check that shares nothing with the contact search: every pair of bodies, by separating
+//! axis and then by the least distance over all their features.
+
+use crate::geometry::separation::{feature_distance, separating_axis};
+use crate::model::{BodyKind, Model};
+use crate::tensor::Pose;
+
+/// Two rounded bodies that reach into each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    pub a: usize,
+    pub b: usize,
+    /// [m]; negative where they are apart.
+    pub depth: f64,
+}
+
+/// The deepest overlap of any two bodies at `poses`; `None` if there are no two. Where even the cores
+/// overlap, the depth is theirs and both radii. Pairs of bodies that never move are left out.
+pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
+    let still = |i: usize| matches!(model.bodies[i].kind, BodyKind::Fixed | BodyKind::Plate);
+    let mut deepest: Option<Overlap> = None;
+    for b in 0..poses.len() {
+        for a in 0..b {
+            if still(a) && still(b) {
+                continue;
+            }
+            let [(core_a, radius_a), (core_b, radius_b)] =
+                [a, b].map(|i| (&model.shapes[i].rounded.core, model.shapes[i].rounded.radius));
+            let reach = core_a.bounding_radius() + radius_a + core_b.bounding_radius() + radius_b;
+            let apart = (poses[a].position - poses[b].position).norm() - reach;
+            let depth = if apart > 0.0 {
+                -apart
+            } else {
+                let axis = separating_axis(core_a, &poses[a], core_b, &poses[b]);
+                let points = core_a.facets.is_empty() && core_b.facets.is_empty();
+                let distance = if axis.gap > 0.0 || points {
+                    feature_distance(core_a, &poses[a], core_b, &poses[b])
+                } else {
+                    axis.gap
+                };
+                radius_a + radius_b - distance
+            };
+            if deepest.is_none_or(|d| depth > d.depth) {
+                deepest = Some(Overlap { a, b, depth });
+            }
+        }
+    }
+    deepest
+}

@@ -1,0 +1,17 @@
+//! A scene: bodies set by hand, loaded in stages, without a rig around them.
+//!
+//! Each stage moves, turns and loads named bodies and turns gravity, linearly over its increments;
+//! an increment that misses is cut, an easy one grows back. What each accepted increment did to
+//! every body comes out as a [`Row`]. SI units; components are along space axes, moments about the
+//! body's reference point. Forces on a body are positive along the axes.
+
+pub mod audit;
+pub mod parameters;
+pub mod row;
+pub mod run;
+mod sweep;
+
+pub use audit::{Overlap, deepest_overlap};
+pub use parameters::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
+pub use row::{BodyState, Row};
+pub use run::Scene;

@@ -1,0 +1,72 @@
+//! What a scene is made of: plain data in SI.
+
+use crate::contact::law::Friction;
+use crate::geometry::Polyhedron;
+use crate::solver::Settings;
+use crate::tensor::{Pose, Vec3};
+
+/// A whole scene and what is done to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneParameters {
+    pub bodies: Vec<SceneBody>,
+    /// Gravity before the first stage [m/s^2].
+    pub gravity: Vec3,
+    /// Friction of bodies that have none of their own; of two bodies the lower one rules.
+    pub friction: Friction,
+    pub settings: Settings,
+    /// Smallest and largest increment over a stage's.
+    pub increment_range: [f64; 2],
+    pub stages: Vec<LoadStage>,
+}
+
+/// A body set by hand. It is rigid, with a local compliance at each contact that its size, Young's
+/// modulus and Poisson's ratio give.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneBody {
+    /// Unique in the scene.
+    pub name: String,
+    pub shape: SceneShape,
+    pub pose: Pose,
+    /// [kg/m^3]
+    pub density: f64,
+    /// [Pa]
+    pub youngs_modulus: f64,
+    pub poissons_ratio: f64,
+    pub friction: Option<Friction>,
+    /// Never moves.
+    pub fixed: bool,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum SceneShape {
+    /// A convex polyhedron in body coordinates [m] and the radius [m] of its edges and corners.
+    Polyhedron { nominal: Polyhedron, rounding: f64 },
+    /// Radius [m].
+    Sphere(f64),
+}
+
+/// A stage: everything is linear over it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LoadStage {
+    pub increments: usize,
+    /// By name of the body.
+    pub bodies: Vec<(String, BodyLoad)>,
+    /// Gravity at the end [m/s^2]; `None`: as before.
+    pub gravity: Option<Vec3>,
+}
+
+/// What a stage does to a body. A list that is `None` leaves things as they were (free and unloaded
+/// at first; a component that was driven is held); a component that is `None` is free, or is not loaded
+/// at the end. What held a component before it is set free fades over the stage.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BodyLoad {
+    /// Of the reference point over the stage [m].
+    pub displacement: Option<[Option<f64>; 3]>,
+    /// Rotation vector over the stage [rad]. Where only some components are given, they are the
+    /// spin about these axes in each increment.
+    pub rotation: Option<[Option<f64>; 3]>,
+    /// At the end of the stage [N].
+    pub force: Option<[Option<f64>; 3]>,
+    /// About the reference point, at the end of the stage [N m].
+    pub moment: Option<[Option<f64>; 3]>,
+}

@@ -1,0 +1,353 @@
+//! Builds the model of a scene and takes it through its stages.
+
+use std::collections::BTreeMap;
+
+use crate::assembly::Contacts;
+use crate::contact::law::Friction;
+use crate::contact::{ContactLaw, ContactShape};
+use crate::error::{Error, Result};
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::model::{Body, BodyKind, Committed, Loads, Model};
+use crate::scene::parameters::{LoadStage, SceneBody, SceneParameters, SceneShape};
+use crate::scene::row::{BodyState, Row};
+use crate::scene::sweep;
+use crate::solver::{Increment, IncrementReport, Pace, Settings, StepStatus, advance, motion_between};
+use crate::tensor::{Pose, Rotation, Vec3, Vector6};
+use crate::triaxial::{Ledger, StageEnd};
+
+/// A body's share of a contact's stiffness over `E / (1 - nu^2)` times its size, the diameter of the
+/// ball of its volume.
+const STIFFNESS_RATIO: f64 = 0.1;
+/// Overlap over which a contact's force sets in, and length over which an edge's contacts fade, over
+/// the smallest rounding radius.
+const ONSET: f64 = 4e-3;
+const FADE: f64 = 1.0;
+
+/// A scene in progress.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub model: Model,
+    pub committed: Committed,
+    pub settings: Settings,
+    /// Since the start.
+    pub ledger: Ledger,
+    stages: Vec<LoadStage>,
+    increment_range: [f64; 2],
+    names: BTreeMap<String, usize>,
+    contacts: Contacts,
+    start: Vec<Pose>,
+    increments: usize,
+    /// Loads in force, prescribed components and what holds them included.
+    loads: Loads,
+    reaction: Vec<Vector6<f64>>,
+}
+
+/// What a stage drives and where to.
+struct Drive {
+    held: Vec<[bool; 6]>,
+    /// Motion of the held components over the stage.
+    travel: Vec<Vector6<f64>>,
+    from: Vec<Pose>,
+    applied: [Vec<Vector6<f64>>; 2],
+    gravity: [Vec3; 2],
+}
+
+impl Scene {
+    /// Places the bodies.
+    ///
+    /// # Errors
+    /// `Error::Mesh` where a body's rounding does not fit, `Error::Usage` where a stage names a body
+    /// that is not there, two bodies share a name, or a stage has no increments.
+    pub fn new(parameters: &SceneParameters) -> Result<Self> {
+        let mut names = BTreeMap::new();
+        let mut bodies = Vec::new();
+        let mut shapes = Vec::new();
+        for (index, body) in parameters.bodies.iter().enumerate() {
+            if names.insert(body.name.clone(), index).is_some() {
+                return Err(Error::Usage(format!("two bodies are named {:?}", body.name)));
+            }
+            let (model_body, shape) = placed(body, &parameters.friction)?;
+            bodies.push(model_body);
+            shapes.push(ContactShape::new(shape));
+        }
+        for stage in &parameters.stages {
+            if stage.increments == 0 {
+                return Err(Error::Usage("a load stage has no increments".into()));
+            }
+            if let Some((name, _)) = stage.bodies.iter().find(|(name, _)| !names.contains_key(name)) {
+                return Err(Error::Usage(format!("a load stage names {name:?}, which is no body")));
+            }
+        }
+        let smallest = shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min);
+        let nu = parameters.bodies.iter().map(|b| b.poissons_ratio).fold(0.0, f64::max);
+        let law = ContactLaw {
+            onset: ONSET * smallest,
+            fade_length: FADE * smallest,
+            parallel_limit: 4e-3,
+            tangential_ratio: 2.0 * (1.0 - nu) / (2.0 - nu),
+            friction_blend: 0.05,
+        };
+        let poses: Vec<Pose> = parameters.bodies.iter().map(|b| b.pose).collect();
+        let mut loads = Loads::none(bodies.len());
+        loads.gravity = parameters.gravity;
+        for (prescribed, body) in loads.prescribed.iter_mut().zip(&parameters.bodies) {
+            *prescribed = [body.fixed; 6];
+        }
+        let reaction = vec![Vector6::zeros(); bodies.len()];
+        Ok(Scene {
+            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None },
+            committed: Committed::new(poses.clone()),
+            settings: parameters.settings.clone(),
+            ledger: Ledger::default(),
+            stages: parameters.stages.clone(),
+            increment_range: parameters.increment_range,
+            names,
+            contacts: Contacts::default(),
+            start: poses,
+            increments: 0,
+            loads,
+            reaction,
+        })
+    }
+
+    /// Index of the body of that name.
+    pub fn body(&self, name: &str) -> Option<usize> {
+        self.names.get(name).copied()
+    }
+
+    /// Runs all stages; `observe` sees each accepted increment and says whether to go on.
+    pub fn run(&mut self, mut observe: impl FnMut(&Scene, &Row) -> bool) -> StageEnd {
+        for index in 0..self.stages.len() {
+            let stage = self.stages[index].clone();
+            match self.run_stage(index, &stage, &mut observe) {
+                StageEnd::Finished => {}
+                end @ (StageEnd::Stopped { .. } | StageEnd::Interrupted) => return end,
+            }
+        }
+        StageEnd::Finished
+    }
+
+    fn run_stage(
+        &mut self,
+        index: usize,
+        stage: &LoadStage,
+        observe: &mut impl FnMut(&Scene, &Row) -> bool,
+    ) -> StageEnd {
+        let drive = self.drive(stage);
+        let nominal = 1.0 / stage.increments as f64;
+        let [smallest, largest] = self.increment_range;
+        let mut pace = Pace::new(nominal, smallest * nominal, largest * nominal);
+        let mut last: Option<(Vec<Pose>, f64)> = None;
+        while let Some(share) = pace.next() {
+            let to = if share < 1.0 - pace.done() { pace.done() + share } else { 1.0 };
+            let loads = drive.loads_at(to);
+            let driven = drive.driven(&self.committed.poses, &self.committed.poses, share, to);
+            let mut starts = Vec::new();
+            if let Some((previous, old_share)) = &last {
+                let continued: Vec<Pose> = previous
+                    .iter()
+                    .zip(&self.committed.poses)
+                    .map(|(old, now)| {
+                        let (shift, turn) = motion_between(old, now);
+                        now.moved(&(shift * (share / old_share)), &(turn * (share / old_share)))
+                    })
+                    .collect();
+                starts.push(drive.driven(&continued, &self.committed.poses, share, to));
+            }
+            starts.push(driven);
+            starts.retain(|start| sweep::is_clear(&self.model, &self.committed.poses, start));
+            let increment = Increment {
+                model: &self.model,
+                committed: &self.committed,
+                loads: &loads,
+                settings: &self.settings,
+            };
+            let mut report = advance(&increment, starts, &mut self.contacts);
+            if !report.converged() {
+                if pace.cut(share) {
+                    continue;
+                }
+                return StageEnd::Stopped { reason: self.describe(&report, pace.done()) };
+            }
+            report.counters.cuts = pace.accept(share, report.history.len());
+            last = Some((self.committed.poses.clone(), share));
+            let row = self.commit(index, pace.done(), &report, loads);
+            if !observe(self, &row) {
+                return StageEnd::Interrupted;
+            }
+        }
+        StageEnd::Finished
+    }
+
+    fn drive(&self, stage: &LoadStage) -> Drive {
+        let mut drive = Drive {
+            held: self.loads.prescribed.clone(),
+            travel: vec![Vector6::zeros(); self.model.bodies.len()],
+            from: self.committed.poses.clone(),
+            applied: [self.loads.applied.clone(), self.loads.applied.clone()],
+            gravity: [self.loads.gravity, stage.gravity.unwrap_or(self.loads.gravity)],
+        };
+        for (name, load) in &stage.bodies {
+            let Some(&body) = self.names.get(name) else { continue };
+            let fixed = self.model.bodies[body].kind == BodyKind::Fixed;
+            for (first, motion) in [(0, load.displacement), (3, load.rotation)] {
+                let Some(motion) = motion.filter(|_| !fixed) else { continue };
+                for k in 0..3 {
+                    drive.held[body][first + k] = motion[k].is_some();
+                    drive.travel[body][first + k] = motion[k].unwrap_or(0.0);
+                }
+            }
+            for (first, wrench) in [(0, load.force), (3, load.moment)] {
+                let Some(wrench) = wrench else { continue };
+                for k in 0..3 {
+                    drive.applied[1][body][first + k] = wrench[k].unwrap_or(0.0);
+                }
+            }
+        }
+        for body in 0..self.model.bodies.len() {
+            for k in 0..6 {
+                if self.loads.prescribed[body][k] && !drive.held[body][k] {
+                    drive.applied[0][body][k] += self.reaction[body][k];
+                }
+            }
+        }
+        drive
+    }
+
+    /// Makes the increment the committed state, books its energies and tells what it did.
+    fn commit(&mut self, stage: usize, progress: f64, report: &IncrementReport, loads: Loads) -> Row {
+        let mut bodies = Vec::with_capacity(self.start.len());
+        let vector = |w: &Vector6<f64>, first: usize| Vec3::new(w[first], w[first + 1], w[first + 2]);
+        let error_before = self.ledger.error();
+        for (i, body) in self.model.bodies.iter().enumerate() {
+            let [old, new] = [self.committed.poses[i], report.poses[i]];
+            let weight = |gravity: &Vec3, pose: &Pose| {
+                let force = gravity * body.mass;
+                let moment = (pose.rotation * body.centre_of_mass).cross(&force);
+                Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+            };
+            let dead = loads.applied[i] + weight(&loads.gravity, &new);
+            let mut reaction = Vector6::zeros();
+            for k in 0..6 {
+                if loads.prescribed[i][k] {
+                    reaction[k] = -(report.contact_wrench[i][k] + dead[k]);
+                }
+            }
+            let before = self.loads.applied[i] + weight(&self.loads.gravity, &old) + self.reaction[i];
+            let (shift, turn) = motion_between(&old, &new);
+            let motion = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
+            self.ledger.external += 0.5 * (before + dead + reaction).dot(&motion);
+            self.reaction[i] = reaction;
+            bodies.push(BodyState {
+                position: new.position,
+                rotation: new.rotation.scaled_axis(),
+                displacement: new.position - self.start[i].position,
+                contact_force: vector(&report.contact_wrench[i], 0),
+                contact_moment: vector(&report.contact_wrench[i], 3),
+                reaction_force: vector(&reaction, 0),
+                reaction_moment: vector(&reaction, 3),
+            });
+        }
+        self.ledger.elastic = report.energy.elastic;
+        self.ledger.friction += report.energy.friction;
+        if report.is_snap() {
+            self.ledger.stabilisation += (self.ledger.error() - error_before).max(0.0);
+        }
+        self.committed.poses.clone_from(&report.poses);
+        self.committed.memory.clone_from(&report.memory);
+        self.increments += 1;
+        let gravity = loads.gravity;
+        self.loads = loads;
+        Row {
+            stage,
+            increment: self.increments,
+            progress,
+            bodies,
+            ledger: self.ledger,
+            gravity,
+            balance: report.balance,
+            measures: report.measures,
+            counters: report.counters,
+        }
+    }
+
+    fn describe(&self, report: &IncrementReport, done: f64) -> String {
+        let at = format!("after {:.4} of the stage: ", done);
+        at + &match &report.status {
+            StepStatus::Converged => "converged".into(),
+            StepStatus::TooClose => "a driven body would pass into another one".into(),
+            StepStatus::OutOfBalance { body, out_of_balance } => format!(
+                "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations; \
+                 it may have no equilibrium here",
+                self.model.bodies[*body].name,
+                report.history.len()
+            ),
+        }
+    }
+}
+
+impl Drive {
+    fn loads_at(&self, to: f64) -> Loads {
+        let [from, end] = &self.applied;
+        Loads {
+            prescribed: self.held.clone(),
+            applied: from.iter().zip(end).map(|(from, end)| from + (end - from) * to).collect(),
+            gravity: self.gravity[0] + (self.gravity[1] - self.gravity[0]) * to,
+            pressure: 0.0,
+        }
+    }
+
+    /// `poses` with every held component where it belongs at the share `to` of the stage, an
+    /// increment of `share` after `committed`.
+    fn driven(&self, poses: &[Pose], committed: &[Pose], share: f64, to: f64) -> Vec<Pose> {
+        (0..poses.len())
+            .map(|i| {
+                let (held, travel, from) = (&self.held[i], &self.travel[i], &self.from[i]);
+                let mut position = poses[i].position;
+                for k in (0..3).filter(|&k| held[k]) {
+                    position[k] = from.position[k] + to * travel[k];
+                }
+                let turn = Vec3::new(travel[3], travel[4], travel[5]);
+                let rotation = if held[3..] == [true; 3] {
+                    Rotation::from_scaled_axis(turn * to) * from.rotation
+                } else if held[3..] == [false; 3] {
+                    poses[i].rotation
+                } else {
+                    let (_, mut spin) = motion_between(&committed[i], &poses[i]);
+                    for k in (0..3).filter(|&k| held[3 + k]) {
+                        spin[k] = share * turn[k];
+                    }
+                    Rotation::from_scaled_axis(spin) * committed[i].rotation
+                };
+                Pose::new(position, rotation)
+            })
+            .collect()
+    }
+}
+
+fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> {
+    let (nominal, shape, volume) = match &body.shape {
+        SceneShape::Polyhedron { nominal, rounding } => {
+            let shape = RoundedBody::inset(nominal, *rounding)
+                .map_err(|e| Error::Mesh { name: body.name.clone(), message: e.to_string() })?;
+            (nominal.clone(), shape, nominal.volume())
+        }
+        SceneShape::Sphere(radius) => {
+            let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+            (Polyhedron::point(), RoundedBody::sphere(*radius), volume)
+        }
+    };
+    let size = (6.0 * volume / std::f64::consts::PI).cbrt();
+    let modulus = body.youngs_modulus / (1.0 - body.poissons_ratio.powi(2));
+    let placed = Body {
+        name: body.name.clone(),
+        kind: if body.fixed { BodyKind::Fixed } else { BodyKind::Placed },
+        stiffness: STIFFNESS_RATIO * modulus * size,
+        friction: Some(body.friction.unwrap_or(*friction)),
+        mass: body.density * volume,
+        centre_of_mass: nominal.centroid(),
+        rotation_scale: 0.5 * size,
+        nominal,
+    };
+    Ok((placed, shape))
+}

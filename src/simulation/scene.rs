@@ -1,0 +1,232 @@
+//! A case of kind `scene`: from the checked case to parameters, through the stages, into the file.
+//!
+//! [`run`] does all of it; [`parameters`], [`history_row`] and [`body_rows`] are its parts for callers
+//! that write more than `/history` and `/bodies`. The writer, if any, must be new: bodies are added
+//! to it here, every accepted increment is appended and committed; `/status` is the caller's.
+
+use std::path::Path;
+use std::time::Instant;
+
+use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, SolverCase, StageCase};
+use crate::contact::law::Friction;
+use crate::error::{Error, Result};
+use crate::geometry::Polyhedron;
+use crate::mesh::file::read_mesh;
+use crate::results::{BodyRow, HistoryRow, Writer};
+use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape};
+use crate::solver::Settings;
+use crate::tensor::{Pose, Rotation, Vec3};
+use crate::triaxial::StageEnd;
+
+/// Runs the scene of `case`. `folder` is where its mesh files are relative to. `observe` sees each
+/// accepted increment, after it was written, and says whether to go on.
+///
+/// # Errors
+/// What [`parameters`] and [`Scene::new`] refuse, and file trouble.
+pub fn run(
+    case: &Case,
+    folder: &Path,
+    mut writer: Option<&mut Writer>,
+    mut observe: impl FnMut(&Scene, &Row) -> bool,
+) -> Result<StageEnd> {
+    let mut scene = Scene::new(&parameters(case, folder)?)?;
+    if let Some(writer) = writer.as_deref_mut() {
+        let names: Vec<&str> = scene.model.bodies.iter().map(|body| body.name.as_str()).collect();
+        writer.set_bodies(&names)?;
+    }
+    let started = Instant::now();
+    let mut trouble = None;
+    let end = scene.run(|scene, row| {
+        if let Some(writer) = writer.as_deref_mut() {
+            let wall_time = started.elapsed().as_secs_f64();
+            let written =
+                writer.append(&history_row(row, wall_time), &body_rows(row)).and_then(|()| writer.commit());
+            if let Err(error) = written {
+                trouble = Some(error);
+                return false;
+            }
+        }
+        observe(scene, row)
+    });
+    trouble.map_or(Ok(end), Err)
+}
+
+/// What a scene takes from its case.
+///
+/// # Errors
+/// `Error::Usage` where the case is not a scene or asks for what a scene cannot do yet;
+/// `Error::Mesh` and `Error::Io` where a mesh file cannot be used.
+pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
+    let Geometry::Scene(scene) = &case.geometry else {
+        return Err(Error::Usage("the case has a specimen, not a scene".into()));
+    };
+    let friction = friction(case, case.contact.friction);
+    let bodies = scene.bodies.iter().map(|body| scene_body(case, body, folder)).collect::<Result<_>>()?;
+    let stages = case.stages.iter().enumerate().map(load_stage).collect::<Result<_>>()?;
+    Ok(SceneParameters {
+        bodies,
+        gravity: Vec3::from(scene.gravity),
+        friction,
+        settings: settings(&case.solver),
+        increment_range: [case.solver.increment_min, case.solver.increment_max],
+        stages,
+    })
+}
+
+/// Solver settings of a case; what it does not mention is as usual.
+pub fn settings(solver: &SolverCase) -> Settings {
+    Settings {
+        force_tolerance: solver.force_tolerance,
+        gap_tolerance: solver.gap_tolerance,
+        max_augmentations: solver.max_augmentations,
+        max_newton: solver.max_newton_iterations,
+        ..Settings::default()
+    }
+}
+
+/// The row of `/history`; a scene has no strains and stresses, so those are NaN.
+pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
+    let count = |n: usize| n as i64;
+    HistoryRow {
+        stage: count(row.stage),
+        increment: count(row.increment),
+        time: row.stage as f64 + row.progress,
+        axial_strain: f64::NAN,
+        radial_strain: f64::NAN,
+        volumetric_strain: f64::NAN,
+        axial_stress: f64::NAN,
+        confining_pressure: f64::NAN,
+        deviatoric_stress: f64::NAN,
+        mean_stress: f64::NAN,
+        void_ratio: f64::NAN,
+        coordination_number: 2.0 * row.measures.pairs as f64 / row.bodies.len().max(1) as f64,
+        sliding_fraction: row.measures.sliding_fraction,
+        failed_points: 0,
+        deleted_cells: 0,
+        fragments: 0,
+        augmentations: count(row.counters.augmentations),
+        newton_iterations: count(row.counters.newton_iterations),
+        factorisations: count(row.counters.factorisations),
+        cuts: count(row.counters.cuts),
+        wall_time,
+        out_of_balance: row.balance.out_of_balance,
+        max_penetration: row.measures.max_penetration,
+        energy_external: row.ledger.external,
+        energy_elastic: row.ledger.elastic,
+        energy_friction: row.ledger.friction,
+        energy_damage: 0.0,
+        energy_stabilisation: row.ledger.stabilisation,
+        energy_membrane: 0.0,
+        energy_error: row.ledger.error(),
+    }
+}
+
+/// The rows of `/bodies`, in the order of the scene's bodies.
+pub fn body_rows(row: &Row) -> Vec<BodyRow> {
+    row.bodies
+        .iter()
+        .map(|body| BodyRow {
+            position: body.position,
+            rotation: body.rotation,
+            displacement: body.displacement,
+            force: body.contact_force,
+            moment: body.contact_moment,
+            reaction_force: body.reaction_force,
+            reaction_moment: body.reaction_moment,
+        })
+        .collect()
+}
+
+/// The law of a body with this peak coefficient: the residual one is the case's, or the peak where
+/// that is lower.
+fn friction(case: &Case, peak: f64) -> Friction {
+    Friction {
+        peak,
+        residual: case.contact.residual_friction.min(peak),
+        weakening_distance: case.contact.weakening_distance,
+    }
+}
+
+fn scene_body(case: &Case, body: &BodyCase, folder: &Path) -> Result<SceneBody> {
+    match body.fidelity.unwrap_or(case.solver.fidelity) {
+        Fidelity::Auto | Fidelity::Rigid => {}
+        other @ (Fidelity::Condensed | Fidelity::Full) => {
+            let name = &body.name;
+            return Err(Error::Usage(format!(
+                "body {name:?}: fidelity {other:?} is not built yet for scenes; accepted: \"rigid\""
+            )));
+        }
+    }
+    let rock: &RockCase = body.rock.as_ref().unwrap_or(&case.rock);
+    let rounded = |nominal: Polyhedron| {
+        let smallest = (0..3)
+            .map(|k| {
+                let along = nominal.vertices.iter().map(|v| v[k]);
+                along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+            })
+            .fold(f64::INFINITY, f64::min);
+        let rounding = body.rounding.unwrap_or(case.contact.rounding * smallest);
+        SceneShape::Polyhedron { nominal, rounding }
+    };
+    let shape = match &body.shape {
+        ShapeCase::Box(size) => rounded(Polyhedron::cuboid(*size)?),
+        ShapeCase::Sphere(radius) => SceneShape::Sphere(*radius),
+        ShapeCase::Polyhedron(points) => {
+            let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
+            rounded(Polyhedron::convex_hull(&points)?)
+        }
+        ShapeCase::Mesh(file) => {
+            let mesh = read_mesh(&folder.join(file))?;
+            let hull = mesh.convex_hull()?;
+            if !((hull.volume() - mesh.volume()).abs() < 1e-6 * hull.volume()) {
+                return Err(Error::Mesh {
+                    name: file.clone(),
+                    message: "is not convex; rigid bodies of a scene have to be, for now".into(),
+                });
+            }
+            rounded(hull)
+        }
+    };
+    Ok(SceneBody {
+        name: body.name.clone(),
+        shape,
+        pose: Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation))),
+        density: rock.density,
+        youngs_modulus: rock.youngs_modulus.mean,
+        poissons_ratio: rock.poissons_ratio.mean,
+        friction: body.friction.map(|peak| friction(case, peak)),
+        fixed: body.fixed,
+    })
+}
+
+fn load_stage((index, stage): (usize, &StageCase)) -> Result<LoadStage> {
+    match stage {
+        StageCase::Load { increments, bodies, gravity } => Ok(LoadStage {
+            increments: *increments,
+            bodies: bodies
+                .iter()
+                .map(|(name, load)| {
+                    let load = BodyLoad {
+                        displacement: load.displacement,
+                        rotation: load.rotation,
+                        force: load.force,
+                        moment: load.moment,
+                    };
+                    (name.clone(), load)
+                })
+                .collect(),
+            gravity: gravity.map(Vec3::from),
+        }),
+        StageCase::Hold { increments } => Ok(LoadStage { increments: *increments, ..LoadStage::default() }),
+        StageCase::Consolidate { .. }
+        | StageCase::Shear { .. }
+        | StageCase::Unload { .. }
+        | StageCase::Reload { .. }
+        | StageCase::Oedometer { .. }
+        | StageCase::ConstantVolume { .. }
+        | StageCase::ConstantP { .. } => Err(Error::Usage(format!(
+            "$.stages[{index}].kind: a scene has no stage {:?}; accepted: \"load\", \"hold\"",
+            stage.kind()
+        ))),
+    }
+}
