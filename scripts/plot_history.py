@@ -56,22 +56,26 @@ def draw_curves(files):
     )
     drawn = 0
     for at, results in enumerate(files):
-        rows = results.shear_rows()
+        rows, consolidated = results.shear_rows()
         strain = 100 * results.history["axial_strain"][rows]
         q = results.history["deviatoric_stress"][rows] / 1e6
         volume = 100 * results.history["volumetric_strain"][rows]
         if not len(strain):
             print(f"{results.path}: has no increments yet; left out", file=sys.stderr)
             continue
-        # Strains are drawn from the start of shearing, as laboratories report them.
-        strain, volume = strain - strain[0], volume - volume[0]
+        if consolidated:
+            # From the start of shearing, as laboratories report strains.
+            strain, volume = strain - strain[0], volume - volume[0]
+        drawn += 1
         style = {"color": COLOURS[at % len(COLOURS)], "linestyle": STYLES[at % len(STYLES)]}
         top.plot(strain, q, label=label_of(results), **style)
         bottom.plot(strain, volume, **style)
+        if not numpy.isfinite(q).any():
+            continue
         peak = int(numpy.nanargmax(q))
         top.plot(strain[peak], q[peak], "o", markersize=5, color=style["color"])
         top.annotate(
-            f"{q[peak]:.2f} MPa at {strain[peak]:.1f} %",
+            f"{q[peak]:.3g} MPa at {strain[peak]:.3g} %",
             (strain[peak], q[peak]),
             xytext=(0, 7),
             textcoords="offset points",
@@ -79,7 +83,6 @@ def draw_curves(files):
             fontsize=8.5,
             color=style["color"],
         )
-        drawn += 1
     top.set_ylabel("deviatoric stress  q  [MPa]")
     top.set_ylim(bottom=min(0, top.get_ylim()[0]), top=1.06 * top.get_ylim()[1])
     top.set_xlim(left=0)
@@ -87,7 +90,7 @@ def draw_curves(files):
     bottom.set_xlabel("axial strain  [%]")
     bottom.axhline(0, color="#555555", linewidth=0.8)
     if drawn:
-        top.legend(loc="lower right", fontsize=9)
+        top.legend(loc="best", fontsize=9)
     figure.align_ylabels()
     return figure
 
@@ -98,7 +101,7 @@ def draw_energies(files):
         1, len(files), figsize=(1.2 + 4.6 * len(files), 4.2), sharey=True, squeeze=False, layout="constrained"
     )
     for ax, results in zip(axes[0], files):
-        rows = results.shear_rows()
+        rows, consolidated = results.shear_rows()
         strain = 100 * results.history["axial_strain"][rows]
         parts = [numpy.nan_to_num(results.history[name][rows]) for name, _, _ in ENERGIES]
         total = numpy.sum(parts, axis=0)
@@ -108,7 +111,7 @@ def draw_energies(files):
         if not started.any():
             ax.text(0.5, 50, "no energy booked yet", ha="center", transform=ax.get_xaxis_transform())
             continue
-        strain = strain[started] - strain[0]
+        strain = strain[started] - (strain[0] if consolidated else 0)
         shares = [100 * part[started] / total[started] for part in parts]
         # A part that never reaches a thousandth would only clutter the legend.
         shown = [at for at, share in enumerate(shares) if share.max() > 0.1]

@@ -199,7 +199,7 @@ def caption(results, state):
     return f"axial strain {100 * results.history['axial_strain'][at[0]]:.2f} %"
 
 
-def draw(results, states, name, hidden_parts, cut, limits):
+def draw(results, states, name, hidden_parts, cut, limits, longer_side):
     surfaces = [surface(results, state, hidden_parts, cut) for state in states]
     shown = numpy.concatenate([points[numpy.unique(triangles)] for points, triangles, _ in surfaces])
     # Extents on the picture's axes, so that it is filled.
@@ -210,8 +210,7 @@ def draw(results, states, name, hidden_parts, cut, limits):
     low, high = seen.min(axis=0), seen.max(axis=0)
     wide, tall, _ = 1.04 * (high - low)
     view = (axes, 0.5 * (low + high), tall)
-    height = 1000
-    pixels = (int(height * wide / tall), height)
+    pixels = (max(1, round(longer_side * min(1, wide / tall))), max(1, round(longer_side * min(1, tall / wide))))
     if name != "grain" and limits is None:
         everything = []
         for (_, triangles, owners), state in zip(surfaces, states):
@@ -224,8 +223,8 @@ def draw(results, states, name, hidden_parts, cut, limits):
         rgb = colours_of(results, state, name, triangles, owners, limits)
         two_sided = results.cell_data("grain", state)[owners] < 0
         pictures.append(render(points, triangles, two_sided, rgb, pixels, view))
-    inches = 5.6
-    width = inches * pixels[0] / pixels[1]
+    inches = 5.6 * pixels[1] / max(pixels)
+    width = 5.6 * pixels[0] / max(pixels)
     bar = 0 if name == "grain" else 0.9
     figure = plt.figure(figsize=(width * len(states) + bar, inches + 0.45))
     full = width * len(states) + bar
@@ -252,6 +251,7 @@ def main():
     parser.add_argument("--range", type=float, nargs=2, metavar=("LOW", "HIGH"), help="limits of the colours, in the unit shown")
     parser.add_argument("--hide", nargs="*", default=["membrane"], metavar="PART", help="parts to leave out (default: membrane)")
     parser.add_argument("--cut", action="store_true", help="take the front half of the grains away")
+    parser.add_argument("--size", type=int, default=1000, help="pixels of a picture's longer side (default: 1000)")
     options = parser.parse_args()
     try:
         with Results(options.file) as results:
@@ -260,8 +260,8 @@ def main():
                 if not -count <= state < count:
                     raise ResultsError(f"{options.file}: no state {state}; there are {count}")
             limits = tuple(options.range) if options.range else None
-            figure = draw(results, options.state, options.colour, options.hide, options.cut, limits)
-        figure.savefig(options.out, dpi=180, facecolor="white")
+            figure = draw(results, options.state, options.colour, options.hide, options.cut, limits, options.size)
+        figure.savefig(options.out, dpi=max(60, 0.18 * options.size), facecolor="white")
     except (ResultsError, OSError) as error:
         sys.exit(f"plot_specimen: {error}")
     print(options.out)

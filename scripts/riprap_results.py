@@ -11,6 +11,7 @@ A file whose writer was killed in the middle of a write is put back to its last 
 
 import os
 import struct
+import time
 import zlib
 
 import h5py
@@ -97,17 +98,27 @@ class Results:
         if not os.path.exists(self.path):
             raise ResultsError(f"{self.path}: no such file")
         recover(self.path)
+        self.live = False
         try:
-            self.file = h5py.File(self.path, "r")
-        except BlockingIOError:
-            # Its run goes on: read it as of its last commit.
-            self.file = h5py.File(self.path, "r", locking=False)
+            self.file = self._open()
         except OSError as error:
             raise ResultsError(f"{self.path}: {error}") from error
         if "history" not in self.file or "case" not in self.file:
             self.file.close()
             raise ResultsError(f"{self.path}: has no /history and /case; is it a results file of riprap?")
         self.history = History(self.file["history"])
+
+    def _open(self):
+        try:
+            return h5py.File(self.path, "r")
+        except BlockingIOError:
+            self.live = True
+        # Its run goes on: read it as of its last commit, not in the midst of one.
+        for _ in range(100):
+            if not os.path.exists(f"{self.path}.journal"):
+                break
+            time.sleep(0.01)
+        return h5py.File(self.path, "r", locking=False)
 
     def __enter__(self):
         return self
@@ -121,9 +132,10 @@ class Results:
 
     @property
     def status(self):
-        """`running`, `finished`, `interrupted` or `stopped`, and the reason."""
+        """`running`, `finished`, `interrupted`, `stopped` or `killed`, and the reason."""
         status = self.file["status"]
-        return status.asstr()[()], status.attrs["reason"]
+        text = status.asstr()[()]
+        return "killed" if text == "running" and not self.live else text, status.attrs["reason"]
 
     @property
     def stages(self):
@@ -132,15 +144,19 @@ class Results:
         return text.split("\n") if text else []
 
     def shear_rows(self):
-        """The rows of the history that belong to the main stages: all behind the leading consolidation."""
+        """Rows of the stages behind the leading consolidation, led by its last row where there is one, and whether so."""
         leading = 0
         for kind in self.stages:
             if kind != "consolidate":
                 break
             leading += 1
         stage = self.history["stage"]
-        rows = stage >= leading
-        return rows if rows.any() else numpy.ones(len(stage), dtype=bool)
+        rows = numpy.flatnonzero(stage >= leading)
+        if not len(rows):
+            return numpy.arange(len(stage)), False
+        if rows[0] > 0:
+            return numpy.concatenate([[rows[0] - 1], rows]), True
+        return rows, False
 
     @property
     def states(self):

@@ -93,6 +93,18 @@ fn the_committed_schema_is_current() {
     assert!(committed == current, "cases/riprap.schema.json is stale: run this test with RIPRAP_REWRITE=1");
 }
 
+/// The source's full-size specimen has 3783 grains; its grading is printed as a chart only, so that the
+/// case's figures are ours. Tolerance: the 5 % within which a case's own size and number must agree.
+#[test]
+fn the_full_size_has_about_the_grains_of_the_source() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/shuibuya/p0800_3783.json");
+    let case = riprap::case::read(&file).and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}"));
+    let estimate = case.estimate();
+    println!("{estimate}");
+    assert!((estimate.grains as f64 / 3783.0 - 1.0).abs() < 0.05, "{} grains", estimate.grains);
+    assert_eq!(estimate.cells, 38 * estimate.grains);
+}
+
 /// The part of JSON Schema that the case's schema uses, `pattern` (an editor's business) apart.
 fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
     let refuse = |what: &str| Err(format!("{path}: {what}: {value}"));

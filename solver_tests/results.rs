@@ -150,11 +150,11 @@ fn case_record() -> CaseRecord {
 fn write_small_file(path: &Path) -> FieldMesh {
     let mesh = block_of_grains([2, 1, 1]);
     let mut writer = Writer::create(path, &case_record(), Existing::Refuse).expect("a new file");
-    writer.write_mesh(&mesh).expect("mesh");
+    writer.set_mesh(mesh.clone()).expect("mesh");
     writer
         .write_table("grains", &[Column::floats("volume", "m3", "volume of the grain", vec![1e-6, 1e-6])])
         .expect("grains");
-    writer.add_bodies(&["left", "right"]).expect("bodies");
+    writer.set_bodies(&["left", "right"]).expect("bodies");
     let mut state = 0;
     for increment in 0..=12 {
         if increment > 0 {
@@ -266,7 +266,7 @@ fn vtk_reads_after_each_state() {
     let mesh = block_of_grains([2, 1, 1]);
     let path = dir.path().join("growing.h5");
     let mut writer = Writer::create(&path, &case_record(), Existing::Refuse).expect("a new file");
-    writer.write_mesh(&mesh).expect("mesh");
+    writer.set_mesh(mesh.clone()).expect("mesh");
     let mut copies = Vec::new();
     for state in 0..3 {
         writer.save_state(&Fields::new(&mesh, state).at(state)).expect("state");
@@ -283,7 +283,7 @@ for count, path in enumerate(sys.argv[1:], 1):
     reader = vtkHDFReader()
     reader.SetFileName(path)
     reader.UpdateInformation()
-    assert reader.GetNumberOfSteps() == count
+    assert reader.GetNumberOfSteps() == count, (reader.GetNumberOfSteps(), count, path)
     reader.SetStep(count - 1)
     reader.Update()
     assert reader.GetOutputDataObject(0).GetNumberOfCells() == 13
@@ -379,6 +379,26 @@ fn existing_file_is_kept_unless_replaced() {
 }
 
 #[test]
+fn dropping_a_writer_does_not_commit() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("dropped.h5");
+    let mesh = block_of_grains([2, 1, 1]);
+    let mut writer = Writer::create(&path, &case_record(), Existing::Refuse).expect("a new file");
+    writer.set_mesh(mesh.clone()).expect("mesh");
+    writer.append(&history_row(1), &[]).expect("row");
+    writer.commit().expect("commit");
+    let committed = std::fs::metadata(&path).expect("file").len();
+    writer.append(&history_row(2), &[]).expect("row");
+    writer.save_state(&Fields::new(&mesh, 1).at(2)).expect("state");
+    writer.save_restart(2, &[1; 100_000]).expect("restart");
+    drop(writer);
+    assert_eq!(std::fs::metadata(&path).expect("file").len(), committed);
+    assert!(!journal::path_of(&path).exists());
+    let summary = Summary::of(&Reader::open(&path).expect("opens")).expect("summary");
+    assert_eq!((summary.increments, summary.states.len(), summary.restart_increment), (1, 0, None));
+}
+
+#[test]
 fn foreign_and_damaged_files_are_errors() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("bad.h5");
@@ -416,7 +436,8 @@ fn python_reader_rolls_back_as_riprap_does() {
     let program = "import sys, riprap_results\n\
         with riprap_results.Results(sys.argv[1]) as results: print(len(results.history), len(results.states))";
     for whole_journal in [true, false] {
-        journal::write(&path, good.len() as u64, &[(4096, 1000)]).expect("journal");
+        let snapshot = journal::snapshot(&path, good.len() as u64, &[(4096, 1000)]).expect("snapshot");
+        journal::write(&path, &snapshot).expect("journal");
         if whole_journal {
             let mut torn = good.clone();
             torn[..2000].fill(0);
@@ -455,7 +476,7 @@ fn scripts_draw_their_pictures() {
     };
     draw("plot_history.py", &[], "curves.png");
     draw("plot_history.py", &["--energy"], "energies.png");
-    draw("plot_specimen.py", &["--state", "0", "-1", "--colour", "damage"], "specimen.png");
+    draw("plot_specimen.py", &["--state", "0", "-1", "--colour", "damage", "--size", "200"], "specimen.png");
     let missing = Command::new(&python)
         .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/plot_history.py"))
         .args(["nowhere.h5", "--out", "x.png"])
@@ -474,19 +495,43 @@ fn child_writes_without_end() {
     let limit: usize =
         std::env::var("RIPRAP_TEST_ROWS").ok().and_then(|rows| rows.parse().ok()).unwrap_or(1_000_000);
     let mesh = block_of_grains([6, 6, 6]);
+    let path = PathBuf::from(path);
     let write = || -> riprap::error::Result<()> {
-        let mut writer = Writer::create(Path::new(&path), &case_record(), Existing::Replace)?;
-        writer.write_mesh(&mesh)?;
-        writer.add_bodies(&["left"])?;
-        for increment in 1..=limit {
+        let (mut writer, done) = match path.exists() && std::env::var("RIPRAP_TEST_RESUME").is_ok() {
+            true => {
+                let (writer, restart) = Writer::resume(&path)?;
+                (writer, restart.rows)
+            }
+            false => {
+                let mut writer = Writer::create(&path, &case_record(), Existing::Replace)?;
+                writer.set_bodies(&["left"])?;
+                writer.save_restart(0, &[])?;
+                writer.commit()?;
+                (writer, 0)
+            }
+        };
+        writer.set_mesh(mesh.clone())?;
+        for increment in done + 1..=limit {
             writer.append(&history_row(increment), &[body_row(increment)])?;
             if increment % 10 == 0 {
-                writer.save_state(&Fields::new(&mesh, increment / 10).at(increment))?;
+                let state = writer.save_state(&Fields::new(&mesh, increment / 10).at(increment))?;
+                let table = [Column::integers(
+                    "first",
+                    "first grain",
+                    (0..1000).map(|n| n * increment as i64).collect(),
+                )];
+                writer.write_table(&format!("contacts/{state}"), &table)?;
                 writer.save_restart(increment as u64, &vec![(increment % 251) as u8; 200_000 + increment])?;
             }
-            writer.commit()?;
+            if let Err(error) = writer.commit() {
+                assert!(
+                    writer.finish(Outcome::Stopped, "as a run would", 0).is_err(),
+                    "no commit after a failed one"
+                );
+                return Err(error);
+            }
         }
-        Ok(())
+        writer.finish(Outcome::Finished, "", limit as u64)
     };
     if let Err(error) = write() {
         eprintln!("ERROR {error}");
@@ -494,14 +539,18 @@ fn child_writes_without_end() {
     }
 }
 
-fn spawn_child(path: &Path) -> Child {
-    Command::new(std::env::current_exe().expect("this test"))
+fn child(path: &Path) -> Command {
+    let mut command = Command::new(std::env::current_exe().expect("this test"));
+    command
         .args(["child_writes_without_end", "--exact", "--ignored", "--nocapture"])
         .env("RIPRAP_TEST_FILE", path)
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("a child process")
+        .stderr(Stdio::null());
+    command
+}
+
+fn spawn_child(path: &Path) -> Child {
+    child(path).spawn().expect("a child process")
 }
 
 fn wait_for(what: &str, mut ready: impl FnMut() -> bool) {
@@ -558,6 +607,53 @@ fn killed_writer_leaves_its_last_commit() {
 }
 
 #[test]
+fn run_killed_again_and_again_ends_as_an_uninterrupted_one() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let (killed, whole) = (dir.path().join("killed.h5"), dir.path().join("whole.h5"));
+    let rows = "150";
+    for kill in 0..5_u64 {
+        let mut running = child(&killed)
+            .env("RIPRAP_TEST_ROWS", rows)
+            .env("RIPRAP_TEST_RESUME", "1")
+            .spawn()
+            .expect("a child process");
+        wait_for("the child's file", || killed.exists());
+        std::thread::sleep(Duration::from_micros(60_000 + (kill * 48_271) % 90_000));
+        running.kill().expect("kill");
+        running.wait().expect("end of the child");
+    }
+    for path in [&killed, &whole] {
+        let mut running = child(path);
+        let ended = running.env("RIPRAP_TEST_ROWS", rows).env("RIPRAP_TEST_RESUME", "1").status();
+        assert!(ended.expect("runs").success());
+    }
+    let (a, b) = (Reader::open(&whole).expect("opens"), Reader::open(&killed).expect("opens"));
+    assert_eq!(a.members("contacts").expect("names"), b.members("contacts").expect("names"));
+    for name in [
+        "history/increment",
+        "history/axial_strain",
+        "bodies/left/position",
+        "contacts/0/first",
+        "contacts/14/first",
+        "VTKHDF/Points",
+        "VTKHDF/Connectivity",
+        "VTKHDF/PointData/displacement",
+        "VTKHDF/CellData/damage",
+        "VTKHDF/CellData/stress",
+        "VTKHDF/Steps/Values",
+        "VTKHDF/Steps/PointDataOffsets/displacement",
+    ] {
+        let (of_whole, of_killed) = (a.floats(name).expect("numbers"), b.floats(name).expect("numbers"));
+        assert!(of_whole == of_killed && !of_whole.is_empty(), "{name} differs");
+    }
+    assert_eq!(
+        a.restart().expect("restart").map(|r| r.bytes),
+        b.restart().expect("restart").map(|r| r.bytes)
+    );
+    assert_eq!(a.status().expect("status"), b.status().expect("status"));
+}
+
+#[test]
 fn locked_file_is_refused_to_writers_and_open_to_readers() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("locked.h5");
@@ -585,7 +681,7 @@ fn resumed_file_equals_an_uninterrupted_one() {
     let mesh = block_of_grains([2, 1, 1]);
     let go_on = |writer: &mut Writer, from: usize, to: usize| {
         for increment in from..=to {
-            writer.append(&history_row(increment), &[body_row(increment)]).expect("row");
+            writer.append(&history_row(increment), &[body_row(increment), body_row(0)]).expect("row");
             if increment % 4 == 0 {
                 writer.save_state(&Fields::new(&mesh, increment / 4).at(increment)).expect("state");
                 writer.save_grains(&[grain_row(0, increment), grain_row(1, increment)]).expect("grains");
@@ -598,8 +694,9 @@ fn resumed_file_equals_an_uninterrupted_one() {
     };
     let begin = |path: &Path| {
         let mut writer = Writer::create(path, &case_record(), Existing::Refuse).expect("a new file");
-        writer.write_mesh(&mesh).expect("mesh");
-        writer.add_bodies(&["left"]).expect("bodies");
+        writer.set_mesh(mesh.clone()).expect("mesh");
+        // Not in alphabetical order, and not to be put into it.
+        writer.set_bodies(&["wedge", "base"]).expect("bodies");
         writer
     };
     let whole = dir.path().join("whole.h5");
@@ -612,9 +709,13 @@ fn resumed_file_equals_an_uninterrupted_one() {
     let mut writer = begin(&parts);
     go_on(&mut writer, 1, 10);
     // More that was never committed.
-    writer.append(&history_row(11), &[body_row(11)]).expect("row");
+    writer.append(&history_row(11), &[body_row(11), body_row(0)]).expect("row");
     drop(writer);
     let (mut writer, restart) = Writer::resume(&parts).expect("resumes");
+    assert!(writer.set_bodies(&["base", "wedge"]).is_err(), "other bodies are refused");
+    writer.set_bodies(&["wedge", "base"]).expect("the same bodies");
+    assert!(writer.set_mesh(block_of_grains([1, 1, 1])).is_err(), "another mesh is refused");
+    writer.set_mesh(mesh.clone()).expect("the same mesh");
     assert_eq!((restart.increment, restart.rows, restart.states), (8, 8, 2));
     assert_eq!(restart.bytes, 8_usize.to_le_bytes());
     go_on(&mut writer, 9, 13);
@@ -629,7 +730,8 @@ fn resumed_file_equals_an_uninterrupted_one() {
     for name in [
         "history/increment",
         "history/axial_strain",
-        "bodies/left/position",
+        "bodies/wedge/position",
+        "bodies/base/position",
         "grains/position",
         "contacts/4/first",
         "VTKHDF/PointData/displacement",
@@ -658,6 +760,7 @@ fn full_disk_is_an_error_and_keeps_what_was_committed() {
         .expect("sh runs");
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(4), "an error, not a panic or a signal: {errors}");
+    assert!(!journal::path_of(&path).exists(), "put back by the writer itself");
     assert!(errors.contains("full.h5") && errors.contains("may not grow further"), "{errors}");
     let reader = Reader::open(&path).expect("opens");
     let summary = Summary::of(&reader).expect("everything can be read");

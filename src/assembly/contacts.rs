@@ -21,6 +21,10 @@ pub struct TooClose {
 /// Cores may not come closer than this share of the sum of their rounding radii.
 const CORE_FLOOR: f64 = 0.2;
 
+/// Margin of the broad phase and of a pair's list of features, over the smallest rounding radius.
+const BROAD_MARGIN: f64 = 4.0;
+const SKIN: f64 = 0.6;
+
 /// One contact point in the present configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactPoint {
@@ -33,6 +37,7 @@ pub struct ContactPoint {
 #[derive(Debug, Clone)]
 pub struct PairWork {
     features: PairFeatures,
+    skin: f64,
     stiffness: f64,
     /// Friction coefficient in force.
     pub coefficient: f64,
@@ -61,8 +66,12 @@ impl PairWork {
 
     fn evaluate(&mut self, model: &Model, kinematics: &[Kinematics], corners: &[Vec<Vec3>]) {
         let PairWork { features, stiffness, coefficient, carried, points, nearest, .. } = self;
-        let (a, b) = (features.a as usize, features.b as usize);
         points.clear();
+        *nearest = f64::INFINITY;
+        if features.is_empty() {
+            return;
+        }
+        let (a, b) = (features.a as usize, features.b as usize);
         let shapes = [&model.shapes[a], &model.shapes[b]];
         let reach = carried.points.iter().map(|p| p.offset).fold(0.0, f64::max);
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
@@ -79,6 +88,7 @@ impl PairWork {
                 friction: *coefficient,
                 offset: memory.map_or(0.0, |m| m.offset),
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
+                pressure_before: memory.map_or(0.0, |m| m.pressure),
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
             };
@@ -123,9 +133,6 @@ impl Contacts {
 
     /// Evaluates every contact at `poses`, searching anew where bodies have moved far enough.
     pub fn evaluate(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) -> Result<(), TooClose> {
-        if !self.neighbours.is_valid(&model.shapes, poses) {
-            self.search(model, committed, poses);
-        }
         self.kinematics.clear();
         self.kinematics.extend(poses.iter().zip(&committed.poses).map(|(now, old)| Kinematics {
             position: now.position,
@@ -138,8 +145,16 @@ impl Contacts {
             corners.clear();
             corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
         }
+        if !self.neighbours.is_valid(&model.shapes, poses) {
+            self.search(model, committed, poses);
+        }
         let (kinematics, corners) = (&self.kinematics, &self.corners);
-        self.pairs.par_iter_mut().for_each(|pair| pair.evaluate(model, kinematics, corners));
+        self.pairs.par_iter_mut().for_each(|pair| {
+            if !pair.features.is_valid(&model.shapes, poses) {
+                pair.features = PairFeatures::list(&model.shapes, corners, poses, pair.key(), pair.skin);
+            }
+            pair.evaluate(model, kinematics, corners);
+        });
         for pair in &self.pairs {
             let (a, b) = (pair.a(), pair.b());
             let floor = CORE_FLOOR * (model.shapes[a].rounded.radius + model.shapes[b].rounded.radius);
@@ -172,27 +187,27 @@ impl Contacts {
     }
 
     fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
-        let skin = 0.8 * model.smallest_rounding();
+        let margin = BROAD_MARGIN * model.smallest_rounding();
         let held =
             |i: usize| !model.bodies[i].stiffness.is_finite() || model.bodies[i].kind == BodyKind::Fixed;
-        self.neighbours = Neighbours::find(&model.shapes, poses, skin, |a, b| held(a) && held(b));
+        self.neighbours = Neighbours::find(&model.shapes, poses, margin, |a, b| held(a) && held(b));
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =
             std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
+        let skin = SKIN * model.smallest_rounding();
         self.pairs = self
             .neighbours
             .pairs
-            .iter()
-            .map(|features| {
-                let key = (features.a, features.b);
-                let (a, b) = (features.a as usize, features.b as usize);
-                if let Some(mut pair) = old.remove(&key) {
-                    pair.features = features.clone();
-                    return pair;
+            .par_iter()
+            .map(|key| {
+                if let Some(pair) = old.get(key) {
+                    return pair.clone();
                 }
-                let carried = committed.memory.get(&key).cloned().unwrap_or_default();
+                let (a, b) = (key.0 as usize, key.1 as usize);
+                let carried = committed.memory.get(key).cloned().unwrap_or_default();
                 PairWork {
-                    features: features.clone(),
+                    features: PairFeatures::list(&model.shapes, &self.corners, poses, *key, skin),
+                    skin,
                     stiffness: model.contact_stiffness(a, b),
                     coefficient: model.friction_between(a, b).coefficient(carried.slip),
                     carried,
@@ -202,6 +217,7 @@ impl Contacts {
                 }
             })
             .collect();
+        old.clear();
     }
 
     /// Every active contact point with its pair.
@@ -227,17 +243,13 @@ impl Contacts {
             let (mut slip, mut force) = (0.0, 0.0);
             for point in pair.active() {
                 let e = &point.evaluation;
-                let stretch = if e.tangential_stiffness > 0.0 {
-                    e.friction / e.tangential_stiffness
-                } else {
-                    Vec3::zeros()
-                };
                 slip += e.slip() * e.pressure;
                 force += e.pressure;
                 points.push(PointMemory {
                     feature: point.site.feature,
                     offset: point.state.offset,
-                    stretch,
+                    stretch: e.stretch,
+                    pressure: e.pressure,
                     elastic: point.state.elastic,
                 });
             }

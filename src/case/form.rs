@@ -116,7 +116,7 @@ impl Range {
             unit => format!(" {unit}"),
         };
         let low = if self.above { "above" } else { "from" };
-        let high = if self.below { "below" } else { "up to" };
+        let high = if self.below { "to below" } else { "up to" };
         format!("{low} {} {high} {}{unit}", plain(self.low), plain(self.high))
     }
 }

@@ -4,6 +4,9 @@ use crate::error::Fault;
 
 use super::types::*;
 
+/// Nominal increments of every consolidation.
+const CONSOLIDATION_INCREMENTS: usize = 10;
+
 /// Parts of a sound case that cannot be run yet, each with its path and what can.
 pub fn unsupported(case: &Case) -> Vec<Fault> {
     let mut faults = vec![];
@@ -36,6 +39,10 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 let problem = format!("a {name} membrane is not built yet");
                 refuse("$.membrane.kind", &format!("\"{name}\""), &problem, "\"pressure\"");
             }
+            if case.solver.fidelity == Fidelity::Condensed {
+                let problem = "specimens of condensed grains are not built yet";
+                refuse("$.solver.fidelity", "\"condensed\"", problem, "\"auto\", \"rigid\"");
+            }
         }
         Geometry::Scene(scene) => {
             for (i, body) in scene.bodies.iter().enumerate() {
@@ -49,21 +56,36 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
         }
     }
+    if case.solver.increment_max != 1.0 {
+        let problem = "increments that grow beyond the stage's are not built yet";
+        refuse("$.solver.increment_max", &case.solver.increment_max.to_string(), problem, "1");
+    }
     for (i, stage) in case.stages.iter().enumerate() {
+        let path = format!("$.stages[{i}]");
         match stage {
-            StageCase::Consolidate { .. }
-            | StageCase::Shear { .. }
-            | StageCase::Hold { .. }
-            | StageCase::Load { .. } => {}
-            StageCase::Unload { .. }
+            StageCase::Consolidate { axial_pressure, radial_pressure, .. }
+                if axial_pressure != radial_pressure =>
+            {
+                let problem = "anisotropic consolidation is not built yet";
+                let accepted = format!("the radial_pressure, {radial_pressure}");
+                refuse(&format!("{path}.axial_pressure"), &axial_pressure.to_string(), problem, &accepted);
+            }
+            StageCase::Consolidate { increments, .. } if *increments != CONSOLIDATION_INCREMENTS => {
+                let problem = "a choice of increments is not built yet";
+                let accepted = CONSOLIDATION_INCREMENTS.to_string();
+                refuse(&format!("{path}.increments"), &increments.to_string(), problem, &accepted);
+            }
+            StageCase::Consolidate { .. } | StageCase::Shear { .. } | StageCase::Load { .. } => {}
+            StageCase::Hold { .. }
+            | StageCase::Unload { .. }
             | StageCase::Reload { .. }
             | StageCase::Oedometer { .. }
             | StageCase::ConstantVolume { .. }
             | StageCase::ConstantP { .. } => {
                 let kind = stage.kind();
                 let problem = format!("a stage \"{kind}\" is not built yet");
-                let accepted = "\"consolidate\", \"shear\", \"hold\", \"load\"";
-                refuse(&format!("$.stages[{i}].kind"), &format!("\"{kind}\""), &problem, accepted);
+                let accepted = "\"consolidate\", \"shear\", \"load\"";
+                refuse(&format!("{path}.kind"), &format!("\"{kind}\""), &problem, accepted);
             }
         }
     }

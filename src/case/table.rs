@@ -400,12 +400,12 @@ static SOLVER: &[Key] = &[
         "1e-5",
         "Overlap allowed in an accepted state over the grain size.",
     ),
-    Key::default("max_augmentations", Count(1, 100_000), "60", "Augmentations before an increment is cut."),
-    Key::default("max_newton_iterations", Count(1, 10_000), "40", "Newton iterations in an augmentation."),
+    Key::default("max_augmentations", Count(1, 100_000), "150", "Augmentations before an increment is cut."),
+    Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in an augmentation."),
     Key::default(
         "increment_min",
         Quantity(Dimension::None, positive(1.0)),
-        "1e-3",
+        "1e-2",
         "Smallest cut of an increment, as a share of the stage's increment.",
     ),
     Key::default(

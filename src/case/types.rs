@@ -1,4 +1,4 @@
-//! The checked case: plain data in SI. What stands here was found sound by [`super::check`].
+//! The checked case: plain data in SI. What stands here was found sound by `RawCase::check`.
 //!
 //! Tension is positive except where a field says otherwise: pressures and axial strains of the
 //! stages count compression positive, as in soil mechanics.

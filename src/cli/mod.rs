@@ -1,4 +1,60 @@
-//! (being built)
-pub fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+//! The `riprap` command: arguments in, exit code out. The only room that prints.
+//!
+//! Results for people and machines go to standard output, progress and errors to standard error
+//! (`--progress json` to standard output).
+
+mod arguments;
+mod commands;
+mod exit;
+mod interrupt;
+mod progress;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use exit::{Ending, Failure};
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(message) => {
+            // Help and version are no errors. A closed pipe is nobody's fault.
+            let _ = message.print();
+            return if message.use_stderr() { Ending::BadInput.into() } else { Ending::Done.into() };
+        }
+    };
+    let ended = match &arguments.command {
+        Command::Run(run) => commands::run(run),
+        Command::Check(check) => commands::check(check),
+        Command::Specimen(specimen) => commands::specimen(specimen),
+        Command::Info(info) => commands::info(info),
+        Command::Export(export) => commands::export(export),
+        Command::Schema => commands::schema(),
+    };
+    match ended {
+        Ok(ending) => ending.into(),
+        Err(Failure { error, ending }) => {
+            complain(&error.to_string());
+            ending.into()
+        }
+    }
+}
+
+/// A line on standard output; a closed pipe is no error.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{text}");
+}
+
+/// An error on standard error.
+fn complain(text: &str) {
+    note(&format!("riprap: {text}"));
+}
+
+/// A line on standard error.
+fn note(text: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

@@ -2,8 +2,9 @@
 //!
 //! Normal part: `-d/dq [ w k (psi(overlap + offset) - psi(offset)) ]`, weight gradient included,
 //! with `offset` the multiplier in units of length (zero for a plain spring). Friction: the trial
-//! force `k_t w (stretch - slide)` is returned smoothly onto the disc of radius `mu w p`, `p` being
-//! the normal force of the same configuration (implicit, never lagged).
+//! force `k_t w (stretch - slide)` is bent smoothly onto the disc of radius `mu w p`, `p` being the
+//! normal force of the same configuration (implicit, never lagged). The bend is elastic; only what
+//! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing.
 
 use crate::contact::features::{LinePair, Site, closest_points};
 use crate::contact::law::ContactLaw;
@@ -36,6 +37,8 @@ pub struct PointState {
     /// Tangential stretch carried over [m], in space; times the tangential stiffness it is the
     /// friction force at no further slide, on `b`.
     pub stretch: Vec3,
+    /// Normal force at the start of the step [N], for the work of friction.
+    pub pressure_before: f64,
     /// Elastic displacement of `b`'s surface relative to `a`'s here [m], in space.
     pub elastic: Vec3,
     /// The part of it that came since the last accepted increment [m].
@@ -57,11 +60,12 @@ pub struct Evaluation {
     pub pressure: f64,
     /// Friction force on `b` [N].
     pub friction: Vec3,
-    /// Tangential stretch before the return [m]; the friction is the tangential stiffness times
-    /// what remains of it.
+    /// Tangential stretch had nothing slipped [m].
     pub trial_stretch: Vec3,
-    /// `k_t w` [N/m].
-    pub tangential_stiffness: f64,
+    /// What is left of it when the excess over the bound has slipped [m].
+    pub stretch: Vec3,
+    /// Energy stored in the tangential stretch [J].
+    pub tangential_energy: f64,
     /// Energy of the normal part [J].
     pub energy: f64,
     /// Force and moment about the body's reference point on `a`, then on `b` [N, N m].
@@ -73,29 +77,17 @@ impl Evaluation {
         self.pressure > 0.0
     }
 
-    /// Slip since the last accepted increment [m].
+    /// Slip in the step [m].
     pub fn slip(&self) -> f64 {
-        let kept = if self.tangential_stiffness > 0.0 {
-            self.friction / self.tangential_stiffness
-        } else {
-            Vec3::zeros()
-        };
-        (self.trial_stretch - kept).norm()
+        (self.trial_stretch - self.stretch).norm()
     }
 
-    /// Work of friction lost since the last accepted increment [J]: the force times the slip.
-    pub fn dissipation(&self) -> f64 {
-        if self.tangential_stiffness > 0.0 {
-            self.friction.dot(&(self.trial_stretch - self.friction / self.tangential_stiffness))
-        } else {
-            0.0
-        }
-    }
-
-    /// Energy stored in the tangential stretch [J].
-    pub fn tangential_energy(&self) -> f64 {
-        if self.tangential_stiffness > 0.0 {
-            0.5 * self.friction.norm_squared() / self.tangential_stiffness
+    /// Work lost to friction in the step [J]: the slip times the friction force, averaged over the
+    /// step as the normal force went from `pressure_before` to its present value.
+    pub fn dissipation(&self, pressure_before: f64) -> f64 {
+        if self.pressure > 0.0 {
+            0.5 * (1.0 + pressure_before / self.pressure)
+                * self.friction.dot(&(self.trial_stretch - self.stretch))
         } else {
             0.0
         }
@@ -209,7 +201,8 @@ fn wrench<T: Real>(
         pressure: pressure.value(),
         friction: Vec3::zeros(),
         trial_stretch: Vec3::zeros(),
-        tangential_stiffness: 0.0,
+        stretch: Vec3::zeros(),
+        tangential_energy: 0.0,
         energy: 0.0,
         wrench: [0.0; 12],
     };
@@ -226,10 +219,12 @@ fn wrench<T: Real>(
         let trial = carried_over(&state.stretch, normal) - tangential(slide);
         let trial_length = trial.norm();
         let bound = pressure.scaled(state.friction);
-        // Slip length in units of the bound; sliding replaces the stiffness by the bound's share.
+        // Stretch in units of what the bound can hold.
+        let mut share = 0.0;
         let friction = if trial_length.value() > 0.0 {
             let x = stiffness * trial_length / bound;
-            if x.value() <= 1.0 - law.friction_blend {
+            share = x.value();
+            if share <= 1.0 - law.friction_blend {
                 trial.times(stiffness)
             } else {
                 trial.times(bound * law.friction_share(x) / trial_length)
@@ -238,9 +233,12 @@ fn wrench<T: Real>(
             trial.times(stiffness)
         };
         force_on_b = force_on_b + friction;
+        let most = 1.0 + law.friction_blend;
         evaluation.friction = friction.value();
         evaluation.trial_stretch = trial.value();
-        evaluation.tangential_stiffness = stiffness.value();
+        evaluation.stretch = if share > most { trial.value() * (most / share) } else { trial.value() };
+        evaluation.tangential_energy =
+            bound.value().powi(2) / stiffness.value() * law.friction_energy(share.min(most));
     }
     let arm_a = point - frame_a.position;
     let arm_b = point - frame_b.position;
@@ -352,6 +350,7 @@ mod tests {
             friction,
             offset: 4e-6,
             stretch: Vec3::new(2e-6, 1e-6, -1e-6),
+            pressure_before: 0.0,
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
         }

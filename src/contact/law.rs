@@ -68,6 +68,12 @@ impl ContactLaw {
             x - (past * past).scaled(0.25 / blend)
         }
     }
+
+    /// The integral of [`ContactLaw::friction_share`] from 0 to `x`, up to the end of the bend.
+    pub fn friction_energy(&self, x: f64) -> f64 {
+        let past = (x - (1.0 - self.friction_blend)).max(0.0);
+        0.5 * x * x - past.powi(3) / (12.0 * self.friction_blend)
+    }
 }
 
 /// Coulomb friction with slip weakening (FORMULATION section 3).
@@ -126,6 +132,15 @@ mod tests {
             let right = (LAW.friction_share(x + h) - LAW.friction_share(x)) / h;
             assert!((left - right).abs() < 1e-5, "kink at {x}");
             assert!(LAW.friction_share(x) <= 1.0);
+        }
+    }
+
+    #[test]
+    fn friction_share_is_derivative_of_its_energy() {
+        for x in [0.3, 0.94, 0.97, 1.02, 1.049] {
+            let h = 1e-6;
+            let slope = (LAW.friction_energy(x + h) - LAW.friction_energy(x - h)) / (2.0 * h);
+            assert!((slope - LAW.friction_share(x)).abs() < 1e-8, "{x}");
         }
     }
 

@@ -21,6 +21,8 @@ pub struct PointMemory {
     pub offset: f64,
     /// Tangential stretch [m], in space.
     pub stretch: Vec3,
+    /// Normal force, weight included [N].
+    pub pressure: f64,
     /// Elastic displacement of `b` relative to `a` at the last accepted increment [m], in space.
     pub elastic: Vec3,
 }

@@ -4,7 +4,6 @@
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::geometry::rounded::RoundedBody;
 use crate::tensor::{Pose, Vec3};
-use rayon::prelude::*;
 
 /// Edges between facets whose normals differ by less than this angle [rad] are inside a face and
 /// touch nothing; above [`SHARP_EDGE`] they count in full, in between they fade.
@@ -57,43 +56,71 @@ pub struct PairFeatures {
     vertices_of_a: Vec<VertexReach>,
     vertices_of_b: Vec<VertexReach>,
     edges: Vec<(u32, u32)>,
+    skin: f64,
+    /// Where the two bodies were when the features were listed.
+    reference: [Pose; 2],
 }
 
 impl PairFeatures {
     pub fn is_empty(&self) -> bool {
         self.vertices_of_a.is_empty() && self.vertices_of_b.is_empty() && self.edges.is_empty()
     }
+
+    /// Lists the features whose rounded surfaces are within `skin` [m] of each other.
+    pub fn list(
+        shapes: &[ContactShape],
+        corners: &[Vec<Vec3>],
+        poses: &[Pose],
+        (a, b): (u32, u32),
+        skin: f64,
+    ) -> Self {
+        let (a, b) = (a as usize, b as usize);
+        features_within_reach(shapes, corners, a, b, skin, [poses[a], poses[b]])
+    }
+
+    /// Whether no feature outside the list can have come into touch.
+    pub fn is_valid(&self, shapes: &[ContactShape], poses: &[Pose]) -> bool {
+        let (a, b) = (self.a as usize, self.b as usize);
+        let [old_a, old_b] = &self.reference;
+        motion(&shapes[a], old_a, &poses[a]) + motion(&shapes[b], old_b, &poses[b]) <= self.skin
+    }
 }
 
-/// All pairs within reach, and where the bodies were when they were found.
+/// The broad phase: pairs whose bounding boxes are within a margin, and where the bodies were when
+/// they were found.
 #[derive(Debug, Clone, Default)]
 pub struct Neighbours {
-    pub pairs: Vec<PairFeatures>,
-    skin: f64,
+    pub pairs: Vec<(u32, u32)>,
+    margin: f64,
     reference: Vec<Pose>,
 }
 
+/// An upper bound on how far any core point of `shape` moves between two poses [m].
+fn motion(shape: &ContactShape, from: &Pose, to: &Pose) -> f64 {
+    let turn = (to.rotation.coords - from.rotation.coords)
+        .norm()
+        .min((to.rotation.coords + from.rotation.coords).norm());
+    // A chord c between unit quaternions turns by 4 asin(c/2) <= 2.1 c for turns up to a radian.
+    (to.position - from.position).norm() + 2.1 * turn * shape.bounding_radius
+}
+
 impl Neighbours {
-    /// Pairs of `shapes` whose rounded surfaces are within `skin` [m] of each other.
+    /// Pairs of `shapes` whose bounding boxes are within `margin` [m] of each other.
     /// Pairs for which `ignores` holds (two fixed bodies, say) are left out.
     pub fn find(
         shapes: &[ContactShape],
         poses: &[Pose],
-        skin: f64,
+        margin: f64,
         ignores: impl Fn(usize, usize) -> bool + Sync,
     ) -> Self {
-        let corners: Vec<Vec<Vec3>> = shapes
-            .par_iter()
-            .zip(poses)
-            .map(|(shape, pose)| shape.rounded.core.vertices.iter().map(|v| pose.to_space(v)).collect())
-            .collect();
         let boxes: Vec<(Vec3, Vec3)> = shapes
             .iter()
-            .zip(&corners)
-            .map(|(shape, corners)| {
-                let reach = Vec3::repeat(shape.rounded.radius + 0.5 * skin);
-                let low = corners.iter().fold(Vec3::repeat(f64::INFINITY), |m, v| m.inf(v));
-                let high = corners.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, v| m.sup(v));
+            .zip(poses)
+            .map(|(shape, pose)| {
+                let reach = Vec3::repeat(shape.rounded.radius + 0.5 * margin);
+                let corners = || shape.rounded.core.vertices.iter().map(|v| pose.to_space(v));
+                let low = corners().fold(Vec3::repeat(f64::INFINITY), |m, v| m.inf(&v));
+                let high = corners().fold(Vec3::repeat(f64::NEG_INFINITY), |m, v| m.sup(&v));
                 (low - reach, high + reach)
             })
             .collect();
@@ -107,27 +134,23 @@ impl Neighbours {
                 let overlap =
                     (1..3).all(|k| boxes[i].0[k] <= boxes[j].1[k] && boxes[j].0[k] <= boxes[i].1[k]);
                 if overlap && !ignores(i, j) {
-                    candidates.push((i.min(j), i.max(j)));
+                    candidates.push((i.min(j) as u32, i.max(j) as u32));
                 }
             }
             open.push(i);
         }
         candidates.sort_unstable();
-        let pairs = candidates
-            .par_iter()
-            .map(|&(a, b)| features_within_reach(shapes, &corners, a, b, skin))
-            .filter(|pair| !pair.is_empty())
-            .collect();
-        Neighbours { pairs, skin, reference: poses.to_vec() }
+        Neighbours { pairs: candidates, margin, reference: poses.to_vec() }
     }
 
-    /// Whether every body is still within half a skin of where the search found it.
+    /// Whether every body is still within half a margin of where the search found it.
     pub fn is_valid(&self, shapes: &[ContactShape], poses: &[Pose]) -> bool {
         self.reference.len() == poses.len()
-            && shapes.iter().zip(poses).zip(&self.reference).all(|((shape, pose), old)| {
-                let turn = (pose.rotation * old.rotation.inverse()).angle();
-                (pose.position - old.position).norm() + turn * shape.bounding_radius <= 0.5 * self.skin
-            })
+            && shapes
+                .iter()
+                .zip(poses)
+                .zip(&self.reference)
+                .all(|((shape, pose), old)| motion(shape, old, pose) <= 0.5 * self.margin)
     }
 }
 
@@ -137,8 +160,23 @@ fn features_within_reach(
     a: usize,
     b: usize,
     skin: f64,
+    reference: [Pose; 2],
 ) -> PairFeatures {
     let reach = shapes[a].rounded.radius + shapes[b].rounded.radius + skin;
+    let (low_a, high_a) = bounds(&corners[a], reach);
+    let (low_b, high_b) = bounds(&corners[b], 0.0);
+    if (0..3).any(|k| low_a[k] > high_b[k] || high_a[k] < low_b[k]) {
+        let none = Vec::new;
+        return PairFeatures {
+            a: a as u32,
+            b: b as u32,
+            vertices_of_a: none(),
+            vertices_of_b: none(),
+            edges: Vec::new(),
+            skin,
+            reference,
+        };
+    }
     let both = [(a, b), (b, a)].map(|(own, other)| {
         if shapes[own].is_point() || !shapes[other].is_point() {
             vertices_within_reach(&shapes[other], &corners[own], &corners[other], reach, skin)
@@ -173,7 +211,7 @@ fn features_within_reach(
             }
         }
     }
-    PairFeatures { a: a as u32, b: b as u32, vertices_of_a, vertices_of_b, edges }
+    PairFeatures { a: a as u32, b: b as u32, vertices_of_a, vertices_of_b, edges, skin, reference }
 }
 
 fn bounds(points: &[Vec3], margin: f64) -> (Vec3, Vec3) {

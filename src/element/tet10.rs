@@ -209,20 +209,15 @@ mod tests {
     fn shape_gradients_are_derivatives_of_shape_functions() {
         let corners = distorted();
         let cell = StraightTet10::new(&corners).expect("a cell");
-        let coordinates = |x: &Vec3| {
-            [0, 1, 2, 3].map(|i| {
-                let rest = cell.gradients[i].dot(&(x - corners[(i + 1) % 4]));
-                rest
-            })
-        };
+        let coordinates = |x: &Vec3| [0, 1, 2, 3].map(|i| cell.gradients[i].dot(&(x - corners[(i + 1) % 4])));
         let x = corners.iter().sum::<Vec3>() * 0.25 + Vec3::new(0.03, -0.02, 0.01);
         let gradients = cell.shape_gradients(&coordinates(&x));
         for axis in 0..3 {
             let step = Vec3::ith(axis, 1e-6);
             let (plus, minus) =
                 (shape_functions(&coordinates(&(x + step))), shape_functions(&coordinates(&(x - step))));
-            for i in 0..10 {
-                assert!(((plus[i] - minus[i]) / 2e-6 - gradients[i][axis]).abs() < 1e-8);
+            for (gradient, (plus, minus)) in gradients.iter().zip(plus.iter().zip(&minus)) {
+                assert!(((plus - minus) / 2e-6 - gradient[axis]).abs() < 1e-8);
             }
         }
     }
@@ -233,8 +228,8 @@ mod tests {
         let cell = StraightTet10::new(&corners).expect("a cell");
         let k = stiffness(&corners);
         let c = rock().stiffness();
-        for i in 0..10 {
-            for j in 0..10 {
+        for (i, row) in k.iter().enumerate() {
+            for (j, found) in row.iter().enumerate() {
                 let mut expected = Mat3::zeros();
                 for l in &POINTS {
                     for a in 0..3 {
@@ -248,8 +243,8 @@ mod tests {
                         }
                     }
                 }
-                assert!((k[i][j] - expected).norm() < 1e-13 * c.norm());
-                assert!((k[i][j] - k[j][i].transpose()).norm() == 0.0);
+                assert!((found - expected).norm() < 1e-13 * c.norm());
+                assert!((found - k[j][i].transpose()).norm() == 0.0);
             }
         }
     }
@@ -260,9 +255,9 @@ mod tests {
         let k = stiffness(&corners);
         let x = nodes(&corners);
         let mut dense = nalgebra::DMatrix::zeros(30, 30);
-        for i in 0..10 {
-            for j in 0..10 {
-                dense.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&k[i][j]);
+        for (i, row) in k.iter().enumerate() {
+            for (j, block) in row.iter().enumerate() {
+                dense.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(block);
             }
         }
         for (t, w) in [(Vec3::new(1., 2., 3.), Vec3::zeros()), (Vec3::zeros(), Vec3::new(0.3, -0.5, 0.7))] {

@@ -64,7 +64,7 @@ impl BallGrid {
 /// All pairs `(i, j)`, `i < j`, of balls within `margin` [m] of each other, in ascending order.
 pub fn near_pairs(balls: &[Ball], margin: f64) -> Vec<(usize, usize)> {
     let largest = balls.iter().map(|b| b.radius).fold(0.0, f64::max);
-    if !(largest > 0.0) {
+    if balls.is_empty() || largest <= 0.0 {
         return vec![];
     }
     let mut grid = BallGrid::new(2.0 * largest);
@@ -75,4 +75,37 @@ pub fn near_pairs(balls: &[Ball], margin: f64) -> Vec<(usize, usize)> {
     }
     pairs.sort_unstable();
     pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(50))]
+        #[test]
+        fn grid_finds_what_comparing_all_finds(
+            balls in prop::collection::vec((-5.0..5.0f64, -5.0..5.0f64, -5.0..5.0f64, 0.01..1.0f64), 1..60),
+            margin in 0.0..0.5f64,
+        ) {
+            let balls: Vec<Ball> =
+                balls.iter().map(|&(x, y, z, radius)| Ball { centre: Vec3::new(x, y, z), radius }).collect();
+            let mut expected = vec![];
+            for i in 0..balls.len() {
+                for j in i + 1..balls.len() {
+                    let reach = balls[i].radius + balls[j].radius + margin;
+                    if (balls[i].centre - balls[j].centre).norm_squared() <= reach * reach {
+                        expected.push((i, j));
+                    }
+                }
+            }
+            prop_assert_eq!(near_pairs(&balls, margin), expected);
+        }
+    }
+
+    #[test]
+    fn nothing_is_near_nothing() {
+        assert!(near_pairs(&[], 1.0).is_empty());
+    }
 }

@@ -72,7 +72,7 @@ impl Polyhedron {
             let [a, b, c] = facet.map(|v| vertices[v]);
             let normal = (b - a).cross(&(c - a));
             let length = normal.norm();
-            if !(length > 0.0) {
+            if length.is_nan() || length <= 0.0 {
                 return Err(fail(format!("facet {index} has no area")));
             }
             normals.push(normal / length);

@@ -181,7 +181,7 @@ fn close_surface(planes: &[HalfSpace], polygons: &[Vec<Vec3>], merge: f64) -> Re
     }
     let slack = 4.0 * merge;
     let inside = |v: &Vec3| planes.iter().all(|p| p.normal.dot(v) - p.offset <= slack);
-    if !core.vertices.iter().all(inside) || !(core.volume() > 0.0) {
+    if !core.vertices.iter().all(inside) || core.volume().is_nan() || core.volume() <= 0.0 {
         return Err("the moved facets enclose nothing".into());
     }
     Ok(core)
@@ -208,4 +208,110 @@ fn best_fan(vertices: &[Vec3], ring: &[usize]) -> Vec<[usize; 3]> {
 
 fn fault(message: String) -> Error {
     Error::Mesh { name: "rounded body".into(), message }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn box_insets_to_the_smaller_box() {
+        for (size, r) in [([2.0, 3.0, 4.0], 0.25), ([1.0, 1.0, 1.0], 0.02), ([0.02, 0.03, 0.5], 0.009)] {
+            let body = RoundedBody::inset(&Polyhedron::cuboid(size).expect("a box"), r).expect("fits");
+            let expected: f64 = size.iter().map(|s| s - 2.0 * r).product();
+            assert_eq!(body.core.vertices.len(), 8);
+            assert_eq!(body.core.facets.len(), 12);
+            assert!((body.core.volume() - expected).abs() < 1e-12 * size[2].powi(3));
+            for vertex in &body.core.vertices {
+                for k in 0..3 {
+                    assert!((vertex[k].abs() - (0.5 * size[k] - r)).abs() < 1e-13);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn octahedron_keeps_its_fourfold_corners() {
+        let corners = [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y(), Vec3::z(), -Vec3::z()];
+        let shape = Polyhedron::convex_hull(&corners).expect("a hull");
+        let body = RoundedBody::inset(&shape, 0.1).expect("fits");
+        // |x| + |y| + |z| <= 1 becomes 1 - r sqrt 3.
+        let reach = 1.0 - 0.1 * 3.0f64.sqrt();
+        assert_eq!(body.core.vertices.len(), 6);
+        assert!((body.core.bounding_radius() - reach).abs() < 1e-12);
+        assert!((body.core.volume() - 4.0 / 3.0 * reach.powi(3)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn cone_of_many_facets_keeps_its_apex() {
+        let count = 17;
+        let mut points = vec![Vec3::new(0.0, 0.0, 2.0)];
+        points.extend((0..count).map(|k| {
+            let angle = std::f64::consts::TAU * k as f64 / count as f64;
+            Vec3::new(angle.cos(), angle.sin(), 0.0)
+        }));
+        let shape = Polyhedron::convex_hull(&points).expect("a hull");
+        let r = 0.05;
+        let body = RoundedBody::inset(&shape, r).expect("fits");
+        assert_eq!(body.core.vertices.len(), count + 1);
+        // The side facets' inner radius is cos(pi/n); the apex sinks by r over the sine of their slope.
+        let inner = (std::f64::consts::PI / count as f64).cos();
+        let apex = 2.0 - r * (inner * inner + 4.0f64).sqrt() / inner;
+        let top = body.core.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+        assert!((top - apex).abs() < 1e-11, "{top} {apex}");
+    }
+
+    #[test]
+    fn small_facets_vanish_and_the_core_closes() {
+        // A cube with one corner cut off by less than the inset removes.
+        let mut points = Polyhedron::cuboid([1.0, 1.0, 1.0]).expect("a box").vertices;
+        let corner = points.pop().expect("a corner");
+        points.extend((0..3).map(|k| corner - Vec3::ith(k, 0.01)));
+        let shape = Polyhedron::convex_hull(&points).expect("a hull");
+        let body = RoundedBody::inset(&shape, 0.1).expect("fits");
+        assert_eq!(body.core.vertices.len(), 8);
+        assert!((body.core.volume() - 0.512).abs() < 1e-12);
+    }
+
+    #[test]
+    fn radius_that_does_not_fit_is_refused() {
+        let shape = Polyhedron::cuboid([1.0, 2.0, 3.0]).expect("a box");
+        assert!(RoundedBody::inset(&shape, 0.499).is_ok());
+        for r in [0.5, 0.6, 10.0, -0.1, f64::NAN, f64::INFINITY] {
+            assert!(RoundedBody::inset(&shape, r).is_err(), "{r}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+        #[test]
+        fn core_is_the_polytope_of_the_moved_planes(
+            points in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 8..20),
+            share in 0.001..0.9f64,
+            turn in 0.0..6.0f64,
+        ) {
+            let turn = crate::tensor::Rotation::from_scaled_axis(Vec3::new(turn, 1.0, 0.3));
+            let points: Vec<Vec3> = points.iter().map(|&(x, y, z)| turn * Vec3::new(x, y, z)).collect();
+            let Ok(shape) = Polyhedron::convex_hull(&points) else { return Ok(()) };
+            let centre = shape.centroid();
+            let planes = facet_planes(&shape);
+            let depth = planes.iter().map(|p| p.offset - p.normal.dot(&centre)).fold(f64::INFINITY, f64::min);
+            prop_assume!(depth > 1e-3);
+            let r = share * depth;
+            let body = RoundedBody::inset(&shape, r).expect("a ball around the centroid fits");
+            // Every vertex keeps the moved planes and lies on three of them or more.
+            for vertex in &body.core.vertices {
+                let gaps: Vec<f64> = planes.iter().map(|p| p.offset - r - p.normal.dot(vertex)).collect();
+                prop_assert!(gaps.iter().all(|g| *g > -1e-9));
+                prop_assert!(gaps.iter().filter(|g| g.abs() < 1e-6).count() >= 3);
+            }
+            // The centroid is inside every facet, and the surface is closed.
+            for (facet, normal) in body.core.facets.iter().zip(&body.core.normals) {
+                prop_assert!(normal.dot(&(body.core.vertices[facet[0]] - centre)) > 0.0);
+            }
+            let core = &body.core;
+            prop_assert_eq!(core.vertices.len() + core.facets.len(), core.edges.len() + 2);
+        }
+    }
 }

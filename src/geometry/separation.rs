@@ -260,3 +260,106 @@ pub fn gjk_closest_points(
         GJKResult::Proximity(_) | GJKResult::NoIntersection(_) => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tensor::Rotation;
+    use proptest::prelude::*;
+    use std::f64::consts::{FRAC_PI_4, SQRT_2};
+
+    fn cube() -> Polyhedron {
+        Polyhedron::cuboid([1.0, 1.0, 1.0]).expect("a box")
+    }
+
+    fn at(x: f64, y: f64, z: f64, turn: Vec3) -> Pose {
+        Pose::new(Vec3::new(x, y, z), Rotation::from_scaled_axis(turn))
+    }
+
+    fn all_three(a: &Polyhedron, pose_a: &Pose, b: &Polyhedron, pose_b: &Pose) -> [f64; 3] {
+        let (ga, gb) = (GjkShape::new(a, 1.0), GjkShape::new(b, 1.0));
+        let gjk = gjk_closest_points(&ga, pose_a, &gb, pose_b, 1e3).map_or(f64::NAN, |c| c.distance);
+        [gjk, feature_distance(a, pose_a, b, pose_b), separating_axis(a, pose_a, b, pose_b).gap]
+    }
+
+    #[test]
+    fn cubes_face_to_face_edge_to_edge_and_corner_to_corner() {
+        let still = Pose::identity();
+        let face = all_three(&cube(), &still, &cube(), &at(1.3, 0.2, -0.1, Vec3::zeros()));
+        assert!(face.iter().all(|d| (d - 0.3).abs() < 1e-9), "{face:?}");
+        // One cube turned about z, the other about y, edges crossing at right angles on the x axis.
+        let (a, b) = (at(0.0, 0.0, 0.0, Vec3::z() * FRAC_PI_4), at(2.0, 0.0, 0.0, Vec3::y() * FRAC_PI_4));
+        let edge = all_three(&cube(), &a, &cube(), &b);
+        assert!(edge.iter().all(|d| (d - (2.0 - SQRT_2)).abs() < 1e-9), "{edge:?}");
+        // Corner to corner: the axes give a lower bound only.
+        let corner = all_three(&cube(), &still, &cube(), &at(2.0, 2.0, 2.0, Vec3::zeros()));
+        assert!((corner[0] - 3.0f64.sqrt()).abs() < 1e-9);
+        assert!((corner[1] - 3.0f64.sqrt()).abs() < 1e-12);
+        assert!((corner[2] - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn penetration_of_cubes_has_its_closed_form() {
+        let face = separating_axis(&cube(), &Pose::identity(), &cube(), &at(0.7, 0.1, 0.2, Vec3::zeros()));
+        assert!((face.gap + 0.3).abs() < 1e-12 && (face.direction - Vec3::x()).norm() < 1e-12);
+        let (a, b) = (at(0.0, 0.0, 0.0, Vec3::z() * FRAC_PI_4), at(1.3, 0.0, 0.0, Vec3::y() * FRAC_PI_4));
+        let edge = separating_axis(&cube(), &a, &cube(), &b);
+        assert!((edge.gap - (1.3 - SQRT_2)).abs() < 1e-12 && (edge.direction - Vec3::x()).norm() < 1e-9);
+    }
+
+    #[test]
+    fn points_are_bodies_too() {
+        let point = Polyhedron::point();
+        let pose = at(2.0, 0.1, 0.0, Vec3::zeros());
+        let found = all_three(&cube(), &Pose::identity(), &point, &pose);
+        assert!(found.iter().all(|d| (d - 1.5).abs() < 1e-9), "{found:?}");
+        let (a, b) = (GjkShape::new(&point, 1.0), GjkShape::new(&point, 1.0));
+        let closest = gjk_closest_points(&a, &Pose::identity(), &b, &pose, 10.0).expect("near");
+        assert!((closest.distance - 4.01f64.sqrt()).abs() < 1e-12);
+        assert!((feature_distance(&point, &Pose::identity(), &point, &pose) - 4.01f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bodies_further_than_asked_are_none() {
+        let shape = GjkShape::new(&cube(), 1.0);
+        let far = at(3.0, 0.0, 0.0, Vec3::zeros());
+        assert!(gjk_closest_points(&shape, &Pose::identity(), &shape, &far, 1.9).is_none());
+        assert!(gjk_closest_points(&shape, &Pose::identity(), &shape, &far, 2.1).is_some());
+    }
+
+    fn hull() -> impl Strategy<Value = Polyhedron> {
+        prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 6..16).prop_filter_map(
+            "a solid hull",
+            |points| {
+                let points: Vec<Vec3> = points.iter().map(|&(x, y, z)| Vec3::new(x, y, z)).collect();
+                Polyhedron::convex_hull(&points).ok().filter(|h| h.volume() > 0.05)
+            },
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(400))]
+        #[test]
+        fn three_ways_agree(
+            a in hull(),
+            b in hull(),
+            place in (0.2..2.5f64, -1.0..1.0f64, -1.0..1.0f64),
+            turn in (-3.0..3.0f64, -3.0..3.0f64, -3.0..3.0f64),
+        ) {
+            let pose_a = at(0.3, -0.2, 0.1, Vec3::new(0.4, 0.5, -0.6));
+            let pose_b = at(place.0, place.1, place.2, Vec3::new(turn.0, turn.1, turn.2));
+            let [gjk, features, axis] = all_three(&a, &pose_a, &b, &pose_b);
+            prop_assume!(axis.abs() > 1e-7);
+            if axis > 0.0 {
+                prop_assert!((gjk - features).abs() < 1e-7, "{gjk} {features}");
+                prop_assert!(axis <= features + 1e-12);
+            } else {
+                prop_assert_eq!(gjk, 0.0);
+                // Shifted by the depth along the axis, the bodies just touch.
+                let found = separating_axis(&a, &pose_a, &b, &pose_b);
+                let apart = Pose::new(pose_b.position - found.direction * (found.gap - 1e-6), pose_b.rotation);
+                prop_assert!(separating_axis(&a, &pose_a, &b, &apart).gap > 0.0);
+            }
+        }
+    }
+}

@@ -14,23 +14,19 @@ use std::sync::OnceLock;
 
 use nalgebra::Vector6;
 
-use crate::element::{POINT_COUNT, StraightTet10, tet10::mass_share};
+use crate::element::{POINT_COUNT, StraightTet10};
 use crate::error::{Error, Result};
+use crate::grain::held::{DenseFlexibility, HeldGrain};
 use crate::grain::local::LocalStiffness;
 use crate::grain::mass::MassProperties;
 use crate::grain::surface::{Surface, SurfacePoint};
-use crate::linalg::{Factorisation, NodeGraph, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern};
 use crate::material::Elastic;
-use crate::mesh::{CellId, Mesh, NodeId};
+use crate::mesh::{CellId, Mesh};
 use crate::tensor::{Mat3, Vec3};
 
 /// Up to this many surface nodes the whole flexibility is computed at once; beyond, column by
 /// column when first asked for.
 const DENSE_SURFACE_NODES: usize = 600;
-/// Nodes whose flexibility is solved for together.
-const BATCH: usize = 32;
-/// Nodes from which nested dissection beats minimum degree.
-const DISSECTION_NODES: usize = 500;
 
 /// A condensed elastic grain.
 #[derive(Debug)]
@@ -45,11 +41,12 @@ pub struct CondensedGrain {
 /// Displacement of nodes under unit forces on surface nodes [m/N].
 #[derive(Debug)]
 enum Flexibility {
-    /// `surface[i (i + 1) / 2 + j]` for surface nodes i >= j, and for the k-th inner node
-    /// `inner[k * surface nodes + j]`.
-    Dense { surface: Vec<Mat3>, inner: Vec<Mat3>, inner_nodes: Vec<NodeId> },
+    Dense(DenseFlexibility),
     /// The factor, and the columns (all surface nodes) computed so far.
-    OnDemand { held: Box<HeldGrain>, columns: Vec<OnceLock<Vec<Mat3>>> },
+    OnDemand {
+        held: Box<HeldGrain>,
+        columns: Vec<OnceLock<Vec<Mat3>>>,
+    },
 }
 
 impl CondensedGrain {
@@ -71,23 +68,16 @@ impl CondensedGrain {
         intact: &[[f64; POINT_COUNT]],
     ) -> Result<Self> {
         let fail = |message: String| Error::Mesh { name: "grain".into(), message };
-        if cell_elasticity.len() != mesh.cells.len() || intact.len() != mesh.cells.len() {
-            return Err(fail(format!(
-                "has {} cells, {} elastic laws and {} damage states",
-                mesh.cells.len(),
-                cell_elasticity.len(),
-                intact.len()
-            )));
-        }
         let parts = mesh.connected_parts().len();
         if parts != 1 {
             return Err(fail(format!("has {parts} parts; each must be a grain of its own")));
         }
         let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
         let surface = Surface::new(&mesh);
-        let mut held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact).map_err(fail)?;
+        let mut held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
+            .map_err(|fault| fail(fault.to_string()))?;
         let flexibility = if surface.nodes().len() <= DENSE_SURFACE_NODES {
-            held.dense(&surface).map_err(fail)?
+            Flexibility::Dense(held.dense(&surface).map_err(|fault| fail(fault.to_string()))?)
         } else {
             let columns = surface.nodes().iter().map(|_| OnceLock::new()).collect();
             Flexibility::OnDemand { held: Box::new(held), columns }
@@ -175,7 +165,7 @@ impl CondensedGrain {
             }
         }
         match &self.flexibility {
-            Flexibility::Dense { inner, inner_nodes, .. } => {
+            Flexibility::Dense(DenseFlexibility { inner, inner_nodes, .. }) => {
                 let loaded: Vec<usize> = (0..nodes.len()).filter(|&k| forces[k] != Vec3::zeros()).collect();
                 let mut u = vec![Vec3::zeros(); self.mesh.nodes.len()];
                 for (i, node) in nodes.iter().enumerate() {
@@ -231,7 +221,7 @@ impl CondensedGrain {
             + size_of_val(&self.mesh.cells[..])
             + size_of_val(&self.mesh.surface[..]);
         let flexibility = match &self.flexibility {
-            Flexibility::Dense { surface, inner, inner_nodes } => {
+            Flexibility::Dense(DenseFlexibility { surface, inner, inner_nodes }) => {
                 size_of_val(&surface[..]) + size_of_val(&inner[..]) + size_of_val(&inner_nodes[..])
             }
             Flexibility::OnDemand { columns, .. } => {
@@ -244,7 +234,7 @@ impl CondensedGrain {
     /// Flexibility between surface nodes number `i` and `j`.
     fn surface_block(&self, i: usize, j: usize) -> Mat3 {
         match &self.flexibility {
-            Flexibility::Dense { surface, .. } => {
+            Flexibility::Dense(DenseFlexibility { surface, .. }) => {
                 if i >= j {
                     surface[i * (i + 1) / 2 + j]
                 } else {
@@ -261,240 +251,12 @@ impl CondensedGrain {
     }
 }
 
-/// The stiffness held at six supports, factored, with what the projections need.
-#[derive(Debug)]
-struct HeldGrain {
-    factor: SparseCholesky,
-    /// Node positions from the centroid [m].
-    arms: Vec<Vec3>,
-    /// `integral of rho N dV` of each node [kg].
-    masses: Vec<f64>,
-    /// `integral of rho N x dV` of each node, from the centroid [kg m].
-    moments: Vec<Vec3>,
-    inverse_mass: f64,
-    inverse_inertia: Mat3,
-}
-
-impl HeldGrain {
-    fn new(
-        mesh: &Mesh,
-        rock: &[Elastic],
-        mass: &MassProperties,
-        density: f64,
-        intact: &[[f64; POINT_COUNT]],
-    ) -> std::result::Result<Self, String> {
-        let arms: Vec<Vec3> = mesh.nodes.iter().map(|x| x - mass.centroid).collect();
-        let (mut masses, mut moments) = (vec![0.0; arms.len()], vec![Vec3::zeros(); arms.len()]);
-        let mut stiffness = assemble(mesh, rock, intact)?;
-        for cell in mesh.cell_ids() {
-            let nodes = &mesh.cells[cell.index()];
-            let cell_mass = density * mesh.cell_volume(cell);
-            for (i, node) in nodes.iter().enumerate() {
-                for (j, other) in nodes.iter().enumerate() {
-                    let share = cell_mass * mass_share(i, j);
-                    masses[node.index()] += share;
-                    moments[node.index()] += arms[other.index()] * share;
-                }
-            }
-        }
-        hold(&mut stiffness, &arms)?;
-        let ordering = if arms.len() < DISSECTION_NODES {
-            Ordering::MinimumDegree
-        } else {
-            Ordering::nested_dissection(&graph(mesh)?, 3).map_err(|error| error.to_string())?
-        };
-        let mut factor = SparseCholesky::analyse(stiffness.pattern(), &ordering, Factorisation::Llt)
-            .map_err(|error| error.to_string())?;
-        factor.factorise(&stiffness).map_err(|error| error.to_string())?;
-        let inverse_inertia =
-            mass.inertia.try_inverse().ok_or_else(|| "has a singular moment of inertia".to_string())?;
-        Ok(HeldGrain { factor, arms, masses, moments, inverse_mass: 1.0 / mass.mass, inverse_inertia })
-    }
-
-    /// Acceleration and angular acceleration that a force on a node gives the rigid grain.
-    fn acceleration(&self, node: usize, force: &Vec3) -> (Vec3, Vec3) {
-        (force * self.inverse_mass, self.inverse_inertia * self.arms[node].cross(force))
-    }
-
-    /// `f -= M R a`.
-    fn subtract_inertia(&self, f: &mut [f64], (linear, angular): (Vec3, Vec3)) {
-        for ((f, mass), moment) in f.chunks_exact_mut(3).zip(&self.masses).zip(&self.moments) {
-            let inertia = linear * *mass + angular.cross(moment);
-            f.iter_mut().zip(&inertia).for_each(|(f, i)| *f -= i);
-        }
-    }
-
-    /// Takes out the mean displacement and rotation: `u -= R (R^T M R)^-1 R^T M u`.
-    fn into_frame(&self, u: &mut [f64]) {
-        let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
-        for ((u, mass), moment) in u.chunks_exact(3).zip(&self.masses).zip(&self.moments) {
-            let u = Vec3::new(u[0], u[1], u[2]);
-            momentum += u * *mass;
-            angular += moment.cross(&u);
-        }
-        let (shift, turn) = (momentum * self.inverse_mass, self.inverse_inertia * angular);
-        for (u, arm) in u.chunks_exact_mut(3).zip(&self.arms) {
-            let rigid = shift + turn.cross(arm);
-            u.iter_mut().zip(&rigid).for_each(|(u, r)| *u -= r);
-        }
-    }
-
-    /// Displacements under forces on all nodes; NaN where the solution overflows.
-    fn solve(&self, forces: &[Vec3]) -> Vec<Vec3> {
-        let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
-        let mut u: Vec<f64> = Vec::with_capacity(3 * forces.len());
-        for (node, force) in forces.iter().enumerate() {
-            let (a, b) = self.acceleration(node, force);
-            linear += a;
-            angular += b;
-            u.extend(force);
-        }
-        self.subtract_inertia(&mut u, (linear, angular));
-        if self.factor.back_substitute_shared(&mut u, 1).is_err() {
-            return vec![Vec3::repeat(f64::NAN); forces.len()];
-        }
-        self.into_frame(&mut u);
-        u.chunks_exact(3).map(|u| Vec3::new(u[0], u[1], u[2])).collect()
-    }
-
-    /// Right-hand sides for unit forces along x, y, z on `node`, balanced by inertia.
-    fn unit_loads_into(&self, out: &mut [f64], node: usize) {
-        for (axis, column) in out.chunks_exact_mut(3 * self.arms.len()).enumerate() {
-            column.fill(0.0);
-            column[3 * node + axis] = 1.0;
-            self.subtract_inertia(column, self.acceleration(node, &Vec3::ith(axis, 1.0)));
-        }
-    }
-
-    /// Flexibility of all surface nodes for forces on surface node number `column`.
-    fn column(&self, surface: &Surface, column: usize) -> Vec<Mat3> {
-        let size = 3 * self.arms.len();
-        let mut x = vec![0.0; 3 * size];
-        self.unit_loads_into(&mut x, surface.nodes()[column].index());
-        if self.factor.back_substitute_shared(&mut x, 3).is_err() {
-            x.fill(f64::NAN);
-        }
-        x.chunks_exact_mut(size).for_each(|u| self.into_frame(u));
-        surface.nodes().iter().map(|node| block(&x, size, *node)).collect()
-    }
-
-    fn dense(&mut self, surface: &Surface) -> std::result::Result<Flexibility, String> {
-        let nodes = surface.nodes();
-        let on_surface = |node: &NodeId| nodes.binary_search(node).is_ok();
-        let inner_nodes: Vec<NodeId> =
-            (0..self.arms.len() as u32).map(NodeId).filter(|node| !on_surface(node)).collect();
-        let mut packed = vec![Mat3::zeros(); nodes.len() * (nodes.len() + 1) / 2];
-        let mut inner = vec![Mat3::zeros(); inner_nodes.len() * nodes.len()];
-        let size = 3 * self.arms.len();
-        let mut x = vec![0.0; 3 * size * BATCH.min(nodes.len())];
-        for first in (0..nodes.len()).step_by(BATCH) {
-            let batch = &nodes[first..(first + BATCH).min(nodes.len())];
-            let x = &mut x[..3 * size * batch.len()];
-            for (column, node) in x.chunks_exact_mut(3 * size).zip(batch) {
-                self.unit_loads_into(column, node.index());
-            }
-            self.factor.back_substitute(x, 3 * batch.len()).map_err(|error| error.to_string())?;
-            x.chunks_exact_mut(size).for_each(|u| self.into_frame(u));
-            for (k, three) in x.chunks_exact(3 * size).enumerate() {
-                let j = first + k;
-                for (i, node) in nodes.iter().enumerate().skip(j) {
-                    let found = block(three, size, *node);
-                    // Symmetric up to rounding; make it exact on the diagonal.
-                    packed[i * (i + 1) / 2 + j] =
-                        if i == j { (found + found.transpose()) * 0.5 } else { found };
-                }
-                for (row, node) in inner_nodes.iter().enumerate() {
-                    inner[row * nodes.len() + j] = block(three, size, *node);
-                }
-            }
-        }
-        Ok(Flexibility::Dense { surface: packed, inner, inner_nodes })
-    }
-}
-
-/// The block of `node` in three solution columns.
-fn block(columns: &[f64], size: usize, node: NodeId) -> Mat3 {
-    Mat3::from_fn(|row, column| columns[column * size + 3 * node.index() + row])
-}
-
-fn graph(mesh: &Mesh) -> std::result::Result<NodeGraph, String> {
-    let cliques: Vec<[u32; 10]> = mesh.cells.iter().map(|cell| cell.map(|node| node.0)).collect();
-    NodeGraph::from_cliques(mesh.nodes.len(), cliques.iter().map(|c| &c[..]))
-        .ok_or_else(|| "has too many nodes for the solver".to_string())
-}
-
-/// Stiffness [N/m] of a mesh, three unknowns a node.
-fn assemble(
-    mesh: &Mesh,
-    rock: &[Elastic],
-    intact: &[[f64; POINT_COUNT]],
-) -> std::result::Result<SymmetricMatrix, String> {
-    let pattern = SymmetricPattern::from_graph(&graph(mesh)?, 3)
-        .ok_or_else(|| "has too many nodes for the solver".to_string())?;
-    let mut stiffness = SymmetricMatrix::zeros(pattern);
-    for cell in mesh.cell_ids() {
-        let element = StraightTet10::new(&mesh.corners(cell))
-            .ok_or_else(|| format!("cell {} has no volume", cell.index()))?;
-        let mut k = [[Mat3::zeros(); 10]; 10];
-        element.add_stiffness(&mut k, &rock[cell.index()], &intact[cell.index()]);
-        let nodes = &mesh.cells[cell.index()];
-        for (i, row) in k.iter().enumerate() {
-            for (j, block) in row.iter().enumerate() {
-                let (node, other) = (nodes[i].index(), nodes[j].index());
-                if node < other {
-                    continue;
-                }
-                for a in 0..3 {
-                    let last = if node == other { a } else { 2 };
-                    for b in 0..=last {
-                        let stored = stiffness.add(3 * node + a, 3 * other + b, block[(a, b)]);
-                        debug_assert!(stored, "the pattern comes from the same cells");
-                    }
-                }
-            }
-        }
-    }
-    Ok(stiffness)
-}
-
-/// Adds six statically determinate supports at three far-apart nodes: all directions at the first,
-/// the two across the line to the second there, and out of the plane of the three at the third.
-/// Balanced loads leave them without reactions, whatever their stiffness.
-fn hold(stiffness: &mut SymmetricMatrix, arms: &[Vec3]) -> std::result::Result<(), String> {
-    let farthest = |measure: &dyn Fn(&Vec3) -> f64| {
-        (0..arms.len()).max_by(|&i, &j| measure(&arms[i]).total_cmp(&measure(&arms[j])).then(j.cmp(&i)))
-    };
-    let support = || -> Option<[(usize, Mat3); 3]> {
-        let first = farthest(&|x| x.norm())?;
-        let second = farthest(&|x| (x - arms[first]).norm())?;
-        let line = (arms[second] - arms[first]).try_normalize(0.0)?;
-        let third = farthest(&|x| (x - arms[first]).cross(&line).norm())?;
-        let across = (arms[third] - arms[first]).cross(&line).try_normalize(0.0)?;
-        Some([
-            (first, Mat3::identity()),
-            (second, Mat3::identity() - line * line.transpose()),
-            (third, across * across.transpose()),
-        ])
-    };
-    let supports = support().ok_or_else(|| "has no extent".to_string())?;
-    let diagonal = |k: usize| stiffness.get(k, k);
-    let scale = (0..stiffness.size()).map(diagonal).sum::<f64>() / stiffness.size() as f64;
-    for (node, directions) in supports {
-        for a in 0..3 {
-            for b in 0..=a {
-                let stored = stiffness.add(3 * node + a, 3 * node + b, scale * directions[(a, b)]);
-                debug_assert!(stored, "diagonal blocks are stored");
-            }
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
+    use crate::element::tet10::mass_share;
     use crate::geometry::Polyhedron;
     use crate::mesh::{cuboid_mesh, grain_mesh};
 
@@ -744,23 +506,9 @@ mod tests {
     }
 
     #[test]
-    fn grain_is_small_and_quick() {
-        let mesh = grain_mesh(&shape(), 38).expect("a mesh");
-        let rock = rocks(mesh.cells.len());
-        let start = std::time::Instant::now();
-        for _ in 0..20 {
-            CondensedGrain::new(mesh.clone(), &rock, DENSITY).expect("a grain");
-        }
-        let each = start.elapsed() / 20;
-        let grain = grain();
-        println!(
-            "{} cells, {} nodes, {} on the surface: {} bytes, {each:?} to condense",
-            grain.mesh().cells.len(),
-            grain.mesh().nodes.len(),
-            grain.surface().nodes().len(),
-            grain.memory()
-        );
-        assert!(grain.memory() < 400_000);
+    fn grain_is_small() {
+        let memory = grain().memory();
+        assert!(memory < 400_000, "{memory} bytes");
     }
 
     #[test]

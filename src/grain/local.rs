@@ -6,6 +6,13 @@
 use crate::material::Elastic;
 use crate::tensor::{Mat3, Vec3};
 
+/// Radius of the patch that stands for a contact of a rigid grain, over the grain's equivalent diameter.
+///
+/// A meshed grain of 38 cells has the self-flexibility of a patch of 0.106 (median over the surface; 0.03
+/// to 0.23 in 90 % of it, 0.05 at vertices), so that a rigid grain is about as soft at its contacts as
+/// the condensed one that it replaces.
+pub const PATCH_OF_SIZE: f64 = 0.1;
+
 /// Stiffness of one body at a small patch [N/m].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalStiffness {
@@ -24,6 +31,12 @@ impl LocalStiffness {
             normal: 2.0 * radius * rock.contact_modulus(),
             tangential: 8.0 * radius * rock.shear_modulus() / (2.0 - rock.poissons_ratio()),
         }
+    }
+
+    /// Of a rigid grain without a mesh, `size` [m] its equivalent diameter: a patch of [`PATCH_OF_SIZE`]
+    /// times that.
+    pub fn of_size(rock: &Elastic, size: f64) -> Self {
+        Self::of_patch(rock, PATCH_OF_SIZE * size)
     }
 
     /// From the self-flexibility [m/N] of a surface point with outward unit `normal`: normal, and

@@ -4,8 +4,10 @@
 //! SI units, tension positive. Loads are forces on the grain.
 
 pub mod condensed;
+mod held;
 pub mod local;
 pub mod mass;
+pub mod stiffness;
 pub mod surface;
 
 pub use condensed::CondensedGrain;

@@ -235,12 +235,13 @@ impl SparseCholesky {
             self.back_substitute(residual, 1)?;
             x.iter_mut().zip(&*residual).for_each(|(x, dx)| *x += dx);
             let refined = residual_into(residual, matrix, x, rhs) / scale;
-            // Not `refined >= left`: that would keep a NaN.
-            if !(refined < left) {
+            if refined < left {
+                left = refined;
+            } else {
+                // No better, or not a number.
                 x.copy_from_slice(best);
                 break;
             }
-            left = refined;
         }
         if !left.is_finite() {
             return Err(FactorError::NotFinite("the solution"));

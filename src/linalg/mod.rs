@@ -8,3 +8,9 @@ pub mod symmetric;
 pub use cholesky::{FactorError, Factorisation, Refinement, SparseCholesky};
 pub use ordering::{NodeGraph, Ordering};
 pub use symmetric::{SymmetricMatrix, SymmetricPattern};
+
+/// Makes every factorisation of this process run on the thread that asks for it. Work is divided
+/// among grains and contacts instead, so that sums are taken in one order on any number of threads.
+pub fn factorise_sequentially() {
+    faer::set_global_parallelism(faer::Par::Seq);
+}

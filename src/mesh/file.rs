@@ -53,7 +53,7 @@ type Corners = (Vec<Vec3>, Vec<[u32; 4]>);
 fn tetrahedra_of(text: &str) -> std::result::Result<Corners, String> {
     let data = Arrays::read(text)?;
     let coordinates: Vec<f64> = data.numbers("Points", None)?;
-    if coordinates.is_empty() || coordinates.len() % 3 != 0 {
+    if coordinates.is_empty() || !coordinates.len().is_multiple_of(3) {
         return Err(format!("Points holds {} numbers, not three a point", coordinates.len()));
     }
     let points: Vec<Vec3> = coordinates.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
@@ -293,7 +293,7 @@ mod tests {
         assert!(message(&vtu(&mesh.nodes, &[vec![0, 1, 2]])).contains("no tetrahedra"));
         let mut curved = mesh.nodes.clone();
         curved[corners[5] as usize].x += 1e-3;
-        assert!(message(&vtu(&curved, &[corners.clone()])).contains("curved"));
+        assert!(message(&vtu(&curved, std::slice::from_ref(&corners))).contains("curved"));
         // An L of two bricks out of three.
         let bent = cuboid_mesh([0.2, 0.2, 0.1], 0.1).expect("a mesh");
         let cells: Vec<Vec<u32>> =

@@ -10,31 +10,44 @@ use crate::tensor::Vec3;
 
 /// Below this radius ratio the worst cell of a generated mesh gets extra work.
 const WANTED_RADIUS_RATIO: f64 = 0.2;
-/// How much of its length an edge inside the body counts when the longest is sought. The first
-/// value cuts the surface first, which spreads the nodes over it, where contact needs them; the
-/// others are tried where that leaves a poor cell (one grain in a hundred).
-const INNER_EDGES: [f64; 4] = [0.75, 1.0, 0.5, 1.4];
+/// How a grain is cut, one attempt after the other: what an edge inside the body counts of its length
+/// when the longest is sought, how many more cells than asked, and the worst radius ratio from which
+/// the best mesh so far is good enough to skip the attempt. The first cuts the surface first, which
+/// spreads the nodes over it, where contact needs them; one grain in a hundred needs the next, one in
+/// a thousand those that follow.
+const ATTEMPTS: [(f64, usize, f64); 10] = [
+    (0.75, 0, WANTED_RADIUS_RATIO),
+    (1.0, 0, WANTED_RADIUS_RATIO),
+    (0.5, 0, WANTED_RADIUS_RATIO),
+    (1.4, 0, WANTED_RADIUS_RATIO),
+    (0.75, 3, 0.15),
+    (1.0, 3, 0.15),
+    (0.75, 6, 0.15),
+    (1.0, 6, 0.15),
+    (0.75, 9, 0.12),
+    (1.0, 12, 0.12),
+];
 /// Largest number of cells of one generated mesh.
 const MOST_CELLS: usize = 2_000_000;
 
-/// Mesh of a convex grain with about `cells` cells (as near as whole edge cuts come, and at least
-/// one per facet): a fan from an inner point, longest-edge bisection, smoothing.
+/// Mesh of a convex grain with about `cells` cells (as near as whole edge cuts come, at least one per
+/// facet, up to a dozen more for a grain that meshes badly): a fan from an inner point, longest-edge bisection, smoothing.
 ///
 /// The surface stays exactly that of `shape`. The result depends on `shape` and `cells` only.
 /// Errors ([`Error::Mesh`]) where the shape is not convex or has no volume.
 pub fn grain_mesh(shape: &Polyhedron, cells: usize) -> Result<Mesh> {
     let fan = fan(shape)?;
     let mut best: Option<(f64, Tetrahedra)> = None;
-    for inner_edge in INNER_EDGES {
+    for (inner_edge, more, enough) in ATTEMPTS {
+        if best.as_ref().is_some_and(|(worst, _)| *worst >= enough) {
+            break;
+        }
         let mut mesh = fan.clone();
-        refine_to_count(&mut mesh, cells, inner_edge);
+        refine_to_count(&mut mesh, cells + more, inner_edge);
         improve(&mut mesh);
         let worst = mesh.worst_quality();
         if best.as_ref().is_none_or(|(other, _)| worst > *other) {
             best = Some((worst, mesh));
-        }
-        if worst >= WANTED_RADIUS_RATIO {
-            break;
         }
     }
     finish("grain", best.map_or(fan, |(_, mesh)| mesh))
@@ -107,11 +120,11 @@ pub fn cuboid_mesh(size: [f64; 3], mesh_size: f64) -> Result<Mesh> {
 pub struct NearPoint {
     /// Its centre [m].
     pub point: Vec3,
-    /// Its radius [m].
+    /// Its radius, positive [m].
     pub radius: f64,
     /// Edge length inside it [m].
     pub mesh_size: f64,
-    /// Growth of the edge length with the distance from the ball [m/m]; 0.3 grades gently.
+    /// Growth, positive, of the edge length with the distance from the ball [m/m]; 0.3 grades gently.
     pub growth: f64,
 }
 
@@ -125,12 +138,8 @@ pub fn sphere_mesh(radius: f64, mesh_size: f64, near: Option<&NearPoint>) -> Res
     check_size("sphere", mesh_size)?;
     if let Some(near) = near {
         check_size("sphere", near.mesh_size)?;
-        if !(near.growth > 0.0) || !(near.radius >= 0.0) {
-            return Err(Error::Mesh {
-                name: "sphere".into(),
-                message: "local refinement needs a positive growth and a radius that is not negative".into(),
-            });
-        }
+        check_size("sphere", near.growth)?;
+        check_size("sphere", near.radius)?;
     }
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners = Vec::with_capacity(12);
@@ -170,7 +179,8 @@ fn improve(mesh: &mut Tetrahedra) {
 /// Tetrahedra from an inner point to every facet, the point where the worst of them is best.
 fn fan(shape: &Polyhedron) -> Result<Tetrahedra> {
     let fail = |message: &str| Error::Mesh { name: "polyhedron".into(), message: message.into() };
-    if shape.facets.is_empty() || !(shape.volume() > 0.0) {
+    let solid = !shape.facets.is_empty() && shape.volume() > 0.0;
+    if !solid {
         return Err(fail("has no volume"));
     }
     let centroid = shape.centroid();
@@ -215,8 +225,9 @@ fn fan(shape: &Polyhedron) -> Result<Tetrahedra> {
 }
 
 fn finish(name: &str, mesh: Tetrahedra) -> Result<Mesh> {
-    if !(mesh.worst_quality() > 0.0) {
-        return Err(Error::Mesh { name: name.into(), message: "a cell has no volume".into() });
+    if mesh.worst_quality() <= 0.0 {
+        let message = "a cell has no volume; ask for a smaller mesh size or gentler local refinement";
+        return Err(Error::Mesh { name: name.into(), message: message.into() });
     }
     Mesh::from_tetrahedra(name, mesh.points, &mesh.cells)
 }
@@ -225,7 +236,7 @@ fn check_size(name: &str, length: f64) -> Result<()> {
     if length > 0.0 && length.is_finite() {
         return Ok(());
     }
-    Err(Error::Mesh { name: name.into(), message: format!("the length {length} m is not positive") })
+    Err(Error::Mesh { name: name.into(), message: format!("the size {length} is not positive") })
 }
 
 fn too_many(name: &str) -> Error {
@@ -239,38 +250,8 @@ fn too_many(name: &str) -> Error {
 mod tests {
     use std::f64::consts::PI;
 
-    use rand_mt::Mt64;
-
     use super::*;
     use crate::mesh::quality::QualityReport;
-
-    fn uniform(random: &mut Mt64, low: f64, high: f64) -> f64 {
-        low + (high - low) * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// The default shape law: 8 to 16 vertices at least 0.45 apart on the unit sphere, polar angle
-    /// uniform, semi-axes uniform in 10 to 20 mm.
-    fn random_grain(random: &mut Mt64) -> Polyhedron {
-        loop {
-            let axes = [0; 3].map(|_| uniform(random, 0.010, 0.020));
-            let count = 8 + (uniform(random, 0.0, 9.0) as usize).min(8);
-            let mut directions: Vec<Vec3> = Vec::new();
-            for _ in 0..3000 {
-                let (theta, phi) = (uniform(random, 0.0, PI), uniform(random, 0.0, 2.0 * PI));
-                let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-                if directions.len() < count && directions.iter().all(|other| (other - d).norm() >= 0.45) {
-                    directions.push(d);
-                }
-            }
-            if directions.len() < count {
-                continue;
-            }
-            let points: Vec<Vec3> =
-                directions.iter().map(|d| Vec3::new(d.x * axes[0], d.y * axes[1], d.z * axes[2])).collect();
-            let hull = Polyhedron::convex_hull(&points).expect("a hull");
-            return hull.translated(&-hull.centroid());
-        }
-    }
 
     fn closed_surface(mesh: &Mesh) -> bool {
         let mut edges = std::collections::BTreeMap::<[u32; 2], i32>::new();
@@ -281,76 +262,6 @@ mod tests {
             }
         }
         edges.values().all(|&sum| sum == 0)
-    }
-
-    struct Survey {
-        worst: f64,
-        smallest_dihedral: f64,
-        cells: usize,
-        below: usize,
-        p1: f64,
-    }
-
-    fn survey(count: usize, cells: usize) -> Survey {
-        let mut random = Mt64::new(2011);
-        let mut worst_of_grain = Vec::new();
-        let (mut dihedral, mut total) = (PI, 0);
-        for _ in 0..count {
-            let shape = random_grain(&mut random);
-            let mesh = grain_mesh(&shape, cells).expect("a mesh");
-            assert!((mesh.volume() / shape.volume() - 1.0).abs() < 1e-12);
-            assert!((mesh.surface_area() / shape.area() - 1.0).abs() < 1e-12);
-            assert!((mesh.centroid() - shape.centroid()).norm() < 1e-12 * shape.bounding_radius());
-            assert!(closed_surface(&mesh));
-            assert_eq!(mesh.connected_parts().len(), 1);
-            let report = QualityReport::of(&mesh);
-            worst_of_grain.push(report.worst_radius_ratio);
-            dihedral = dihedral.min(report.smallest_dihedral);
-            total += mesh.cells.len();
-        }
-        worst_of_grain.sort_by(f64::total_cmp);
-        Survey {
-            worst: worst_of_grain[0],
-            smallest_dihedral: dihedral.to_degrees(),
-            cells: total,
-            below: worst_of_grain.iter().filter(|&&q| q < 0.05).count(),
-            p1: worst_of_grain[count / 100],
-        }
-    }
-
-    fn check_survey(count: usize) {
-        let start = std::time::Instant::now();
-        let found = survey(count, 38);
-        let line = format!(
-            "{count} grains: worst radius ratio {:.4}, 1st percentile of the worst {:.4}, {} below 0.05, \
-             smallest dihedral {:.2} deg, {:.2} cells a grain, {:.2} ms a grain with checks",
-            found.worst,
-            found.p1,
-            found.below,
-            found.smallest_dihedral,
-            found.cells as f64 / count as f64,
-            1e3 * start.elapsed().as_secs_f64() / count as f64
-        );
-        println!("{line}");
-        assert!(found.worst >= 0.05, "{line}");
-        assert!((found.cells as f64 / count as f64 - 38.0).abs() < 1.0, "{line}");
-    }
-
-    #[test]
-    fn hundred_grains_have_no_sliver() {
-        check_survey(100);
-    }
-
-    #[test]
-    #[ignore = "the whole specimen of the source, 3783 grains: half a minute"]
-    fn all_grains_of_the_specimen_have_no_sliver() {
-        check_survey(3783);
-    }
-
-    #[test]
-    fn same_shape_same_mesh() {
-        let shape = random_grain(&mut Mt64::new(5));
-        assert_eq!(grain_mesh(&shape, 38).expect("a mesh"), grain_mesh(&shape, 38).expect("a mesh"));
     }
 
     #[test]
@@ -381,7 +292,6 @@ mod tests {
             assert!(missing < 0.5 * last, "second order: {missing} after {last}");
             last = missing;
             let report = QualityReport::of(&mesh);
-            println!("sphere h/R {size}: missing volume {missing:.4}, {report:?}");
             assert!(closed_surface(&mesh) && report.worst_radius_ratio > 0.1, "{report:?}");
         }
     }
@@ -390,10 +300,8 @@ mod tests {
     fn sphere_is_fine_near_the_pole() {
         let near =
             NearPoint { point: Vec3::new(0.0, 0.0, 0.012), radius: 3e-4, mesh_size: 1e-4, growth: 0.3 };
-        let start = std::time::Instant::now();
         let mesh = sphere_mesh(0.012, 0.004, Some(&near)).expect("a mesh");
         let report = QualityReport::of(&mesh);
-        println!("pole: {report:?} surface {} in {:?}", mesh.surface.len(), start.elapsed());
         assert!(closed_surface(&mesh) && report.worst_radius_ratio > 0.1, "{report:?}");
         for facet in &mesh.surface {
             let x = [0, 1, 2].map(|k| mesh.nodes[facet.nodes[k].index()]);

@@ -8,10 +8,10 @@ pub mod file;
 pub mod generate;
 pub mod quality;
 pub mod tet10;
-pub mod tetrahedra;
 
 mod improve;
 mod refine;
+mod tetrahedra;
 
 pub use generate::{NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
 pub use quality::{CellQuality, QualityReport};

@@ -82,7 +82,7 @@ pub fn radius_ratio([a, b, c, d]: &[Vec3; 4]) -> f64 {
     let (u, v, w) = (b - a, c - a, d - a);
     let (vw, wu, uv) = (v.cross(&w), w.cross(&u), u.cross(&v));
     let six_volumes = u.dot(&vw);
-    if !(six_volumes > 0.0) {
+    if six_volumes <= 0.0 || six_volumes.is_nan() {
         return -1.0;
     }
     // r = 3 V / S; R = |u^2 (v x w) + v^2 (w x u) + w^2 (u x v)| / (12 V).

@@ -53,7 +53,7 @@ pub(crate) fn refine_to_count(mesh: &mut Tetrahedra, goal: usize, inner_edge: f6
     }
 }
 
-/// Cuts edges, the relatively longest first, until none is longer than `size` at its middle or
+/// Cuts edges, around the relatively longest first, until none is longer than `size` at its middle or
 /// there are `most` cells. Returns whether the sizes were reached.
 pub(crate) fn refine_to_size(mesh: &mut Tetrahedra, size: impl Fn(&Vec3) -> f64, most: usize) -> bool {
     let measure = |mesh: &Tetrahedra, a: u32, b: u32| {
@@ -62,7 +62,7 @@ pub(crate) fn refine_to_size(mesh: &mut Tetrahedra, size: impl Fn(&Vec3) -> f64,
     };
     let mut heap = all_edges(mesh, &measure);
     while let Some(longest) = heap.pop() {
-        if !(longest.measure > 1.0) {
+        if longest.measure <= 1.0 {
             return true;
         }
         let [a, b] = longest.ends;
@@ -72,9 +72,34 @@ pub(crate) fn refine_to_size(mesh: &mut Tetrahedra, size: impl Fn(&Vec3) -> f64,
         if mesh.cells.len() >= most {
             return false;
         }
-        cut(mesh, &mut heap, a, b, &measure);
+        let [p, q] = end_of_propagation(mesh, [a, b]);
+        cut(mesh, &mut heap, p, q, &measure);
+        if [p, q] != [a, b] {
+            heap.push(longest);
+        }
     }
     true
+}
+
+/// From `edge` to the longest edge of the cells around it, and on until an edge is the longest of
+/// all its cells (Rivara's longest-edge propagation path). Cutting only such edges keeps the shape
+/// of the cells where the size changes quickly.
+fn end_of_propagation(mesh: &Tetrahedra, edge: [u32; 2]) -> [u32; 2] {
+    // Equal lengths are told apart by the point numbers, so that every step goes up.
+    let rank = |ends: [u32; 2]| Candidate { measure: mesh.length(ends[0], ends[1]), ends };
+    let mut best = rank(edge);
+    loop {
+        let here = best;
+        for &cell in &mesh.around[here.ends[0] as usize] {
+            let cell = &mesh.cells[cell as usize];
+            if cell.contains(&here.ends[1]) {
+                best = edges_of(cell).map(rank).fold(best, Ord::max);
+            }
+        }
+        if best == here {
+            return here.ends;
+        }
+    }
 }
 
 fn all_edges(mesh: &Tetrahedra, measure: &impl Fn(&Tetrahedra, u32, u32) -> f64) -> BinaryHeap<Candidate> {

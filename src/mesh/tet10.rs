@@ -76,7 +76,8 @@ impl Mesh {
             let points = cell.map(|node| nodes[node as usize]);
             let volume = signed_volume(&points);
             let longest = EDGES.iter().map(|&[i, j]| (points[i] - points[j]).norm()).fold(0.0, f64::max);
-            if !(volume.abs() > 1e-12 * longest.powi(3)) {
+            let flat = 1e-12 * longest.powi(3);
+            if volume.abs() <= flat || volume.is_nan() {
                 return Err(fail(format!("cell {index} is flat (volume {volume:.3e} m^3)")));
             }
             if volume < 0.0 {

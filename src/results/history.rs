@@ -47,7 +47,7 @@ macro_rules! history {
         /// One accepted increment. What a run does not have is NaN (a scene has no `void_ratio`).
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         pub struct HistoryRow {
-            $(#[doc = concat!($long_name, " [", $units, "]")] pub $name: $kind,)*
+            $(#[doc = concat!($long_name, ", in `", $units, "`")] pub $name: $kind,)*
         }
 
         /// The datasets of `/history`, in order.
@@ -71,9 +71,9 @@ history! {
     stage: i64, "1", "stage, counted from 0 as in the case file";
     increment: i64, "1", "accepted increment, counted from 1 over all stages";
     time: f64, "1", "stages completed plus the completed share of the present one";
-    axial_strain: f64, "1", "axial strain, compression positive";
-    radial_strain: f64, "1", "radial strain, compression positive";
-    volumetric_strain: f64, "1", "volumetric strain, compression positive";
+    axial_strain: f64, "1", "axial strain since the start of the consolidation, from the first later stage on since its end; compression positive";
+    radial_strain: f64, "1", "radial strain since the start of the consolidation, from the first later stage on since its end; compression positive";
+    volumetric_strain: f64, "1", "volumetric strain since the start of the consolidation, from the first later stage on since its end; compression positive";
     axial_stress: f64, "Pa", "axial stress, compression positive";
     confining_pressure: f64, "Pa", "confining pressure, compression positive";
     deviatoric_stress: f64, "Pa", "deviatoric stress q, axial stress minus confining pressure";
@@ -92,7 +92,7 @@ history! {
     out_of_balance: f64, "1", "out-of-balance force over the mean contact force";
     max_penetration: f64, "m", "largest penetration of two bodies";
     energy_external: f64, "J", "work done on the specimen from outside, since the start";
-    energy_elastic: f64, "J", "elastic energy stored in the grains";
+    energy_elastic: f64, "J", "elastic energy stored in grains and contacts, less that at the start";
     energy_friction: f64, "J", "energy dissipated by friction, since the start";
     energy_damage: f64, "J", "energy dissipated by damage, since the start";
     energy_stabilisation: f64, "J", "energy taken by numerical stabilisation, since the start";

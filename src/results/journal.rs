@@ -31,9 +31,9 @@ pub fn path_of(file: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Copies what a flush may overwrite, the first `old_length` bytes except `fixed` (sorted, disjoint
-/// (offset, length) that no flush touches), to the journal.
-pub fn write(file: &Path, old_length: u64, fixed: &[(u64, u64)]) -> Result<()> {
+/// Copies what a flush may overwrite, the first `old_length` bytes except `fixed` (sorted (offset, length)
+/// that no flush touches), in the layout of a journal.
+pub fn snapshot(file: &Path, old_length: u64, fixed: &[(u64, u64)]) -> Result<Vec<u8>> {
     let blocks = complement(old_length, fixed);
     let mut source = File::open(file).map_err(|e| Error::io("read", file, e))?;
     let mut bytes = Vec::new();
@@ -54,8 +54,35 @@ pub fn write(file: &Path, old_length: u64, fixed: &[(u64, u64)]) -> Result<()> {
     }
     let checksum = crc32(&bytes);
     bytes.extend_from_slice(&checksum.to_le_bytes());
+    Ok(bytes)
+}
+
+/// Writes a snapshot beside its file.
+pub fn write(file: &Path, snapshot: &[u8]) -> Result<()> {
     let journal = path_of(file);
-    std::fs::write(&journal, &bytes).map_err(|e| Error::io("write", &journal, e))
+    std::fs::write(&journal, snapshot).map_err(|e| Error::io("write", &journal, e))
+}
+
+/// Puts a file back when it is dropped, if it holds a snapshot. For a writer that is dropped with changes that it did not
+/// commit: HDF5 flushes those as the file is closed, and on a full disk only some of them.
+#[derive(Debug, Default)]
+pub(super) struct Undo {
+    /// The file and its snapshot.
+    pub armed: Option<(PathBuf, Vec<u8>)>,
+}
+
+impl Drop for Undo {
+    fn drop(&mut self) {
+        if let Some((file, snapshot)) = self.armed.take() {
+            let restored = parse(&snapshot).map(|(length, blocks)| restore(&file, length, &blocks));
+            // Where it could not be put back now, the journal stays for whoever opens the file next.
+            if let Some(Ok(())) = restored {
+                let _ = discard(&file);
+            } else {
+                let _ = write(&file, &snapshot);
+            }
+        }
+    }
 }
 
 /// Removes the journal: the flush is done.
@@ -96,7 +123,7 @@ pub(super) fn recover_locked(file: &Path, _lock: &Lock) -> Result<bool> {
     Ok(rolled_back)
 }
 
-fn restore(file: &Path, old_length: u64, blocks: &[(u64, &[u8])]) -> io::Result<()> {
+fn restore(file: &Path, old_length: u64, blocks: &[Block<'_>]) -> io::Result<()> {
     let mut target = OpenOptions::new().write(true).open(file)?;
     for (offset, bytes) in blocks {
         target.seek(SeekFrom::Start(*offset))?;
@@ -106,8 +133,11 @@ fn restore(file: &Path, old_length: u64, blocks: &[(u64, &[u8])]) -> io::Result<
     target.sync_all()
 }
 
+/// A stretch of a file: offset and bytes.
+type Block<'a> = (u64, &'a [u8]);
+
 /// Old length and blocks of a journal; `None` if it is incomplete.
-fn parse(bytes: &[u8]) -> Option<(u64, Vec<(u64, &[u8])>)> {
+fn parse(bytes: &[u8]) -> Option<(u64, Vec<Block<'_>>)> {
     let (body, checksum) = bytes.split_at_checked(bytes.len().checked_sub(4)?)?;
     if crc32(body).to_le_bytes() != *checksum {
         return None;
@@ -194,7 +224,8 @@ mod tests {
         let file = dir.path().join("a.h5");
         let old: Vec<u8> = (0..=255).cycle().take(1000).collect();
         std::fs::write(&file, &old).expect("file");
-        write(&file, 1000, &[(100, 200)]).expect("journal");
+        let kept = snapshot(&file, 1000, &[(100, 200)]).expect("snapshot");
+        write(&file, &kept).expect("journal");
         let mut torn = old.clone();
         torn[50] = 0;
         torn[400..500].fill(7);
@@ -211,7 +242,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("temporary directory");
         let file = dir.path().join("a.h5");
         std::fs::write(&file, [5; 1000]).expect("file");
-        write(&file, 1000, &[]).expect("journal");
+        write(&file, &snapshot(&file, 1000, &[]).expect("snapshot")).expect("journal");
         let journal = std::fs::read(path_of(&file)).expect("journal");
         for length in [0, 7, 500, journal.len() - 1] {
             std::fs::write(path_of(&file), &journal[..length]).expect("journal");

@@ -4,7 +4,7 @@
 //! - [`Writer`] takes plain data (no solver types), keeps `/VTKHDF` valid after every saved state
 //!   and makes every [`Writer::commit`] all or nothing, whatever kills the process (see [`journal`]).
 //! - [`Reader`] opens a finished, killed or still growing file; [`Summary`] is what `riprap info` prints.
-//! - [`export`] writes the history as CSV.
+//! - [`write_history_csv`] exports the history.
 //!
 //! SI units. Strains, `deviatoric_stress` and `mean_stress` in `/history` count compression positive;
 //! stresses in `/VTKHDF` count tension positive.
@@ -18,6 +18,7 @@ pub mod journal;
 mod lock;
 mod reader;
 mod record;
+mod resume;
 mod store;
 mod summary;
 mod table;

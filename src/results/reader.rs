@@ -127,14 +127,14 @@ impl Reader {
     /// A scalar text.
     pub fn text(&self, name: &str) -> Result<String> {
         let dataset = self.dataset(name)?;
-        Ok(self.named(name, dataset.read_scalar::<VarLenUnicode>())?.as_str().to_string())
+        Ok(readable(&self.named(name, dataset.read_scalar::<VarLenUnicode>())?))
     }
 
     /// A text attribute.
     pub fn text_attribute(&self, name: &str, attribute: &str) -> Result<String> {
         let place = format!("{name}@{attribute}");
         let found = self.named(&place, self.dataset(name)?.attr(attribute))?;
-        Ok(self.named(&place, found.read_scalar::<VarLenUnicode>())?.as_str().to_string())
+        Ok(readable(&self.named(&place, found.read_scalar::<VarLenUnicode>())?))
     }
 
     /// Names in a group, in alphabetical order; none where there is no such group.
@@ -218,6 +218,11 @@ impl Reader {
     fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
         result.map_err(|e| failure(&self.path, name, explain(&e)))
     }
+}
+
+/// A text of the file, which may be damaged: what is no UTF-8 is shown as U+FFFD.
+fn readable(text: &VarLenUnicode) -> String {
+    String::from_utf8_lossy(text.as_bytes()).into_owned()
 }
 
 fn open(path: &Path) -> Result<File> {

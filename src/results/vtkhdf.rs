@@ -65,8 +65,13 @@ const DISPLACEMENT: Field = Field {
 };
 const DAMAGE: Field = on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], 4);
 const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], 1);
-const STRESS: Field =
-    on_cells("stress", "Pa", "mean Cauchy stress xx yy zz xy yz xz, tension positive", &[6], 4);
+const STRESS: Field = on_cells(
+    "stress",
+    "Pa",
+    "mean Cauchy stress xx yy zz xy yz xz, tension positive; of the whole grain where its fidelity is rigid",
+    &[6],
+    4,
+);
 const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], 4);
 
 const FIELDS: [&Field; 5] = [&DISPLACEMENT, &DAMAGE, &FAILED, &STRESS, &VON_MISES];
@@ -206,6 +211,21 @@ impl VtkHdf {
         Ok(resumed)
     }
 
+    /// Refuses a mesh that is not the file's.
+    pub fn check_mesh(&self, store: &Store, mesh: &FieldMesh) -> Result<()> {
+        if (mesh.points(), mesh.cells()) != (self.points, self.cells) {
+            let message = format!(
+                "has {} points and {} cells, the run to continue has {} and {}",
+                self.points,
+                self.cells,
+                mesh.points(),
+                mesh.cells()
+            );
+            return Err(store.fail("VTKHDF", message));
+        }
+        Ok(())
+    }
+
     /// States saved so far.
     pub fn states(&self) -> usize {
         self.states
@@ -255,8 +275,8 @@ impl VtkHdf {
                 return Err(store.fail(name, format!("has {found} entries, the mesh has {expected}")));
             }
         }
-        // Negated, so that NaN is refused too.
-        if !(state.time > self.last_time) {
+        // No order at all: NaN.
+        if state.time.partial_cmp(&self.last_time) != Some(std::cmp::Ordering::Greater) {
             let message = format!("time {} does not follow {}", state.time, self.last_time);
             return Err(store.fail("VTKHDF/Steps/Values", message));
         }

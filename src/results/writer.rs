@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use hdf5::file::{CacheDecreaseMode, CacheIncreaseMode, FileAccess, FlashIncreaseMode};
+use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File};
 
 use crate::error::{Error, Result};
@@ -13,7 +14,6 @@ use super::grains::{GRAIN_QUANTITIES, GrainRow};
 use super::history::{HISTORY, HistoryRow, Value};
 use super::journal;
 use super::lock::Lock;
-use super::reader::{Reader, Restart};
 use super::record::{COMMIT, CaseRecord, Outcome, VERSION, host};
 use super::store::{Growing, Layout, Store, explain, failure};
 use super::table::{Column, ColumnData};
@@ -36,20 +36,26 @@ pub enum Existing {
 /// A results file being written. What is appended becomes part of the file at the next [`Writer::commit`],
 /// all of it or nothing. Dropping a writer does not commit.
 pub struct Writer {
-    store: Store,
-    history: Vec<Growing>,
-    bodies: Vec<Vec<Growing>>,
-    fields: Option<VtkHdf>,
-    grains: Vec<Growing>,
+    pub(super) store: Store,
+    pub(super) history: Vec<Growing>,
+    pub(super) bodies: Vec<Vec<Growing>>,
+    /// Not written yet.
+    mesh: Option<FieldMesh>,
+    pub(super) fields: Option<VtkHdf>,
+    pub(super) grains: Vec<Growing>,
     status: Dataset,
-    rows: usize,
-    restarts: usize,
+    pub(super) rows: usize,
+    pub(super) restarts: usize,
     /// Datasets that are written whole and not changed afterwards.
-    fixed: Vec<Dataset>,
+    pub(super) fixed: Vec<Dataset>,
     /// Where raw data lie that no later flush changes: sorted, disjoint (offset, length).
-    fixed_extents: Vec<(u64, u64)>,
+    pub(super) fixed_extents: Vec<(u64, u64)>,
     fixed_changed: bool,
-    committed_length: u64,
+    pub(super) committed_length: u64,
+    /// Whether anything was changed since the last commit.
+    dirty: bool,
+    /// Behind all that keeps the file open, so that it acts on the closed file.
+    undo: journal::Undo,
     /// Last, so that the file is closed before it is released.
     _lock: Lock,
 }
@@ -70,15 +76,25 @@ impl Writer {
         }
         let unfinished = unfinished_name(path);
         let lock = Lock::for_writing(&unfinished)?;
-        let made = access().and_then(|access| {
-            let mut options = File::with_options();
-            options.set_access_plist(&access)?.create(&unfinished)
-        });
-        let file = made.map_err(|e| failure(path, "/", explain(&e)))?;
-        let store = Store { file, path: unfinished.clone() };
-        let mut writer = Self::lay_out(store, lock, case)?;
-        writer.commit()?;
-        std::fs::rename(&unfinished, path).map_err(|e| Error::io("create", path, e))?;
+        let begun = begin(&unfinished)
+            .and_then(|file| {
+                let store = Store { file, path: unfinished.clone() };
+                let mut writer = Self::lay_out(store, lock, case)?;
+                writer.commit()?;
+                Ok(writer)
+            })
+            .and_then(|writer| match std::fs::rename(&unfinished, path) {
+                Ok(()) => Ok(writer),
+                Err(e) => Err(Error::io("create", path, e)),
+            });
+        let mut writer = match begun {
+            Ok(writer) => writer,
+            Err(error) => {
+                // Best effort: the error that matters is the one returned.
+                let _ = std::fs::remove_file(&unfinished);
+                return Err(error);
+            }
+        };
         writer.store.path = path.to_path_buf();
         // Of a file that was replaced.
         journal::discard(path)?;
@@ -118,11 +134,12 @@ impl Writer {
         Ok(Self::over(store, lock, history, status))
     }
 
-    fn over(store: Store, lock: Lock, history: Vec<Growing>, status: Dataset) -> Self {
+    pub(super) fn over(store: Store, lock: Lock, history: Vec<Growing>, status: Dataset) -> Self {
         Writer {
             store,
             history,
             bodies: Vec::new(),
+            mesh: None,
             fields: None,
             grains: Vec::new(),
             status,
@@ -132,97 +149,25 @@ impl Writer {
             fixed_extents: Vec::new(),
             fixed_changed: false,
             committed_length: 0,
+            dirty: true,
+            undo: journal::Undo::default(),
             _lock: lock,
         }
     }
 
-    /// Opens a file to continue it after its last restart point: rows and states behind that point are
-    /// dropped, the status is `running` again. Returns the restart point too; errors if there is none.
-    pub fn resume(path: &Path) -> Result<(Self, Restart)> {
-        if !path.exists() {
-            return Err(failure(path, "/", "no such file"));
+    /// Gives the mesh of the saved states; before the first of them, and again after a resume. It is written with the
+    /// first state, since VTK cannot read a temporal file of no steps.
+    pub fn set_mesh(&mut self, mesh: FieldMesh) -> Result<()> {
+        if let Some(fields) = &self.fields {
+            return fields.check_mesh(&self.store, &mesh);
         }
-        let lock = Lock::for_writing(path)?;
-        journal::recover_locked(path, &lock)?;
-        let restart = Reader::of_owner(path)?
-            .restart()?
-            .ok_or_else(|| failure(path, "restart", "has no restart point to resume from"))?;
-        let opened = access().and_then(|access| {
-            let mut options = File::with_options();
-            options.set_access_plist(&access)?.open_rw(path)
-        });
-        let file = opened.map_err(|e| failure(path, "/", explain(&e)))?;
-        let store = Store { file, path: path.to_path_buf() };
-        let status = store.open("status")?;
-        let mut history = Vec::new();
-        for quantity in HISTORY {
-            history.push(store.grown(&format!("history/{}", quantity.name))?);
-        }
-        let mut writer = Self::over(store, lock, history, status);
-        writer.committed_length = writer.length_on_disk()?;
-        writer.rows = restart.rows;
-        writer.restarts = restart.written;
-        writer.drop_after(&restart)?;
-        writer.set_status(Outcome::Running, "", restart.increment)?;
-        // By itself, so that space freed here is not written to before the file has forgotten it.
-        writer.commit()?;
-        Ok((writer, restart))
-    }
-
-    fn drop_after(&mut self, restart: &Restart) -> Result<()> {
-        for column in &self.history {
-            if column.rows() < restart.rows {
-                return Err(self.store.fail(&column.name, "is shorter than the restart point says"));
-            }
-            column.resize(&self.store, restart.rows)?;
-        }
-        if self.store.file.link_exists("bodies") {
-            let names = self.store.hdf5("bodies", self.store.group("bodies")?.member_names())?;
-            for body in names {
-                let mut columns = Vec::new();
-                for quantity in &BODY_QUANTITIES {
-                    let column = self.store.grown(&format!("bodies/{body}/{}", quantity.name))?;
-                    column.resize(&self.store, restart.rows)?;
-                    columns.push(column);
-                }
-                self.bodies.push(columns);
-            }
-        }
-        if self.store.file.link_exists("VTKHDF") {
-            self.fields = Some(VtkHdf::resume(&self.store, restart.states)?);
-        }
-        if self.store.file.link_exists("grains/position") {
-            for quantity in &GRAIN_QUANTITIES {
-                let column = self.store.grown(&format!("grains/{}", quantity.name))?;
-                column.resize(&self.store, restart.states)?;
-                self.grains.push(column);
-            }
-        }
-        if self.store.file.link_exists("contacts") {
-            let contacts = self.store.group("contacts")?;
-            for name in self.store.hdf5("contacts", contacts.member_names())? {
-                if name.parse::<usize>().is_ok_and(|state| state >= restart.states) {
-                    self.store.hdf5(&format!("contacts/{name}"), contacts.unlink(&name))?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Writes the mesh of the saved states; once, before the first of them.
-    pub fn write_mesh(&mut self, mesh: &FieldMesh) -> Result<()> {
-        if self.fields.is_some() {
-            return Err(self.store.fail("VTKHDF", "the mesh has been written already"));
-        }
-        let (fields, fixed) = VtkHdf::create(&self.store, mesh)?;
-        self.fields = Some(fields);
-        self.fixed.extend(fixed);
-        self.fixed_changed = true;
+        self.mesh = Some(mesh);
         Ok(())
     }
 
     /// Writes a table whose columns are equally long, e.g. `grains`, `contacts/0` or `breakage`.
     pub fn write_table(&mut self, group: &str, columns: &[Column]) -> Result<()> {
+        self.dirty = true;
         self.store.group(group)?;
         let rows = columns.first().map_or(0, Column::rows);
         for column in columns {
@@ -242,10 +187,18 @@ impl Writer {
         Ok(())
     }
 
-    /// Makes `/bodies/<name>` for the bodies of a scene; rows then come with [`Writer::append`].
-    pub fn add_bodies(&mut self, names: &[&str]) -> Result<()> {
+    /// Makes `/bodies/<name>` for the bodies of a scene; rows then come with [`Writer::append`], in the same order.
+    /// Once, before the first row, and again (with the same names) after a resume.
+    pub fn set_bodies(&mut self, names: &[&str]) -> Result<()> {
+        if !self.bodies.is_empty() {
+            return match self.body_names()? == names {
+                true => Ok(()),
+                false => Err(self.store.fail("bodies", "are not those of the run to continue")),
+            };
+        }
+        self.dirty = true;
         for name in names {
-            if name.is_empty() || name.contains('/') || *name == "." {
+            if name.is_empty() || name.contains(|c: char| c == '/' || c.is_control()) || *name == "." {
                 return Err(self.store.fail("bodies", format!("a body cannot be named {name:?}")));
             }
             let mut columns = Vec::new();
@@ -257,11 +210,23 @@ impl Writer {
             }
             self.bodies.push(columns);
         }
+        if !names.is_empty() {
+            self.store.text_attribute(&*self.store.group("bodies")?, "order", &names.join("\n"))?;
+        }
         Ok(())
     }
 
-    /// Appends an accepted increment; `bodies` in the order of [`Writer::add_bodies`], empty for a specimen.
+    /// Names of the bodies in the order in which their rows come.
+    pub(super) fn body_names(&self) -> Result<Vec<String>> {
+        let group = self.store.group("bodies")?;
+        let order = group.attr("order").and_then(|order| order.read_scalar::<VarLenUnicode>());
+        let order = self.store.hdf5("bodies@order", order)?;
+        Ok(String::from_utf8_lossy(order.as_bytes()).lines().map(str::to_string).collect())
+    }
+
+    /// Appends an accepted increment; `bodies` in the order of [`Writer::set_bodies`], empty for a specimen.
     pub fn append(&mut self, row: &HistoryRow, bodies: &[BodyRow]) -> Result<()> {
+        self.dirty = true;
         if bodies.len() != self.bodies.len() {
             let message = format!("{} rows for {} bodies", bodies.len(), self.bodies.len());
             return Err(self.store.fail("bodies", message));
@@ -284,15 +249,22 @@ impl Writer {
 
     /// Appends a state of the fields; returns its number, which also names `/contacts/<state>`.
     pub fn save_state(&mut self, state: &FieldState<'_>) -> Result<usize> {
-        let Some(fields) = &mut self.fields else {
-            return Err(self.store.fail("VTKHDF", "the mesh has not been written yet"));
-        };
+        self.dirty = true;
         self.fixed_changed = true;
+        if let Some(mesh) = self.mesh.take() {
+            let (fields, fixed) = VtkHdf::create(&self.store, &mesh)?;
+            self.fields = Some(fields);
+            self.fixed.extend(fixed);
+        }
+        let Some(fields) = &mut self.fields else {
+            return Err(self.store.fail("VTKHDF", "no mesh has been set"));
+        };
         fields.save(&self.store, state)
     }
 
     /// Appends a state of the grains, to go with the last [`Writer::save_state`].
     pub fn save_grains(&mut self, grains: &[GrainRow]) -> Result<()> {
+        self.dirty = true;
         if self.grains.is_empty() {
             for quantity in &GRAIN_QUANTITIES {
                 let name = format!("grains/{}", quantity.name);
@@ -327,6 +299,7 @@ impl Writer {
 
     /// Stores what a run needs to continue from here; [`Writer::resume`] returns the bytes as they are.
     pub fn save_restart(&mut self, increment: u64, bytes: &[u8]) -> Result<()> {
+        self.dirty = true;
         let name = RESTART_SLOTS[self.restarts % 2];
         let slot = match self.store.file.link_exists(name) {
             true => self.store.grown(name)?,
@@ -348,10 +321,16 @@ impl Writer {
         Ok(())
     }
 
-    /// Makes all that was appended since the last commit part of the file.
+    /// Makes all that was appended since the last commit part of the file. After a commit that failed no other is
+    /// possible: the file goes back to the one before as the writer is dropped.
     pub fn commit(&mut self) -> Result<()> {
+        if self.undo.armed.is_some() {
+            return Err(self.store.fail("/", "an earlier write failed, so nothing more is written"));
+        }
         if self.committed_length > 0 {
-            journal::write(&self.store.path, self.committed_length, &self.fixed_extents)?;
+            let snapshot = self.snapshot()?;
+            journal::write(&self.store.path, &snapshot)?;
+            self.undo.armed = Some((self.store.path.clone(), snapshot));
         }
         self.store.hdf5("/", self.store.file.flush())?;
         if self.fixed_changed || self.committed_length == 0 {
@@ -359,7 +338,10 @@ impl Writer {
             self.fixed_changed = false;
         }
         self.committed_length = self.length_on_disk()?;
-        journal::discard(&self.store.path)
+        journal::discard(&self.store.path)?;
+        self.undo.armed = None;
+        self.dirty = false;
+        Ok(())
     }
 
     /// Notes how the run ended, and commits. The writer can then be dropped.
@@ -372,14 +354,19 @@ impl Writer {
         &self.store.path
     }
 
-    fn set_status(&self, outcome: Outcome, reason: &str, increment: u64) -> Result<()> {
+    pub(super) fn set_status(&mut self, outcome: Outcome, reason: &str, increment: u64) -> Result<()> {
+        self.dirty = true;
         let text = self.store.unicode("status", outcome.as_str())?;
         self.store.hdf5("status", self.status.write_scalar(&text))?;
         self.store.text_attribute(&self.status, "reason", reason)?;
         self.store.number_attribute(&self.status, "last_good_increment", increment)
     }
 
-    fn gather_fixed(&self) -> Result<Vec<(u64, u64)>> {
+    fn snapshot(&self) -> Result<Vec<u8>> {
+        journal::snapshot(&self.store.path, self.committed_length, &self.fixed_extents)
+    }
+
+    pub(super) fn gather_fixed(&self) -> Result<Vec<(u64, u64)>> {
         let mut extents = Vec::new();
         for dataset in &self.fixed {
             self.store.raw_extents(dataset, &mut extents)?;
@@ -401,22 +388,42 @@ impl Writer {
         Ok(extents)
     }
 
-    fn length_on_disk(&self) -> Result<u64> {
+    pub(super) fn length_on_disk(&self) -> Result<u64> {
         let found =
             std::fs::metadata(&self.store.path).map_err(|e| Error::io("read", &self.store.path, e))?;
         Ok(found.len())
     }
 }
 
+impl Drop for Writer {
+    /// Keeps HDF5 from writing out what was not committed: the file is put back once it is closed.
+    fn drop(&mut self) {
+        if self.dirty && self.committed_length > 0 && self.undo.armed.is_none() {
+            // A file that cannot be read now cannot be put back either.
+            if let Ok(snapshot) = self.snapshot() {
+                self.undo.armed = Some((self.store.path.clone(), snapshot));
+            }
+        }
+    }
+}
+
 /// How the file is opened: without HDF5's own lock (see `lock`), and with its metadata held in memory from one flush to the next, so
 /// that the file on disk changes only where the journal expects it.
-fn access() -> hdf5::Result<FileAccess> {
+pub(super) fn access() -> hdf5::Result<FileAccess> {
     let mut cache = FileAccess::try_new()?.get_mdc_config()?;
     cache.evictions_enabled = false;
     cache.incr_mode = CacheIncreaseMode::Off;
     cache.flash_incr_mode = FlashIncreaseMode::Off;
     cache.decr_mode = CacheDecreaseMode::Off;
     FileAccess::build().libver_v18().file_locking(false).mdc_config(&cache).finish()
+}
+
+fn begin(path: &Path) -> Result<File> {
+    let made = access().and_then(|access| {
+        let mut options = File::with_options();
+        options.set_access_plist(&access)?.create(path)
+    });
+    made.map_err(|e| failure(path, "/", explain(&e)))
 }
 
 fn unfinished_name(path: &Path) -> PathBuf {

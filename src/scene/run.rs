@@ -218,6 +218,7 @@ impl Scene {
     fn commit(&mut self, stage: usize, progress: f64, report: &IncrementReport, loads: Loads) -> Row {
         let mut bodies = Vec::with_capacity(self.start.len());
         let vector = |w: &Vector6<f64>, first: usize| Vec3::new(w[first], w[first + 1], w[first + 2]);
+        let error_before = self.ledger.error();
         for (i, body) in self.model.bodies.iter().enumerate() {
             let [old, new] = [self.committed.poses[i], report.poses[i]];
             let weight = |gravity: &Vec3, pose: &Pose| {
@@ -249,7 +250,9 @@ impl Scene {
         }
         self.ledger.elastic = report.energy.elastic;
         self.ledger.friction += report.energy.friction;
-        self.ledger.stabilisation += report.energy.stabilisation;
+        if report.is_snap() {
+            self.ledger.stabilisation += (self.ledger.error() - error_before).max(0.0);
+        }
         self.committed.poses.clone_from(&report.poses);
         self.committed.memory.clone_from(&report.memory);
         self.increments += 1;

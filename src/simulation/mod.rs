@@ -1,3 +1,210 @@
-//! (being built)
+//! The main job, the whole program on one page: a checked case becomes a specimen, a rig, stages,
+//! increments, and a results file.
+//!
+//! The library never prints: whoever runs a case hears of it through an [`Observer`], and every
+//! accepted increment is in the file before the next one begins. SI units; the history counts
+//! compression positive.
 
+mod contact_table;
+mod fields;
+mod grain_stress;
+mod observer;
+mod plan;
+mod recorder;
 pub mod scene;
+mod specimen_table;
+
+pub use observer::{Observer, SpecimenReport, StageReport, Step};
+pub use plan::{PlannedStage, planned_stages};
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use crate::case::{Case, Geometry, RawCase, SpecimenCase, unsupported};
+use crate::error::{Error, Result};
+use crate::mesh::{Mesh, grain_mesh};
+use crate::results::{Existing, Outcome as FileOutcome};
+use crate::specimen::{Phase, Specimen, generate};
+use crate::triaxial::{Rig, Stage, StageEnd, Test};
+use recorder::Recorder;
+
+/// What a run takes besides its case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The results file to write.
+    pub out: PathBuf,
+    /// What to do where it exists already.
+    pub existing: Existing,
+    /// Threads at work, for the record.
+    pub threads: usize,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum End {
+    /// The case's last stage is done.
+    Finished,
+    /// The observer asked to stop.
+    Interrupted,
+    /// The run could not go on.
+    Stopped { reason: String },
+}
+
+/// What a run came to. The results file holds everything up to there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    pub end: End,
+    /// Accepted increments over all stages.
+    pub increments: u64,
+    pub wall_time: Duration,
+}
+
+/// Runs a case from its specimen to its last stage. `source` is where the case came from.
+///
+/// # Errors
+/// `Error::Case` for what riprap cannot run yet, `Error::Specimen` where the specimen cannot be
+/// generated, `Error::Results` and `Error::Io` for trouble with the results file. A run that does
+/// not converge is no error but an [`End`].
+pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn Observer) -> Result<Outcome> {
+    let faults = unsupported(case);
+    if !faults.is_empty() {
+        return Err(Error::Case { file: source.file.clone(), faults });
+    }
+    recorder::check_target(&options.out, options.existing)?;
+    match &case.geometry {
+        Geometry::Specimen(specimen) => triaxial_test(case, specimen, source, options, observer),
+        Geometry::Scene(_) => scene(case, source, options, observer),
+    }
+}
+
+/// Generates a case's specimen, with its meshes and statistics, and writes nothing else.
+///
+/// # Errors
+/// As [`run`]; `Error::Usage` for a scene.
+pub fn generate_specimen(
+    case: &Case,
+    source: &RawCase,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Outcome> {
+    let Geometry::Specimen(wanted) = &case.geometry else {
+        return Err(Error::Usage("this case is a scene: it has bodies set by hand and no specimen".into()));
+    };
+    let clock = Instant::now();
+    recorder::check_target(&options.out, options.existing)?;
+    let (specimen, meshes) = specimen_of(case, wanted, observer)?;
+    let mut recorder = Recorder::create(case, source, options, clock)?;
+    recorder.write_specimen(case, &specimen, &meshes)?;
+    let rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
+    recorder.begin(case, &rig, &specimen, &meshes)?;
+    recorder.finish(FileOutcome::Finished, "specimen only")?;
+    Ok(Outcome { end: End::Finished, increments: 0, wall_time: clock.elapsed() })
+}
+
+fn triaxial_test(
+    case: &Case,
+    wanted: &SpecimenCase,
+    source: &RawCase,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Outcome> {
+    let clock = Instant::now();
+    let stages = planned_stages(case);
+    let (specimen, meshes) = specimen_of(case, wanted, observer)?;
+    let mut recorder = Recorder::create(case, source, options, clock)?;
+    recorder.write_specimen(case, &specimen, &meshes)?;
+
+    let mut rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
+    recorder.begin(case, &rig, &specimen, &meshes)?;
+    drop((specimen, meshes));
+
+    let mut test = Test::new(&rig);
+    let mut end = match observer.stop_requested() {
+        true => StageEnd::Interrupted,
+        false => StageEnd::Finished,
+    };
+    let mut consolidated = true;
+    for planned in &stages {
+        if end != StageEnd::Finished {
+            break;
+        }
+        if planned.index == 0
+            && let Stage::Consolidate { pressure, .. } = planned.stage
+        {
+            let seating = test.seat(&mut rig, pressure);
+            observer.seated(seating.balance.out_of_balance, seating.counters.factorisations);
+        }
+        if consolidated && !matches!(planned.stage, Stage::Consolidate { .. }) {
+            // Strains count from the end of the consolidation; the energies go on.
+            test.rig_height = rig.height(&rig.committed.poses);
+            test.rig_volume = rig.volume(&rig.committed.poses);
+            consolidated = false;
+        }
+        observer.stage_begun(planned);
+        recorder.begin_stage(planned);
+        let mut trouble = None;
+        end = test.run(&mut rig, &planned.stage, &mut |rig, report| {
+            let recorded = recorder.accept(planned, rig, report);
+            match recorded {
+                Ok(row) => observer.step_accepted(&Step::new(planned, &stages, report.row.progress, &row)),
+                Err(error) => trouble = Some(error),
+            }
+            trouble.is_none() && !observer.stop_requested()
+        });
+        if let Some(error) = trouble {
+            return Err(error);
+        }
+        // The observer's wish at the last increment of a stage is no interruption of that stage.
+        recorder.end_stage()?;
+        observer.stage_ended(&recorder.stage_report(planned, &end));
+        if end == StageEnd::Finished && observer.stop_requested() && planned.index + 1 < stages.len() {
+            end = StageEnd::Interrupted;
+        }
+    }
+    let (outcome, reason) = match &end {
+        StageEnd::Finished => (FileOutcome::Finished, String::new()),
+        StageEnd::Interrupted => (FileOutcome::Interrupted, "interrupted by the user".into()),
+        StageEnd::Stopped { reason } => (FileOutcome::Stopped, reason.clone()),
+    };
+    recorder.finish(outcome, &reason)?;
+    let end = match end {
+        StageEnd::Finished => End::Finished,
+        StageEnd::Interrupted => End::Interrupted,
+        StageEnd::Stopped { reason } => End::Stopped { reason },
+    };
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: clock.elapsed() })
+}
+
+/// Runs a scene of bodies set by hand.
+///
+/// # Errors
+/// `Error::Usage`: scenes are being built.
+pub fn scene(
+    _case: &Case,
+    _source: &RawCase,
+    _options: &Options,
+    _observer: &mut dyn Observer,
+) -> Result<Outcome> {
+    Err(Error::Usage("scenes cannot be run yet: they are being built".into()))
+}
+
+/// The specimen and a mesh of each of its grains.
+fn specimen_of(
+    case: &Case,
+    wanted: &SpecimenCase,
+    observer: &mut dyn Observer,
+) -> Result<(Specimen, Vec<Mesh>)> {
+    let clock = Instant::now();
+    let parameters = wanted.parameters(case.seed, case.contact.rounding);
+    let progress = &mut |phase: Phase, share: f64| observer.specimen_progress(phase, share);
+    let specimen = generate(&parameters, progress)?;
+    let meshes: Vec<Mesh> = specimen
+        .grains
+        .par_iter()
+        .map(|grain| grain_mesh(&grain.nominal, wanted.cells_per_grain))
+        .collect::<Result<_>>()?;
+    observer.specimen_ready(&SpecimenReport::new(&specimen, &meshes, clock.elapsed()));
+    Ok((specimen, meshes))
+}

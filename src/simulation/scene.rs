@@ -32,7 +32,7 @@ pub fn run(
     let mut scene = Scene::new(&parameters(case, folder)?)?;
     if let Some(writer) = writer.as_deref_mut() {
         let names: Vec<&str> = scene.model.bodies.iter().map(|body| body.name.as_str()).collect();
-        writer.add_bodies(&names)?;
+        writer.set_bodies(&names)?;
     }
     let started = Instant::now();
     let mut trouble = None;

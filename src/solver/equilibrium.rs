@@ -19,8 +19,6 @@ pub struct Balance {
 pub struct Equilibrium {
     pub converged: bool,
     pub balance: Balance,
-    /// Energy that the proximal term took on the way [J].
-    pub stabilisation: f64,
     /// Out-of-balance of each augmentation.
     pub history: Vec<f64>,
 }
@@ -43,16 +41,13 @@ impl Newton<'_> {
         let settings = self.settings;
         let tolerance = settings.force_tolerance;
         let mut weight = settings.proximal_start;
-        let mut stalls = 0;
-        let mut stabilisation = 0.0;
         let mut history = Vec::new();
-        let mut kept = 0;
         loop {
             let balance = self.balance();
             history.push(balance.out_of_balance);
             let converged = balance.out_of_balance < tolerance;
             if converged || history.len() > settings.max_augmentations {
-                return Equilibrium { converged, balance, stabilisation, history };
+                return Equilibrium { converged, balance, history };
             }
             self.counters.augmentations += 1;
             let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)
@@ -67,28 +62,15 @@ impl Newton<'_> {
             );
             match end {
                 NewtonEnd::Stalled => {
-                    stalls += 1;
                     if weight >= settings.proximal_max {
-                        return Equilibrium { converged: false, balance, stabilisation, history };
+                        return Equilibrium { converged: false, balance, history };
                     }
                     weight = (weight * settings.proximal_raise).min(settings.proximal_max);
                     continue;
                 }
-                NewtonEnd::Solved => {
-                    // The first solve is the response to the new load, not a relaxation of a snap.
-                    if kept > 0 {
-                        stabilisation += self.proximal_work(weight);
-                    }
-                    weight = (weight * settings.proximal_lower).max(settings.proximal_min);
-                }
-                NewtonEnd::Reduced => {
-                    if kept > 0 {
-                        stabilisation += self.proximal_work(weight);
-                    }
-                }
+                NewtonEnd::Solved => weight = (weight * settings.proximal_lower).max(settings.proximal_min),
+                NewtonEnd::Reduced => {}
             }
-            kept += 1;
-            let _ = stalls;
         }
     }
 

@@ -29,6 +29,9 @@ pub enum StepStatus {
     TooClose,
 }
 
+/// A steady increment balances within this many augmentations (ARCHITECTURE.md has the counts).
+const SNAP_AUGMENTATIONS: usize = 8;
+
 /// The outcome of an attempt; nothing is committed yet.
 #[derive(Debug, Clone)]
 pub struct IncrementReport {
@@ -50,6 +53,12 @@ impl IncrementReport {
     pub fn converged(&self) -> bool {
         self.status == StepStatus::Converged
     }
+
+    /// Whether the solver had to relax through an instability (a snap of the force chains): more
+    /// augmentations than a steady increment takes.
+    pub fn is_snap(&self) -> bool {
+        self.history.len() > SNAP_AUGMENTATIONS
+    }
 }
 
 /// Energies of an accepted configuration and what was lost on the way to it [J].
@@ -59,8 +68,6 @@ pub struct Energies {
     pub elastic: f64,
     /// Lost to friction since the last accepted increment.
     pub friction: f64,
-    /// Taken by the stabilising term since the last accepted increment.
-    pub stabilisation: f64,
 }
 
 /// Numbers about the contact network.
@@ -125,7 +132,8 @@ pub fn advance(
         }
     };
     let mut contact_wrench = vec![Vector6::zeros(); model.bodies.len()];
-    let mut energy = Energies { stabilisation: outcome.stabilisation, ..Energies::default() };
+    let friction = newton.step_dissipation();
+    let mut energy = Energies { friction, elastic: 0.0 };
     let mut measures = ContactMeasures::default();
     let mut sliding = 0;
     for pair in &newton.contacts.pairs {
@@ -137,8 +145,7 @@ pub fn advance(
                 contact_wrench[pair.a()][k] += e.wrench[k];
                 contact_wrench[pair.b()][k] += e.wrench[6 + k];
             }
-            energy.elastic += e.energy + e.tangential_energy();
-            energy.friction += e.dissipation();
+            energy.elastic += e.energy + e.tangential_energy;
             measures.points += 1;
             measures.max_penetration = measures.max_penetration.max(-e.gap);
             if e.friction.norm() > (1.0 - 1e-6) * point.state.friction * e.pressure {

@@ -20,6 +20,7 @@ pub struct Newton<'a> {
     pub poses: Vec<Pose>,
     /// Forces out of balance at `poses` [N].
     pub residual: Vec<f64>,
+
     /// How far `poses` are from the proximal centre, in unknowns [m].
     pub away: Vec<f64>,
     pub counters: Counters,
@@ -115,9 +116,9 @@ impl<'a> Newton<'a> {
         fine
     }
 
-    /// Evaluates anew after carried memory or coefficients have changed.
-    pub fn refresh(&mut self) -> bool {
-        self.evaluate()
+    /// Work lost to friction in the present step [J].
+    pub fn step_dissipation(&self) -> f64 {
+        self.contacts.active().map(|(_, p)| p.evaluation.dissipation(p.state.pressure_before)).sum()
     }
 
     /// The residual with the proximal term.
@@ -254,18 +255,18 @@ impl<'a> Newton<'a> {
                 break;
             }
         }
-        if end == NewtonEnd::Solved {
-            return end;
+        if end != NewtonEnd::Solved {
+            if best.0 < merits.last().copied().unwrap_or(first) {
+                self.go_to(best.1, best.2);
+            }
+            if best.0 < 0.25 * first {
+                end = NewtonEnd::Reduced;
+            }
         }
-        if best.0 < merits.last().copied().unwrap_or(first) {
-            self.go_to(best.1, best.2);
-        }
-        if best.0 < 0.25 * first {
-            NewtonEnd::Reduced
-        } else {
+        if end == NewtonEnd::Stalled {
             self.go_to(centre, vec![0.0; self.dofs.count()]);
-            NewtonEnd::Stalled
         }
+        end
     }
 
     fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
@@ -291,10 +292,5 @@ impl<'a> Newton<'a> {
         }
         let held = self.held_residual(weight);
         held.iter().all(|x| x.is_finite()).then_some(held)
-    }
-
-    /// Work done against the proximal term in the last solve [J].
-    pub fn proximal_work(&self, weight: f64) -> f64 {
-        weight * self.typical_stiffness * self.away.iter().map(|d| d * d).sum::<f64>()
     }
 }

@@ -15,6 +15,7 @@
 //! times in s: only the packing matters, not the time that the engine took to reach it.
 
 use crate::error::{Error, Result};
+use crate::specimen::VOID_RATIO_TOLERANCE;
 use crate::specimen::engine_contacts::FreshContacts;
 use crate::specimen::placement::Placement;
 use crate::specimen::shape::GrainShape;
@@ -57,7 +58,15 @@ const LEAST_FRICTION: f64 = 5e-3;
 const REST_TIME: f64 = 0.5;
 const REST_BAND: f64 = 4e-3;
 
-/// Time [s] of the final hold with its linear strain rate, and the bound of either compaction phase.
+/// The same for the densest packing, where the pressure's servo creeps in slowly, and the time [s]
+/// without friction after which it counts as densest anyway.
+const DENSEST_BAND: f64 = 1.5e-3;
+const DENSEST_TIME: f64 = 6.0;
+
+/// A packing with the largest friction may creep for this long [s] before it counts as the loosest.
+const CREEP_TIME: f64 = 1.5;
+
+/// Time [s] of the hold with its linear strain rate, and the bound of the approach.
 const HOLD_TIME: f64 = 2.0;
 const HOLD_RATE: f64 = 0.1 * RATE;
 const LONGEST: f64 = 30.0;
@@ -66,9 +75,11 @@ const LONGEST: f64 = 30.0;
 const DAMPING: f64 = 0.5;
 const HOLD_DAMPING: f64 = 20.0;
 
-/// The hold and the removal of overlaps let the void ratio rise again by about this, so the dial
-/// stops so much below the asked one.
-const REBOUND: f64 = 0.005;
+/// The hold lets the void ratio rise again by about this, so the dial stops so much below the goal.
+const REBOUND: f64 = 0.003;
+
+/// Passes of dial and hold until the void ratio after the hold is within 0.4 of its tolerance.
+const PASSES: usize = 4;
 
 /// A compacted packing, still as large as it came.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,35 +127,26 @@ pub fn compact(
 ) -> Result<Packing> {
     let mut chamber = Chamber::build(grains, placement)?;
     let loosest = approach(&mut chamber, void_ratio, progress)?;
-    let too_dense = loosest < void_ratio - REBOUND;
-    let goal = if too_dense { 0.0 } else { void_ratio - REBOUND };
-
+    let too_dense = loosest < void_ratio;
     let mut friction = LARGEST_FRICTION;
     let mut end = if too_dense { DialEnd::Loosest } else { DialEnd::Met };
-    let start = chamber.time;
-    while (explore || !too_dense) && chamber.void_ratio() > goal {
-        friction *= (-TIME_STEP / FRICTION_TIME).exp();
-        if friction < LEAST_FRICTION {
-            friction = 0.0;
+    if too_dense && explore {
+        turn_dial(&mut chamber, &mut friction, 0.0, progress);
+    }
+    // What the hold gives back is taken off the next pass's goal.
+    let mut goal = void_ratio - REBOUND;
+    for pass in 1..=PASSES {
+        if end == DialEnd::Met && turn_dial(&mut chamber, &mut friction, goal, progress) {
+            end = DialEnd::Densest;
         }
-        chamber.set_friction(friction);
-        chamber.advance(PRESSURE, RATE);
-        progress(0.6 + 0.3 * (1.0 - friction / LARGEST_FRICTION));
-        if friction == 0.0 && (chamber.at_rest() || chamber.time > start + LONGEST) {
-            if !too_dense {
-                end = DialEnd::Densest;
-            }
+        hold(&mut chamber, progress);
+        let excess = chamber.void_ratio() - void_ratio;
+        if end != DialEnd::Met || excess < 0.4 * VOID_RATIO_TOLERANCE || pass == PASSES {
             break;
         }
-    }
-
-    // Full friction keeps the packing as dense as it is while the pressure falls.
-    chamber.damp(HOLD_DAMPING);
-    chamber.set_friction(LARGEST_FRICTION);
-    let held = chamber.time;
-    while chamber.time < held + HOLD_TIME {
-        chamber.advance(HOLD_PRESSURE, HOLD_RATE);
-        progress(0.9 + 0.1 * (chamber.time - held) / HOLD_TIME);
+        goal -= excess;
+        chamber.damp(DAMPING);
+        chamber.set_friction(friction);
     }
     Ok(Packing {
         poses: chamber.poses()?,
@@ -157,21 +159,58 @@ pub fn compact(
     })
 }
 
-/// Drives the walls in until they carry the pressure at rest with the largest friction; returns the
-/// void ratio there.
+/// Lets friction fall until the void ratio is `goal`; true where the dial ends before that, with the
+/// packing at rest without friction.
+fn turn_dial(chamber: &mut Chamber, friction: &mut f64, goal: f64, progress: &mut dyn FnMut(f64)) -> bool {
+    let mut smooth = 0.0;
+    while chamber.void_ratio() > goal {
+        *friction *= (-TIME_STEP / FRICTION_TIME).exp();
+        if *friction < LEAST_FRICTION {
+            *friction = 0.0;
+        }
+        chamber.set_friction(*friction);
+        chamber.advance(PRESSURE, RATE);
+        progress(0.6 + 0.3 * (1.0 - *friction / LARGEST_FRICTION));
+        if *friction == 0.0 {
+            smooth += TIME_STEP;
+            if chamber.at_rest(DENSEST_BAND) || smooth > DENSEST_TIME {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// Lowers the pressure; full friction keeps the packing as dense as it is meanwhile.
+fn hold(chamber: &mut Chamber, progress: &mut dyn FnMut(f64)) {
+    chamber.damp(HOLD_DAMPING);
+    chamber.set_friction(LARGEST_FRICTION);
+    let start = chamber.time;
+    while chamber.time < start + HOLD_TIME {
+        chamber.advance(HOLD_PRESSURE, HOLD_RATE);
+        progress(0.9 + 0.1 * (chamber.time - start) / HOLD_TIME);
+    }
+}
+
+/// Drives the walls in until they carry the pressure with the largest friction, at rest but for slow
+/// creep; returns the void ratio there.
 fn approach(chamber: &mut Chamber, void_ratio: f64, progress: &mut dyn FnMut(f64)) -> Result<f64> {
     let start = chamber.solid_fraction();
     let asked = 1.0 / (1.0 + void_ratio);
+    let mut jammed_at = None;
     while chamber.time < LONGEST {
         let rate = if chamber.solid_fraction() < APPROACH_FRACTION { APPROACH_RATE } else { RATE };
         chamber.advance(PRESSURE, rate);
         progress(0.6 * ((chamber.solid_fraction() - start) / (asked - start)).clamp(0.0, 1.0));
-        if chamber.at_rest() {
+        if jammed_at.is_none() && chamber.pressure > 0.9 * PRESSURE {
+            jammed_at = Some(chamber.time);
+        }
+        if chamber.at_rest(REST_BAND) || jammed_at.is_some_and(|time| chamber.time > time + CREEP_TIME) {
             return Ok(chamber.void_ratio());
         }
     }
     Err(Error::Specimen(format!(
-        "compaction found no rest in {LONGEST} s: solid fraction {:.3}, pressure {:.2} of {PRESSURE}",
+        "compaction met no resistance in {LONGEST} s: solid fraction {:.3}, pressure {:.2} of {PRESSURE}",
         chamber.solid_fraction(),
         chamber.pressure
     )))
@@ -311,12 +350,12 @@ impl Chamber {
         self.recent.push_back(self.void_ratio());
     }
 
-    /// Whether the walls carry the compaction pressure and have stopped.
-    fn at_rest(&self) -> bool {
+    /// Whether the walls carry the compaction pressure and the void ratio has stayed within `band`.
+    fn at_rest(&self, band: f64) -> bool {
         let (low, high) =
             self.recent.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(*e), h.max(*e)));
         self.recent.len() >= (REST_TIME / TIME_STEP) as usize
-            && high - low < REST_BAND
+            && high - low < band
             && (self.pressure / PRESSURE - 1.0).abs() < 0.2
     }
 

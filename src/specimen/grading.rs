@@ -164,3 +164,77 @@ pub fn mass_fractions(class_count: usize, grains: &[GrainShape]) -> Vec<f64> {
     let total: f64 = volumes.iter().sum();
     volumes.iter().map(|v| v / total).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(points: &[(f64, f64)]) -> Vec<SievePoint> {
+        points.iter().map(|&(size, passing)| SievePoint { size, passing }).collect()
+    }
+
+    fn law() -> ShapeLaw {
+        ShapeLaw { vertices: [8, 16], vertex_separation: 0.45, rounding: 0.02 }
+    }
+
+    #[test]
+    fn classes_come_coarsest_first() {
+        let classes = size_classes(&curve(&[(0.02, 0.0), (0.06, 1.0), (0.04, 0.62)])).expect("a curve");
+        assert_eq!(classes.len(), 2);
+        assert_eq!(classes[0].sizes, [0.04, 0.06]);
+        assert!((classes[0].mass_fraction - 0.38).abs() < 1e-12);
+        assert!((classes[1].mass_fraction - 0.62).abs() < 1e-12);
+        let gap = size_classes(&curve(&[(4.0, 1.0), (3.0, 0.5), (2.0, 0.5), (1.0, 0.0)])).expect("a curve");
+        assert_eq!(gap.len(), 2);
+    }
+
+    #[test]
+    fn impossible_curves_are_refused() {
+        for points in [
+            &[(1.0, 1.0)][..],
+            &[(2.0, 0.9), (1.0, 0.0)],
+            &[(2.0, 1.0), (1.0, 0.1)],
+            &[(2.0, 1.0), (2.0, 0.0)],
+            &[(3.0, 1.0), (2.0, 0.2), (1.5, 0.4), (1.0, 0.0)],
+            &[(2.0, 1.0), (-1.0, 0.0)],
+            &[(2.0, 1.0), (1.5, f64::NAN), (1.0, 0.0)],
+        ] {
+            assert!(size_classes(&curve(points)).is_err(), "{points:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_add_up() {
+        let classes =
+            size_classes(&curve(&[(6.0, 1.0), (4.0, 0.7), (2.0, 0.3), (1.0, 0.0)])).expect("a curve");
+        let volumes = mean_volumes(&classes, &law()).expect("volumes");
+        for total in [3, 10, 57, 300, 3783] {
+            let numbers = numbers_of_total(&classes, &volumes, total);
+            assert_eq!(numbers.iter().sum::<usize>(), total);
+            assert!(numbers.iter().all(|n| *n > 0));
+        }
+        let numbers = numbers_of_volume(&classes, &volumes, 1e4);
+        let total: f64 = numbers.iter().zip(&volumes).map(|(&n, v)| n as f64 * v).sum();
+        assert!((total / 1e4 - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn drawn_grains_meet_the_curve() {
+        let classes = size_classes(&curve(&[(6.0, 1.0), (4.0, 0.7), (2.0, 0.0)])).expect("a curve");
+        let volumes = mean_volumes(&classes, &law()).expect("volumes");
+        for total in [30, 400] {
+            let numbers = numbers_of_total(&classes, &volumes, total);
+            let solid: f64 = numbers.iter().zip(&volumes).map(|(&n, v)| n as f64 * v).sum();
+            let grains = draw(&classes, &numbers, solid, &law(), 3).expect("grains");
+            assert_eq!(grains.len(), total);
+            for (class, achieved) in classes.iter().zip(mass_fractions(2, &grains)) {
+                assert!((class.mass_fraction - achieved).abs() < 0.001, "{total}: {achieved}");
+            }
+            let drawn: f64 = grains.iter().map(|g| g.nominal.volume()).sum();
+            assert!((drawn / solid - 1.0).abs() < 0.001);
+            for pair in grains.windows(2) {
+                assert!(pair[0].class <= pair[1].class);
+            }
+        }
+    }
+}

@@ -16,7 +16,7 @@ pub mod statistics;
 
 pub use grading::SievePoint;
 pub use shape::GrainShape;
-pub use size::SpecimenSize;
+pub use size::{Consistency, Plan, SpecimenSize};
 pub use statistics::Statistics;
 
 use crate::error::{Error, Result};
@@ -80,6 +80,38 @@ impl SpecimenParameters {
         }
     }
 
+    /// What these parameters would draw: numbers of grains per class, solid volume and size.
+    ///
+    /// # Errors
+    /// `Error::Specimen` where the parameters are out of range.
+    pub fn plan(&self) -> Result<Plan> {
+        self.check()?;
+        let classes = grading::size_classes(&self.grading)?;
+        let volumes = grading::mean_volumes(&classes, &self.shape_law())?;
+        let plan = size::plan(&classes, &volumes, &self.size, self.void_ratio);
+        match self.size {
+            SpecimenSize::Grains { count, .. } if plan.numbers.iter().sum::<usize>() != count => {
+                Err(Error::Specimen(format!(
+                    "{count} grains cannot fill the {} size classes of the grading",
+                    classes.len()
+                )))
+            }
+            SpecimenSize::Grains { .. } | SpecimenSize::Cylinder { .. } => Ok(plan),
+        }
+    }
+
+    /// How a number of grains stated beside the size agrees with it; [`size::CONSISTENCY`] is the
+    /// largest deviation that counts as agreement.
+    ///
+    /// # Errors
+    /// `Error::Specimen` where the parameters are out of range.
+    pub fn consistency(&self, diameter: f64, height: f64, count: usize) -> Result<Consistency> {
+        self.check()?;
+        let classes = grading::size_classes(&self.grading)?;
+        let volumes = grading::mean_volumes(&classes, &self.shape_law())?;
+        Ok(size::consistency(&classes, &volumes, (diameter, height), self.void_ratio, count))
+    }
+
     fn check(&self) -> Result<()> {
         let fail = |message: String| Err(Error::Specimen(message));
         if !(self.void_ratio > 0.0 && self.void_ratio < 2.0) {
@@ -135,13 +167,10 @@ pub struct Specimen {
 /// `Error::Specimen` where the parameters are out of range, the grading cannot be met with so few
 /// grains, the void ratio is out of reach (with the range), or compaction fails.
 pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase, f64)) -> Result<Specimen> {
-    parameters.check()?;
+    progress(Phase::Shapes, 0.0);
+    let plan = parameters.plan()?;
     let law = parameters.shape_law();
     let classes = grading::size_classes(&parameters.grading)?;
-
-    progress(Phase::Shapes, 0.0);
-    let volumes = grading::mean_volumes(&classes, &law)?;
-    let plan = size::plan(&classes, &volumes, &parameters.size, parameters.void_ratio);
     let grains = grading::draw(&classes, &plan.numbers, plan.solid_volume, &law, parameters.seed)?;
     check_grading(&classes, &grains)?;
 
@@ -180,6 +209,13 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
     };
     specimen.statistics = statistics::measure(&specimen, &classes, &packing, &relaxation, scale);
     progress(Phase::Statistics, 1.0);
+    let [by_gjk, by_axes] = specimen.statistics.worst_overlap;
+    if by_gjk.max(by_axes) > relaxation::OVERLAP_TOLERANCE {
+        return Err(Error::Specimen(format!(
+            "grains still overlap after the removal of overlaps: by {by_gjk:.1e} of their size by GJK, by \
+             {by_axes:.1e} by separating axes"
+        )));
+    }
     Ok(specimen)
 }
 
@@ -223,4 +259,77 @@ fn check_void_ratio(parameters: &SpecimenParameters, packing: &Packing, reached:
             "compaction stopped at the void ratio {asked}, but the packing came to rest at {reached:.3}"
         ),
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters(size: SpecimenSize, void_ratio: f64) -> SpecimenParameters {
+        let point = |size, passing| SievePoint { size, passing };
+        let grading = vec![point(0.06, 1.0), point(0.04, 0.62), point(0.02, 0.0)];
+        SpecimenParameters { seed: 5, ..SpecimenParameters::new(grading, size, void_ratio) }
+    }
+
+    fn on_threads(count: usize, parameters: &SpecimenParameters) -> Result<Specimen> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool");
+        pool.install(|| generate(parameters, &mut |_, _| ()))
+    }
+
+    #[test]
+    fn small_specimen_is_sound_and_repeats_on_any_threads() {
+        let size = SpecimenSize::Cylinder { diameter: 0.08, height: 0.12 };
+        let parameters = parameters(size, 0.75);
+        let specimen = on_threads(1, &parameters).expect("a specimen");
+        let statistics = &specimen.statistics;
+        assert!((30..60).contains(&specimen.grains.len()), "{}", specimen.grains.len());
+        assert!((specimen.diameter - 0.08).abs() < 1e-12 && (specimen.height - 0.12).abs() < 1e-12);
+        assert!((statistics.void_ratio - 0.75).abs() < VOID_RATIO_TOLERANCE, "{}", statistics.void_ratio);
+        assert!((statistics.grain_scale - 1.0).abs() < 0.005);
+        for class in &statistics.classes {
+            assert!((class.mass_fraction[0] - class.mass_fraction[1]).abs() < GRADING_TOLERANCE);
+        }
+        // Both ways of measuring overlap agree that there is none.
+        assert!(statistics.worst_overlap.iter().all(|o| *o <= relaxation::OVERLAP_TOLERANCE));
+        assert!((statistics.worst_overlap[0] - statistics.worst_overlap[1]).abs() < 1e-7);
+        assert!(statistics.coordination_number > 2.0, "{}", statistics.coordination_number);
+        // 24 panels: their corners stand 0.57 % outside the circle of the same area.
+        assert!(statistics.wall_protrusion < 0.006 * 0.04);
+        assert!(statistics.plate_protrusion < 1e-4 * 0.02);
+
+        let again = on_threads(2, &parameters).expect("a specimen");
+        assert_eq!(specimen, again);
+    }
+
+    #[test]
+    fn void_ratio_out_of_reach_is_refused_with_the_range() {
+        let refused = parameters(SpecimenSize::Grains { count: 25, aspect: 1.5 }, 0.2);
+        let message = on_threads(1, &refused).expect_err("out of reach").to_string();
+        assert!(message.contains("without friction"), "{message}");
+        assert!(message.contains("0.2 cannot be reached"), "{message}");
+        let nearest = SpecimenParameters { unreachable: Unreachable::Nearest, ..refused };
+        let specimen = on_threads(1, &nearest).expect("the densest specimen");
+        assert_eq!(specimen.statistics.compaction_end, Some(DialEnd::Densest));
+        assert_eq!(specimen.grains.len(), 25);
+        assert_eq!(specimen.statistics.grain_scale, 1.0);
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_refused() {
+        let good = parameters(SpecimenSize::Grains { count: 25, aspect: 1.5 }, 0.6);
+        let bad = [
+            SpecimenParameters { size: SpecimenSize::Grains { count: 1, aspect: 1.0 }, ..good.clone() },
+            SpecimenParameters { void_ratio: -0.1, ..good.clone() },
+            SpecimenParameters { void_ratio: f64::NAN, ..good.clone() },
+            SpecimenParameters { vertices: [3, 8], ..good.clone() },
+            SpecimenParameters { vertices: [9, 8], ..good.clone() },
+            SpecimenParameters { vertex_separation: 2.0, ..good.clone() },
+            SpecimenParameters { rounding: 0.0, ..good.clone() },
+            SpecimenParameters { size: SpecimenSize::Grains { count: 0, aspect: 1.0 }, ..good.clone() },
+            SpecimenParameters { size: SpecimenSize::Cylinder { diameter: 0.1, height: -1.0 }, ..good },
+        ];
+        for parameters in bad {
+            assert!(generate(&parameters, &mut |_, _| ()).is_err(), "{parameters:?}");
+        }
+    }
 }

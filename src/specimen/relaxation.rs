@@ -17,14 +17,17 @@ pub const OVERLAP_TOLERANCE: f64 = 1e-4;
 const SWEEP_TOLERANCE: f64 = 0.1;
 
 /// Sweeps before each spread, and number of spreads at most.
-const SWEEPS: usize = 30;
-const SPREADS: usize = 60;
+const SWEEPS: usize = 60;
+const SPREADS: usize = 80;
 
 /// Share of the worst overlap by which positions and walls are spread.
 const SPREAD: f64 = 0.2;
 
-/// Pairs with a larger gap than this share of the smaller sieve size are left out of the sweeps;
-/// grains move by less than a tenth of that in all.
+/// At most this much at a time, so that one deep overlap does not open the whole packing.
+const LARGEST_SPREAD: f64 = 1e-4;
+
+/// Pairs with a larger gap than this share of the smaller sieve size are left out of the sweeps
+/// until the next spread.
 const NEAR: f64 = 0.03;
 
 /// The chamber that the grains were compacted in, [m].
@@ -51,7 +54,7 @@ pub struct Relaxation {
 /// # Errors
 /// `Error::Specimen` where that cannot be reached in bounded work.
 pub fn relax(grains: &[GrainShape], poses: &mut [Pose], walls: &mut Walls) -> Result<Relaxation> {
-    let contacts = Contacts::near(grains, poses);
+    let mut contacts = Contacts::near(grains, poses);
     let before = contacts.worst_overlap(poses);
     let (mut sweeps, mut spread) = (0, 1.0);
     for _ in 0..SPREADS {
@@ -62,11 +65,12 @@ pub fn relax(grains: &[GrainShape], poses: &mut [Pose], walls: &mut Walls) -> Re
                 break;
             }
         }
+        contacts = Contacts::near(grains, poses);
         let worst = contacts.worst_overlap(poses);
         if worst <= 0.5 * OVERLAP_TOLERANCE {
             return Ok(Relaxation { overlap: [before, worst], sweeps, spread });
         }
-        let factor = 1.0 + SPREAD * worst;
+        let factor = 1.0 + (SPREAD * worst).min(LARGEST_SPREAD);
         spread *= factor;
         poses.iter_mut().for_each(|p| p.position *= factor);
         walls.radius *= factor;

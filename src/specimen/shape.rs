@@ -202,3 +202,76 @@ fn perpendicular(direction: &Vec3) -> (Vec3, Vec3) {
     let u = direction.cross(&Vec3::ith(direction.iamin(), 1.0)).normalize();
     (u, direction.cross(&u))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn law() -> ShapeLaw {
+        ShapeLaw { vertices: [8, 16], vertex_separation: 0.45, rounding: 0.02 }
+    }
+
+    #[test]
+    fn grains_keep_their_law() {
+        for index in 0..200 {
+            let shape = grain(&law(), [0.02, 0.04], 3, 11, index).expect("a grain");
+            assert!((8..=16).contains(&shape.nominal.vertices.len()));
+            assert!(shape.semi_axes.iter().all(|a| (0.01..0.02).contains(a)));
+            assert!((0.02..0.04).contains(&shape.sieve_size));
+            assert!(shape.nominal.centroid().norm() < 1e-12);
+            assert_eq!(shape.rounded.radius, 0.02 * shape.sieve_size);
+            assert_eq!(shape.class, 3);
+            // Vertices lie on the ellipsoid, far enough apart on the unit sphere.
+            let centre = ellipsoid_centre(&shape);
+            let unit: Vec<Vec3> = shape
+                .nominal
+                .vertices
+                .iter()
+                .map(|v| (v - centre).component_div(&Vec3::from(shape.semi_axes)))
+                .collect();
+            for (k, v) in unit.iter().enumerate() {
+                assert!((v.norm() - 1.0).abs() < 1e-6);
+                assert!(unit[..k].iter().all(|w| (v - w).norm() > 0.45 - 1e-6));
+            }
+        }
+    }
+
+    /// Least-squares centre of the axis-parallel ellipsoid through the vertices.
+    fn ellipsoid_centre(shape: &GrainShape) -> Vec3 {
+        let scale = Vec3::from(shape.semi_axes);
+        let points: Vec<Vec3> = shape.nominal.vertices.iter().map(|v| v.component_div(&scale)).collect();
+        // |p - c|^2 = 1, differences from the first are linear in c.
+        let rows = points.len() - 1;
+        let a = nalgebra::DMatrix::from_fn(rows, 3, |i, k| 2.0 * (points[i + 1][k] - points[0][k]));
+        let b =
+            nalgebra::DVector::from_fn(rows, |i, _| points[i + 1].norm_squared() - points[0].norm_squared());
+        let c = a.svd(true, true).solve(&b, 1e-12).expect("a centre");
+        Vec3::new(c[0], c[1], c[2]).component_mul(&scale)
+    }
+
+    #[test]
+    fn mean_volume_is_that_of_many_grains() {
+        let unit = mean_unit_volume(&law()).expect("a volume");
+        let count = 1000;
+        let sum: f64 =
+            (0..count).map(|k| grain(&law(), [2.0, 4.0], 0, 5, k).expect("a grain").nominal.volume()).sum();
+        // The mean semi-axis is 1.5; five standard errors of both samples.
+        assert!((sum / count as f64 / (unit * 1.5f64.powi(3)) - 1.0).abs() < 0.09);
+    }
+
+    #[test]
+    fn square_opening_of_boxes() {
+        let opening = |size| square_opening(&Polyhedron::cuboid(size).expect("a box"));
+        // The two smaller edges decide: across the hole, or turned by 45 degrees if one is thin.
+        assert!((opening([3.0, 2.0, 1.9]) / 2.0 - 1.0).abs() < 0.01);
+        assert!((opening([5.0, 1.0, 1.0]) - 1.0).abs() < 0.01);
+        assert!((opening([3.0, 2.0, 0.1]) / (2.1 / 2.0f64.sqrt()) - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn law_without_room_is_refused() {
+        let law = ShapeLaw { vertex_separation: 1.4, ..law() };
+        assert!(grain(&law, [1.0, 2.0], 0, 1, 1).is_err());
+        assert!(mean_unit_volume(&law).is_err());
+    }
+}

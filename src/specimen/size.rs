@@ -96,3 +96,36 @@ pub fn consistency(
         void_ratio: cylinder_volume(diameter, height) / by_count.solid_volume - 1.0,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn classes() -> (Vec<SizeClass>, Vec<f64>) {
+        let class = |low: f64, high: f64, mass_fraction| SizeClass { sizes: [low, high], mass_fraction };
+        (vec![class(0.04, 0.06, 0.38), class(0.02, 0.04, 0.62)], vec![3e-5, 7e-6])
+    }
+
+    #[test]
+    fn size_and_number_follow_from_each_other() {
+        let (classes, volumes) = classes();
+        let by_size = plan(&classes, &volumes, &SpecimenSize::Cylinder { diameter: 0.3, height: 0.65 }, 0.47);
+        let count = by_size.numbers.iter().sum();
+        let by_count = plan(&classes, &volumes, &SpecimenSize::Grains { count, aspect: 0.65 / 0.3 }, 0.47);
+        // One grain more or less in about three thousand.
+        assert!((by_count.diameter / 0.3 - 1.0).abs() < 1e-3);
+        assert!((by_count.solid_volume * 1.47 - 0.25 * PI * 0.09 * 0.65).abs() < 1e-4);
+    }
+
+    #[test]
+    fn consistency_tells_what_would_agree() {
+        let (classes, volumes) = classes();
+        let exact = consistency(&classes, &volumes, (0.3, 0.65), 0.47, 3300);
+        let agreeing = consistency(&classes, &volumes, (0.3, 0.65), 0.47, exact.grains);
+        assert!(agreeing.deviation.abs() < 1e-9 && (agreeing.void_ratio - 0.47).abs() < 2e-3);
+        let double = consistency(&classes, &volumes, (0.3, 0.65), 0.47, 2 * exact.grains);
+        assert!((double.deviation - 1.0).abs() < 1e-9);
+        assert!((double.diameter / 0.3 - 2.0f64.cbrt()).abs() < 1e-3);
+        assert!((double.void_ratio - (1.47 / 2.0 - 1.0)).abs() < 2e-3);
+    }
+}

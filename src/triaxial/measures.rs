@@ -27,6 +27,8 @@ pub struct Ledger {
     /// Stored in contacts (and grains), less what was stored at the start.
     pub elastic: f64,
     pub friction: f64,
+    /// Set free in increments that snapped to another equilibrium, where the stabilising term
+    /// stands in for motion and its damping. Known by balance only: what these increments leave over.
     pub stabilisation: f64,
 }
 

@@ -1,0 +1,315 @@
+//! The program from outside: the binary on a tiny case, its exit codes, its messages, its results file.
+//!
+//! The case has sixteen grains and takes about two seconds. Numbers are checked against each other
+//! (energies, stresses, strains of the same file), never against stored ones.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use riprap::results::{Outcome, Reader};
+
+const CASE: &str = r#"{
+  "title": "Sixteen grains", "seed": 4,
+  "specimen": {"grains": 16, "aspect": 1.5, "grading": [["60 mm", 1.0], ["40 mm", 0.0]],
+               "void_ratio": 0.9, "unreachable": "nearest", "cells_per_grain": 24},
+  "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": null},
+  "contact": {"friction": 0.5},   // no weakening
+  "membrane": {"kind": "pressure"},
+  "stages": [{"kind": "consolidate", "pressure": "0.4 MPa"},
+             {"kind": "shear", "axial_strain": 0.002, "increment": 2e-4}],
+  "output": {"fields_every": 0.001}
+}"#;
+
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary directory");
+        std::fs::write(folder.path().join("tiny.json"), CASE).expect("a case file");
+        Place { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_riprap"));
+        command.current_dir(self.folder.path()).args(arguments);
+        command
+    }
+
+    fn riprap(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().expect("riprap starts")
+    }
+
+    #[track_caller]
+    fn ends_with(&self, code: i32, arguments: &[&str]) -> (String, String) {
+        let output = self.riprap(arguments);
+        let texts = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        let [stdout, stderr] = texts;
+        assert_eq!(output.status.code(), Some(code), "riprap {arguments:?}\n{stdout}\n{stderr}");
+        (stdout, stderr)
+    }
+}
+
+fn column(reader: &Reader, name: &str) -> Vec<f64> {
+    reader.history(name).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn open(path: &Path) -> Reader {
+    Reader::open(path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Shortens a run to its consolidation.
+const CONSOLIDATION_ONLY: [&str; 2] =
+    ["--set", r#"/stages=[{"kind": "consolidate", "pressure": "0.4 MPa"}]"#];
+
+#[test]
+fn a_run_writes_a_consistent_file() {
+    let place = Place::new();
+    let (stdout, stderr) = place.ends_with(0, &["run", "tiny.json", "--progress", "plain"]);
+    // The default target lies beside the case.
+    assert_eq!(stdout.trim(), "results/tiny.h5", "{stderr}");
+    assert!(
+        stderr.contains("consolidate       1/10") && stderr.contains("shear            10/10"),
+        "{stderr}"
+    );
+
+    let reader = open(&place.path("results/tiny.h5"));
+    let status = reader.status().expect("a status");
+    assert_eq!(status.outcome, Outcome::Finished);
+    let increments = reader.increments().expect("rows");
+    assert!(increments >= 20 && status.last_good_increment == increments as u64, "{increments}");
+
+    let stage = column(&reader, "stage");
+    let first_shear = stage.iter().position(|&s| s == 1.0).expect("a shear stage");
+    let shear = first_shear..increments;
+    let (strain, q) = (column(&reader, "axial_strain"), column(&reader, "deviatoric_stress"));
+    assert!((strain[increments - 1] - 0.002).abs() < 1e-9, "strains count from the end of the consolidation");
+    assert!(shear.clone().skip(1).all(|i| strain[i] > strain[i - 1]));
+    assert!(q[increments - 1] > 5.0 * q[first_shear - 1].abs() + 1e5, "q rises: {q:?}");
+    let pressure = column(&reader, "confining_pressure");
+    assert!(shear.clone().all(|i| (pressure[i] - 4e5).abs() < 1e-3));
+    let (axial, mean) = (column(&reader, "axial_stress"), column(&reader, "mean_stress"));
+    let (radial, volumetric) = (column(&reader, "radial_strain"), column(&reader, "volumetric_strain"));
+    for i in 0..increments {
+        assert!((axial[i] - pressure[i] - q[i]).abs() < 1e-6 * pressure[i]);
+        assert!((3.0 * mean[i] - axial[i] - 2.0 * pressure[i]).abs() < 1e-6 * pressure[i]);
+        assert!((volumetric[i] - strain[i] - 2.0 * radial[i]).abs() < 1e-12);
+    }
+    assert!(column(&reader, "out_of_balance").iter().all(|&unbalanced| unbalanced < 1e-3));
+
+    // The external work is the sum of the energies to 1e-2, FORMULATION's bound.
+    let parts = ["elastic", "friction", "damage", "stabilisation", "membrane", "error"];
+    let last = |name: &str| column(&reader, &format!("energy_{name}"))[increments - 1];
+    let (external, sum) = (last("external"), parts.iter().map(|part| last(part)).sum::<f64>());
+    assert!((external - sum).abs() < 1e-9 * external);
+    assert!(last("error").abs() < 1e-2 * external, "{} of {external} J", last("error"));
+
+    // The start, ten increments of the consolidation, every 0.1 % of the shearing.
+    let states = reader.floats("VTKHDF/Steps/Values").expect("states");
+    assert_eq!(states.len(), 1 + 10 + 2, "{states:?}");
+    assert_eq!(reader.shape("grains/position").expect("positions"), [states.len(), 16, 3]);
+    assert_eq!(reader.members("contacts").expect("contact tables").len(), states.len());
+    assert!(reader.text("case/given").expect("the case").contains("// no weakening"));
+    for name in
+        ["grains/volume", "specimen/void_ratio", "specimen/grading/mass_fraction", "specimen/flatness/count"]
+    {
+        assert!(reader.has(name), "{name}");
+    }
+}
+
+/// The volume mean of the grains' stresses is the stress of the specimen (Love). The rims of the
+/// cover press on the plates instead of the grains, hence the loose bound across.
+#[test]
+fn grain_stresses_average_to_the_stress_of_the_specimen() {
+    let place = Place::new();
+    place.ends_with(0, &["run", "tiny.json", "--out", "x.h5", "--quiet"]);
+    let reader = open(&place.path("x.h5"));
+    let last_row = reader.increments().expect("rows") - 1;
+    let last = |name: &str| column(&reader, name)[last_row];
+    let volumes = reader.floats("grains/volume").expect("volumes");
+    let total = volumes.iter().sum::<f64>() * (1.0 + last("void_ratio"));
+    let start =
+        *reader.integers("VTKHDF/Steps/CellDataOffsets/stress").expect("offsets").last().expect("a state");
+    let stress = reader.floats("VTKHDF/CellData/stress").expect("stresses");
+    let of_cell = reader.integers("VTKHDF/CellData/grain").expect("grains");
+    let mut mean = [0.0; 6];
+    for (grain, volume) in volumes.iter().enumerate() {
+        let cell = of_cell.iter().position(|&g| g == grain as i64).expect("a cell");
+        let row = 6 * (start as usize + cell);
+        (0..6).for_each(|k| mean[k] += stress[row + k] * volume / total);
+    }
+    let (axial, radial) = (-mean[2], -0.5 * (mean[0] + mean[1]));
+    assert!((axial / last("axial_stress") - 1.0).abs() < 0.03, "{axial} against {}", last("axial_stress"));
+    assert!(
+        (radial / last("confining_pressure") - 1.0).abs() < 0.2,
+        "{radial} against {}",
+        last("confining_pressure")
+    );
+}
+
+#[test]
+fn the_history_is_the_same_on_one_and_two_threads() {
+    let place = Place::new();
+    for threads in ["1", "2"] {
+        let out = format!("{threads}.h5");
+        place.ends_with(0, &["run", "tiny.json", "--quiet", "--threads", threads, "--out", &out]);
+    }
+    let [one, two] = ["1.h5", "2.h5"].map(|name| open(&place.path(name)));
+    for quantity in riprap::results::HISTORY.iter().filter(|quantity| quantity.name != "wall_time") {
+        let bits = |reader: &Reader| -> Vec<u64> {
+            column(reader, quantity.name).into_iter().map(f64::to_bits).collect()
+        };
+        assert_eq!(bits(&one), bits(&two), "{}", quantity.name);
+    }
+}
+
+#[test]
+fn a_results_file_is_not_overwritten_unless_forced() {
+    let place = Place::new();
+    std::fs::write(place.path("x.h5"), "precious").expect("a file");
+    let run = ["run", "tiny.json", "--quiet", "--out", "x.h5", CONSOLIDATION_ONLY[0], CONSOLIDATION_ONLY[1]];
+    let (_, stderr) = place.ends_with(2, &run);
+    assert!(stderr.contains("x.h5 exists already") && stderr.contains("--force"), "{stderr}");
+    assert_eq!(std::fs::read_to_string(place.path("x.h5")).expect("the file"), "precious");
+    place.ends_with(0, &[&run[..], &["--force"]].concat());
+    assert_eq!(open(&place.path("x.h5")).status().expect("a status").outcome, Outcome::Finished);
+}
+
+#[test]
+fn what_does_not_converge_stops_with_its_reason() {
+    let place = Place::new();
+    let strict = ["--set", "/solver/force_tolerance=1e-9", "--set", "/solver/max_augmentations=1"];
+    let (_, stderr) = place.ends_with(3, &[&["run", "tiny.json", "--out", "x.h5"], &strict[..]].concat());
+    assert!(stderr.contains("out of balance"), "{stderr}");
+    let status = open(&place.path("x.h5")).status().expect("a status");
+    assert_eq!(status.outcome, Outcome::Stopped);
+    assert!(status.reason.contains("out of balance"), "{}", status.reason);
+}
+
+#[test]
+fn bad_input_names_every_fault() {
+    let place = Place::new();
+    let bad = ["--set", "/stages/0/presure=1", "--set", "/seed=-1", "--set", "/contact/friction=0.5 m"];
+    for (code, command) in [(2, "run"), (1, "check")] {
+        let (_, stderr) = place.ends_with(code, &[&[command, "tiny.json"], &bad[..]].concat());
+        for part in ["$.stages[0].presure", "\"pressure\"", "$.seed", "$.contact.friction"] {
+            assert!(stderr.contains(part), "{command} does not say {part}:\n{stderr}");
+        }
+        assert!(!place.path("results").exists());
+    }
+    let (_, stderr) = place.ends_with(2, &["run", "none.json"]);
+    assert!(stderr.contains("none.json"), "{stderr}");
+    std::fs::write(place.path("broken.json"), "{\"title\": }").expect("a file");
+    let (_, stderr) = place.ends_with(2, &["check", "broken.json"]);
+    assert!(stderr.contains("broken.json:1:"), "{stderr}");
+    place.ends_with(2, &["run"]);
+    place.ends_with(2, &["run", "tiny.json", "--resume"]);
+    // An override that does not parse is listed with the rest.
+    let (_, stderr) = place.ends_with(2, &["run", "tiny.json", "--set", "seed"]);
+    assert!(stderr.contains("--set"), "{stderr}");
+}
+
+#[test]
+fn what_cannot_be_run_yet_is_refused() {
+    let place = Place::new();
+    for (pointer, path) in [
+        (r#"/membrane={"kind": "rubber"}"#, "$.membrane.kind"),
+        ("/solver/fidelity=full", "$.solver.fidelity"),
+    ] {
+        let (_, stderr) = place.ends_with(2, &["run", "tiny.json", "--set", pointer]);
+        assert!(stderr.contains(path) && stderr.contains("not built yet"), "{stderr}");
+        place.ends_with(1, &["check", "tiny.json", "--set", pointer]);
+    }
+    let (_, stderr) = place.ends_with(2, &["run", "tiny.json", "--fidelity", "full"]);
+    assert!(stderr.contains("$.solver.fidelity"), "{stderr}");
+}
+
+#[test]
+fn a_target_that_cannot_be_written_is_file_trouble() {
+    let place = Place::new();
+    let (_, stderr) = place.ends_with(4, &["run", "tiny.json", "--out", "tiny.json/x.h5"]);
+    assert!(stderr.contains("tiny.json"), "{stderr}");
+    std::fs::write(place.path("x.h5"), "no HDF5").expect("a file");
+    place.ends_with(4, &["info", "x.h5"]);
+}
+
+#[test]
+fn the_other_commands_answer() {
+    let place = Place::new();
+    let (stdout, _) = place.ends_with(0, &["check", "tiny.json"]);
+    assert!(stdout.contains("sound") && stdout.contains("degrees of freedom"), "{stdout}");
+    let (stdout, _) = place.ends_with(0, &["check", "tiny.json", "--full"]);
+    let full: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!(full["stages"][0]["radial_pressure"], 4e5);
+    let (stdout, _) = place.ends_with(0, &["schema"]);
+    let schema: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    assert!(schema["properties"]["specimen"].is_object());
+    let (stdout, _) = place.ends_with(0, &["--help"]);
+    assert!(stdout.contains("Exit codes"), "{stdout}");
+
+    place.ends_with(0, &["specimen", "tiny.json", "--out", "s.h5", "--quiet"]);
+    let reader = open(&place.path("s.h5"));
+    let overlap = |name: &str| reader.floats(&format!("specimen/{name}")).expect("an overlap")[0];
+    assert!(overlap("worst_overlap_gjk") < 1e-4 && overlap("worst_overlap_separating_axis") < 1e-4);
+    let (stdout, _) = place.ends_with(0, &["info", "s.h5"]);
+    assert!(stdout.contains("Sixteen grains") && stdout.contains("finished"), "{stdout}");
+    let (stdout, _) = place.ends_with(0, &["info", "s.h5", "--json"]);
+    let summary: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!(summary["grains"], 16);
+}
+
+#[test]
+fn lines_for_machines_and_the_exported_table_hold_the_history() {
+    let place = Place::new();
+    let run = ["run", "tiny.json", "--progress", "json", "--out", "x.h5"];
+    let (stdout, stderr) = place.ends_with(0, &[&run[..], &CONSOLIDATION_ONLY[..]].concat());
+    assert_eq!(stderr, "");
+    let lines: Vec<serde_json::Value> =
+        stdout.lines().map(|line| serde_json::from_str(line).expect("a JSON line")).collect();
+    let told: Vec<f64> = lines
+        .iter()
+        .filter(|line| line["event"] == "increment")
+        .map(|line| line["mean_stress"].as_f64().expect("a number"))
+        .collect();
+    assert_eq!(told, column(&open(&place.path("x.h5")), "mean_stress"));
+    assert_eq!(lines.last().expect("lines")["status"], "finished");
+
+    let (stdout, _) = place.ends_with(0, &["export", "x.h5", "--csv", "tables"]);
+    let table = std::fs::read_to_string(place.path(stdout.trim())).expect("the table");
+    assert!(table.starts_with("stage [1],increment [1],"), "{table}");
+    assert_eq!(table.lines().count(), 1 + told.len());
+}
+
+/// The first interrupt finishes the increment at hand and leaves a whole file.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_a_whole_file() {
+    use std::io::BufRead;
+    let place = Place::new();
+    let mut child = place
+        .command(&["run", "tiny.json", "--progress", "json", "--out", "x.h5"])
+        .args(["--set", "/stages/1/increment=1e-6"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("riprap starts");
+    let mut lines = std::io::BufReader::new(child.stdout.take().expect("its output")).lines();
+    let sheared =
+        lines.by_ref().any(|line| line.is_ok_and(|line| line.contains(r#""kind":"shear","progress""#)));
+    assert!(sheared, "the run ended before it sheared");
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    assert!(sent.success());
+    let told = lines.map_while(Result::ok).filter(|line| line.contains(r#""event":"increment""#)).count();
+    assert!(told < 100, "{told} increments after the interrupt");
+    assert_eq!(child.wait().expect("its end").code(), Some(130));
+    let reader = open(&place.path("x.h5"));
+    let status = reader.status().expect("a status");
+    assert_eq!(status.outcome, Outcome::Interrupted);
+    assert_eq!(status.last_good_increment, reader.increments().expect("rows") as u64);
+    assert!(reader.floats("VTKHDF/Steps/Values").expect("states").len() > 11, "the last state is saved");
+}

@@ -1,0 +1,171 @@
+//! What each subcommand does.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::case::{Case, RawCase, parse_override, read, unsupported};
+use crate::error::Error;
+use crate::linalg;
+use crate::results::{Existing, Reader, Summary, write_history_csv};
+use crate::simulation::{End, Options, Outcome, generate_specimen};
+use crate::{case, simulation};
+
+use super::arguments::{CaseInput, Check, Export, Info, Run, Specimen, Target};
+use super::exit::{Ending, Failure};
+use super::progress::Progress;
+use super::{complain, interrupt, say};
+
+type Ended = Result<Ending, Failure>;
+
+pub fn run(arguments: &Run) -> Ended {
+    if arguments.resume {
+        let message = "--resume is not built yet; --force runs the case again from its start";
+        return Err(Error::Usage(message.into()).into());
+    }
+    let threads = set_threads(arguments.target.threads)?;
+    let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
+    let (source, case) = checked(&arguments.input, fidelity)?;
+    let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
+    let options = options(out, &arguments.target, threads);
+    let mut progress = Progress::new(&arguments.target);
+    progress.title(&case.title, &options);
+    interrupt::listen();
+    let outcome = simulation::run(&case, &source, &options, &mut progress)?;
+    Ok(conclude(&mut progress, &outcome, &options))
+}
+
+pub fn specimen(arguments: &Specimen) -> Ended {
+    let threads = set_threads(arguments.target.threads)?;
+    let (source, case) = checked(&arguments.input, None)?;
+    let options = options(arguments.out.clone(), &arguments.target, threads);
+    let mut progress = Progress::new(&arguments.target);
+    progress.title(&case.title, &options);
+    let outcome = generate_specimen(&case, &source, &options, &mut progress)?;
+    Ok(conclude(&mut progress, &outcome, &options))
+}
+
+fn conclude(progress: &mut Progress, outcome: &Outcome, options: &Options) -> Ending {
+    progress.ended(outcome, options);
+    match &outcome.end {
+        End::Finished => Ending::Done,
+        End::Interrupted => Ending::Interrupted,
+        End::Stopped { reason } => {
+            complain(&format!(
+                "stopped after increment {}: {reason}; {} holds everything up to there",
+                outcome.increments,
+                options.out.display()
+            ));
+            Ending::Stopped
+        }
+    }
+}
+
+pub fn check(arguments: &Check) -> Ended {
+    let failed = |error: Error| Failure { error, ending: Ending::CheckFailed };
+    let (source, case) = match checked(&arguments.input, None) {
+        Ok(sound) => sound,
+        // Found wanting by the check; an unreadable file is bad input as ever.
+        Err(Failure { error: error @ Error::Case { .. }, .. }) => return Err(failed(error)),
+        Err(failure) => return Err(failure),
+    };
+    if arguments.full {
+        say(&format!("{:#}", case.completed()));
+    } else {
+        say(&format!("{}: sound", arguments.input.case.display()));
+        say(&case.estimate().to_string());
+    }
+    let faults = unsupported(&case);
+    if !faults.is_empty() {
+        complain("sound, but riprap cannot run all of it yet:");
+        return Err(failed(Error::Case { file: source.file, faults }));
+    }
+    Ok(Ending::Done)
+}
+
+pub fn info(arguments: &Info) -> Ended {
+    let reader = Reader::open(&arguments.file)?;
+    let summary = Summary::of(&reader)?;
+    match arguments.json {
+        true => say(&summary.to_json()),
+        false => say(summary.to_string().trim_end()),
+    }
+    Ok(Ending::Done)
+}
+
+pub fn export(arguments: &Export) -> Ended {
+    if arguments.vtu.is_some() {
+        let message = "--vtu is not built yet; ParaView opens the results file as it is";
+        return Err(Error::Usage(message.into()).into());
+    }
+    let Some(folder) = &arguments.csv else {
+        return Err(Error::Usage("nothing to export: give --csv DIR".into()).into());
+    };
+    let reader = Reader::open(&arguments.file)?;
+    std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+    let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
+    let target = folder.join(format!("{stem}.csv"));
+    let file = std::fs::File::create(&target).map_err(|e| Error::io("write", &target, e))?;
+    let mut output = std::io::BufWriter::new(file);
+    write_history_csv(&reader, &mut output, &target)?;
+    std::io::Write::flush(&mut output).map_err(|e| Error::io("write", &target, e))?;
+    say(&target.display().to_string());
+    Ok(Ending::Done)
+}
+
+pub fn schema() -> Ended {
+    say(&format!("{:#}", case::schema()));
+    Ok(Ending::Done)
+}
+
+/// The case as given, overrides applied, and checked.
+fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
+    let mut source = read(&input.case).map_err(Failure::of_input)?;
+    let (mut overrides, mut faults) = (Vec::new(), Vec::new());
+    for argument in input.overrides.iter().chain(&extra) {
+        match parse_override(argument) {
+            Ok(parsed) => overrides.push(parsed),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    source.set(&overrides);
+    source.faults.extend(faults);
+    let case = source.check()?;
+    Ok((source, case))
+}
+
+/// `results/<name>.h5` beside the case.
+fn default_target(case: &Path) -> PathBuf {
+    let name = case.file_stem().unwrap_or(case.as_os_str());
+    let mut file = name.to_os_string();
+    file.push(".h5");
+    case.parent().unwrap_or(Path::new("")).join("results").join(file)
+}
+
+fn options(out: PathBuf, target: &Target, threads: usize) -> Options {
+    let existing = if target.force { Existing::Replace } else { Existing::Refuse };
+    Options { out, existing, threads }
+}
+
+/// Sets how many threads work, before the first of them does; without a wish, one a core.
+fn set_threads(wanted: Option<u16>) -> Result<usize, Failure> {
+    let threads = match wanted {
+        Some(threads) => usize::from(threads),
+        None => std::thread::available_parallelism().map_or(1, |n| n.get()),
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|e| Error::Usage(format!("cannot start {threads} threads: {e}")))?;
+    linalg::factorise_sequentially();
+    Ok(threads)
+}
+
+/// Seconds as people read them.
+pub fn duration(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    match seconds {
+        s if s < 60.0 => format!("{s:.1} s"),
+        s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
+        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
+    }
+}

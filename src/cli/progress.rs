@@ -1,0 +1,302 @@
+//! Shows a run as it goes on: a bar, lines for people, or lines for machines.
+
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::{Map, Value, json};
+
+use crate::results::{HISTORY, HistoryRow, Value as Number};
+use crate::simulation::{End, Observer, Options, Outcome, PlannedStage, SpecimenReport, StageReport, Step};
+use crate::specimen::Phase;
+use crate::triaxial::{Stage, StageEnd};
+
+use super::arguments::{ProgressKind, Target};
+use super::commands::duration;
+use super::{interrupt, note, say};
+
+/// How often lines tell of a specimen being generated.
+const SPECIMEN_PAUSE: Duration = Duration::from_secs(5);
+/// The bar's steps per nominal increment.
+const BAR_STEPS: f64 = 100.0;
+
+enum Display {
+    Quiet,
+    Plain,
+    Bar(ProgressBar),
+    Json,
+}
+
+/// The observer of the command line.
+pub struct Progress {
+    display: Display,
+    told: Instant,
+    phase: Option<Phase>,
+    /// When the increment at hand began.
+    begun: Instant,
+}
+
+impl Progress {
+    pub fn new(target: &Target) -> Self {
+        let on_terminal = std::io::stderr().is_terminal();
+        let display = match target.progress {
+            _ if target.quiet => Display::Quiet,
+            Some(ProgressKind::Plain) => Display::Plain,
+            Some(ProgressKind::Json) => Display::Json,
+            Some(ProgressKind::Bar) => Display::Bar(bar()),
+            None if on_terminal => Display::Bar(bar()),
+            None => Display::Plain,
+        };
+        Progress { display, told: Instant::now(), phase: None, begun: Instant::now() }
+    }
+
+    pub fn title(&self, title: &str, options: &Options) {
+        let threads = options.threads;
+        self.tell(
+            || format!("{title}\n{:<12} {}, {threads} threads", "into", options.out.display()),
+            || json!({"event": "begin", "title": title, "file": options.out, "threads": threads}),
+        );
+    }
+
+    pub fn ended(&self, outcome: &Outcome, options: &Options) {
+        if let Display::Bar(bar) = &self.display {
+            bar.finish_and_clear();
+        }
+        let (status, reason) = match &outcome.end {
+            End::Finished => ("finished", None),
+            End::Interrupted => ("interrupted", None),
+            End::Stopped { reason } => ("stopped", Some(reason)),
+        };
+        let (increments, time) = (outcome.increments, outcome.wall_time);
+        match &self.display {
+            Display::Quiet => {}
+            Display::Plain | Display::Bar(_) => {
+                note(&format!("{status:<12} {increments} increments in {}", duration(time)));
+                say(&options.out.display().to_string());
+            }
+            Display::Json => say(&json!({
+                "event": "end", "status": status, "reason": reason, "increments": increments,
+                "wall_time": time.as_secs_f64(), "file": options.out,
+            })
+            .to_string()),
+        }
+    }
+
+    /// A line, in the form that is wanted.
+    fn tell(&self, plain: impl FnOnce() -> String, machine: impl FnOnce() -> Value) {
+        match &self.display {
+            Display::Quiet => {}
+            Display::Plain => note(&plain()),
+            Display::Bar(bar) => bar.suspend(|| note(&plain())),
+            Display::Json => say(&machine().to_string()),
+        }
+    }
+}
+
+impl Observer for Progress {
+    fn specimen_progress(&mut self, phase: Phase, share: f64) {
+        let new = self.phase != Some(phase);
+        self.phase = Some(phase);
+        let name = match phase {
+            Phase::Shapes => "shapes",
+            Phase::Placement => "placement",
+            Phase::Compaction => "compaction",
+            Phase::Relaxation => "relaxation",
+            Phase::Statistics => "statistics",
+        };
+        if let Display::Bar(bar) = &self.display {
+            if new {
+                bar.set_prefix(format!("specimen, {name}"));
+                bar.reset();
+            }
+            bar.set_length(1000);
+            bar.set_position((1000.0 * share) as u64);
+            return;
+        }
+        if self.told.elapsed() >= SPECIMEN_PAUSE {
+            self.told = Instant::now();
+            self.tell(
+                || format!("{:<12} {name} {:3.0} %", "specimen", 100.0 * share),
+                || json!({"event": "specimen_progress", "phase": name, "share": share}),
+            );
+        }
+    }
+
+    fn specimen_ready(&mut self, report: &SpecimenReport) {
+        let r = report;
+        let [gjk, axis] = r.worst_overlap;
+        self.tell(
+            || {
+                format!(
+                    "{:<12} {} grains, {:.1} x {:.1} mm, void ratio {:.3}, {:.1} contacts a grain, {} rattlers\n\
+                     {:<12} {} cells, worst radius ratio {:.2}; worst overlap {:.0e} of a grain; {}",
+                    "specimen",
+                    r.grains,
+                    1e3 * r.diameter,
+                    1e3 * r.height,
+                    r.void_ratio,
+                    r.coordination_number,
+                    r.rattlers,
+                    "",
+                    r.cells,
+                    r.worst_radius_ratio,
+                    gjk.max(axis),
+                    duration(r.wall_time)
+                )
+            },
+            || {
+                json!({
+                    "event": "specimen", "grains": r.grains, "cells": r.cells, "nodes": r.nodes,
+                    "diameter": r.diameter, "height": r.height, "void_ratio": r.void_ratio,
+                    "coordination_number": r.coordination_number, "rattlers": r.rattlers,
+                    "worst_overlap_gjk": gjk, "worst_overlap_separating_axis": axis,
+                    "worst_radius_ratio": r.worst_radius_ratio, "wall_time": r.wall_time.as_secs_f64(),
+                })
+            },
+        );
+    }
+
+    fn seated(&mut self, out_of_balance: f64, factorisations: usize) {
+        self.tell(
+            || format!("{:<12} balanced to {out_of_balance:.0e}, {factorisations} factorisations", "seating"),
+            || {
+                json!({
+                    "event": "seated", "out_of_balance": out_of_balance, "factorisations": factorisations,
+                })
+            },
+        );
+    }
+
+    fn stage_begun(&mut self, stage: &PlannedStage) {
+        self.begun = Instant::now();
+        if let Display::Bar(bar) = &self.display {
+            bar.set_prefix(stage.kind);
+            if stage.index == 0 {
+                bar.reset();
+            }
+        }
+        self.tell(
+            || match stage.stage {
+                Stage::Consolidate { pressure, .. } => {
+                    format!("{:<12} to {:.3} MPa", stage.kind, 1e-6 * pressure)
+                }
+                Stage::Shear { axial_strain, increment, .. } => format!(
+                    "{:<12} by {:.2} % in increments of {:.3} %",
+                    stage.kind,
+                    100.0 * axial_strain,
+                    100.0 * increment
+                ),
+            },
+            || json!({"event": "stage_begun", "stage": stage.index, "kind": stage.kind}),
+        );
+    }
+
+    fn step_accepted(&mut self, step: &Step<'_>) {
+        let seconds = self.begun.elapsed().as_secs_f64();
+        self.begun = Instant::now();
+        match &self.display {
+            Display::Quiet => {}
+            Display::Plain => note(&step_line(step, seconds)),
+            Display::Bar(bar) => {
+                bar.set_length((BAR_STEPS * step.total) as u64);
+                bar.set_position((BAR_STEPS * step.done) as u64);
+                bar.set_message(bar_message(step.row));
+            }
+            Display::Json => say(&step_json(step, seconds).to_string()),
+        }
+    }
+
+    fn stage_ended(&mut self, report: &StageReport<'_>) {
+        let r = report;
+        let (end, reason) = match r.end {
+            StageEnd::Finished => ("finished", None),
+            StageEnd::Interrupted => ("interrupted", None),
+            StageEnd::Stopped { reason } => ("stopped", Some(reason)),
+        };
+        self.tell(
+            || {
+                let (kind, time) = (r.stage.kind, duration(r.wall_time));
+                if r.increments == 0 {
+                    return format!("{kind:<12} {end} without an increment in {time}");
+                }
+                format!(
+                    "{kind:<12} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}",
+                    r.increments,
+                    r.factorisations as f64 / r.increments as f64,
+                    r.energy_error.abs(),
+                )
+            },
+            || {
+                json!({
+                    "event": "stage_ended", "stage": r.stage.index, "kind": r.stage.kind, "end": end,
+                    "reason": reason, "increments": r.increments, "factorisations": r.factorisations,
+                    "energy_error": r.energy_error, "poorly_closed": r.poorly_closed,
+                    "wall_time": r.wall_time.as_secs_f64(), "states": r.states,
+                })
+            },
+        );
+    }
+
+    fn stop_requested(&self) -> bool {
+        interrupt::requested()
+    }
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::new(1000);
+    let template =
+        "{prefix:<22} [{bar:32}] {percent:>3} %  {elapsed_precise}, {eta_precise} left  {wide_msg}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
+fn bar_message(row: &HistoryRow) -> String {
+    let (ea, q) = (100.0 * row.axial_strain, 1e-6 * row.deviatoric_stress);
+    format!("ea {ea:.2} %  q {q:.3} MPa  {} aug {} fact", row.augmentations, row.factorisations)
+}
+
+/// One line per increment, in columns.
+fn step_line(step: &Step<'_>, seconds: f64) -> String {
+    let row = step.row;
+    // Increments that were cut make fractions of the nominal ones.
+    let done = step.progress * step.stage.increments;
+    let done = match (done - done.round()).abs() < 1e-6 {
+        true => format!("{done:.0}"),
+        false => format!("{done:.1}"),
+    };
+    let of = format!("{done}/{:.0}", step.stage.increments.ceil());
+    let stress = match step.stage.stage {
+        Stage::Consolidate { .. } => format!("p {:7.4} MPa", 1e-6 * row.mean_stress),
+        Stage::Shear { .. } => format!("q {:7.4} MPa", 1e-6 * row.deviatoric_stress),
+    };
+    let cuts = if row.cuts > 0 { format!("  cut {}x", row.cuts) } else { String::new() };
+    format!(
+        "{:<12} {of:>9}  ea {:6.3} %  ev {:+7.4} %  {stress}  sliding {:3.0} %  {:3} aug  {:4} fact  {seconds:6.2} s{cuts}",
+        step.stage.kind,
+        100.0 * row.axial_strain,
+        100.0 * row.volumetric_strain,
+        100.0 * row.sliding_fraction,
+        row.augmentations,
+        row.factorisations,
+    )
+}
+
+fn step_json(step: &Step<'_>, seconds: f64) -> Value {
+    let mut line = Map::new();
+    line.insert("event".into(), "increment".into());
+    line.insert("kind".into(), step.stage.kind.into());
+    line.insert("progress".into(), step.progress.into());
+    line.insert("done".into(), (step.done / step.total).into());
+    line.insert("seconds".into(), seconds.into());
+    for (quantity, value) in HISTORY.iter().zip(step.row.values()) {
+        let value = match value {
+            Number::Float(value) => value.into(),
+            Number::Integer(value) => value.into(),
+        };
+        line.insert(quantity.name.into(), value);
+    }
+    Value::Object(line)
+}

@@ -1,0 +1,224 @@
+//! The stiffness of a floating grain, held and factored: solutions in the grain's frame.
+
+use crate::element::{POINT_COUNT, tet10::mass_share};
+use crate::grain::mass::MassProperties;
+use crate::grain::stiffness::{StiffnessFault, node_graph, stiffness_matrix};
+use crate::grain::surface::Surface;
+use crate::linalg::{FactorError, Factorisation, Ordering, SparseCholesky, SymmetricMatrix};
+use crate::material::Elastic;
+use crate::mesh::{Mesh, NodeId};
+use crate::tensor::{Mat3, Vec3};
+
+/// Nodes whose flexibility is solved for together.
+const BATCH: usize = 32;
+/// Nodes from which nested dissection beats minimum degree.
+const DISSECTION_NODES: usize = 500;
+
+/// Why a grain cannot be condensed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum HoldFault {
+    #[error("{0}")]
+    Stiffness(#[from] StiffnessFault),
+    #[error("its stiffness cannot be factored: {0}")]
+    Factor(#[from] FactorError),
+    #[error("has no extent to hold it by")]
+    NoExtent,
+}
+
+/// Displacement of nodes under unit forces on surface nodes [m/N].
+#[derive(Debug)]
+pub(crate) struct DenseFlexibility {
+    /// `[i (i + 1) / 2 + j]` for surface nodes number i >= j.
+    pub surface: Vec<Mat3>,
+    /// `[k * surface nodes + j]` for the k-th inner node.
+    pub inner: Vec<Mat3>,
+    pub inner_nodes: Vec<NodeId>,
+}
+
+/// The stiffness held at six supports, factored, with what the projections need.
+#[derive(Debug)]
+pub(crate) struct HeldGrain {
+    factor: SparseCholesky,
+    /// Node positions from the centroid [m].
+    arms: Vec<Vec3>,
+    /// `integral of rho N dV` of each node [kg].
+    masses: Vec<f64>,
+    /// `integral of rho N x dV` of each node, from the centroid [kg m].
+    moments: Vec<Vec3>,
+    inverse_mass: f64,
+    inverse_inertia: Mat3,
+}
+
+impl HeldGrain {
+    pub fn new(
+        mesh: &Mesh,
+        rock: &[Elastic],
+        mass: &MassProperties,
+        density: f64,
+        intact: &[[f64; POINT_COUNT]],
+    ) -> Result<Self, HoldFault> {
+        let arms: Vec<Vec3> = mesh.nodes.iter().map(|x| x - mass.centroid).collect();
+        let (mut masses, mut moments) = (vec![0.0; arms.len()], vec![Vec3::zeros(); arms.len()]);
+        let mut stiffness = stiffness_matrix(mesh, rock, intact)?;
+        for cell in mesh.cell_ids() {
+            let nodes = &mesh.cells[cell.index()];
+            let cell_mass = density * mesh.cell_volume(cell);
+            for (i, node) in nodes.iter().enumerate() {
+                for (j, other) in nodes.iter().enumerate() {
+                    let share = cell_mass * mass_share(i, j);
+                    masses[node.index()] += share;
+                    moments[node.index()] += arms[other.index()] * share;
+                }
+            }
+        }
+        hold(&mut stiffness, &arms)?;
+        let ordering = if arms.len() < DISSECTION_NODES {
+            Ordering::MinimumDegree
+        } else {
+            Ordering::nested_dissection(&node_graph(mesh)?, 3)?
+        };
+        let mut factor = SparseCholesky::analyse(stiffness.pattern(), &ordering, Factorisation::Llt)?;
+        factor.factorise(&stiffness)?;
+        let inverse_inertia = mass.inertia.try_inverse().ok_or(HoldFault::NoExtent)?;
+        Ok(HeldGrain { factor, arms, masses, moments, inverse_mass: 1.0 / mass.mass, inverse_inertia })
+    }
+
+    /// Acceleration and angular acceleration that a force on a node gives the rigid grain.
+    fn acceleration(&self, node: usize, force: &Vec3) -> (Vec3, Vec3) {
+        (force * self.inverse_mass, self.inverse_inertia * self.arms[node].cross(force))
+    }
+
+    /// `f -= M R a`.
+    fn subtract_inertia(&self, f: &mut [f64], (linear, angular): (Vec3, Vec3)) {
+        for ((f, mass), moment) in f.chunks_exact_mut(3).zip(&self.masses).zip(&self.moments) {
+            let inertia = linear * *mass + angular.cross(moment);
+            f.iter_mut().zip(&inertia).for_each(|(f, i)| *f -= i);
+        }
+    }
+
+    /// Takes out the mean displacement and rotation: `u -= R (R^T M R)^-1 R^T M u`.
+    fn remove_mean_motion(&self, u: &mut [f64]) {
+        let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
+        for ((u, mass), moment) in u.chunks_exact(3).zip(&self.masses).zip(&self.moments) {
+            let u = Vec3::new(u[0], u[1], u[2]);
+            momentum += u * *mass;
+            angular += moment.cross(&u);
+        }
+        let (shift, turn) = (momentum * self.inverse_mass, self.inverse_inertia * angular);
+        for (u, arm) in u.chunks_exact_mut(3).zip(&self.arms) {
+            let rigid = shift + turn.cross(arm);
+            u.iter_mut().zip(&rigid).for_each(|(u, r)| *u -= r);
+        }
+    }
+
+    /// Displacements under forces on all nodes; NaN where the solution overflows.
+    pub fn solve(&self, forces: &[Vec3]) -> Vec<Vec3> {
+        let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
+        let mut u: Vec<f64> = Vec::with_capacity(3 * forces.len());
+        for (node, force) in forces.iter().enumerate() {
+            let (a, b) = self.acceleration(node, force);
+            linear += a;
+            angular += b;
+            u.extend(force);
+        }
+        self.subtract_inertia(&mut u, (linear, angular));
+        if self.factor.back_substitute_shared(&mut u, 1).is_err() {
+            return vec![Vec3::repeat(f64::NAN); forces.len()];
+        }
+        self.remove_mean_motion(&mut u);
+        u.chunks_exact(3).map(|u| Vec3::new(u[0], u[1], u[2])).collect()
+    }
+
+    /// Right-hand sides for unit forces along x, y, z on `node`, balanced by inertia.
+    fn unit_loads_into(&self, out: &mut [f64], node: usize) {
+        for (axis, column) in out.chunks_exact_mut(3 * self.arms.len()).enumerate() {
+            column.fill(0.0);
+            column[3 * node + axis] = 1.0;
+            self.subtract_inertia(column, self.acceleration(node, &Vec3::ith(axis, 1.0)));
+        }
+    }
+
+    /// Flexibility of all surface nodes for forces on surface node number `column`.
+    pub fn column(&self, surface: &Surface, column: usize) -> Vec<Mat3> {
+        let size = 3 * self.arms.len();
+        let mut x = vec![0.0; 3 * size];
+        self.unit_loads_into(&mut x, surface.nodes()[column].index());
+        if self.factor.back_substitute_shared(&mut x, 3).is_err() {
+            x.fill(f64::NAN);
+        }
+        x.chunks_exact_mut(size).for_each(|u| self.remove_mean_motion(u));
+        surface.nodes().iter().map(|node| block(&x, size, *node)).collect()
+    }
+
+    /// Flexibility of the whole surface, and of the inner nodes for forces on it.
+    pub fn dense(&mut self, surface: &Surface) -> Result<DenseFlexibility, HoldFault> {
+        let nodes = surface.nodes();
+        let on_surface = |node: &NodeId| nodes.binary_search(node).is_ok();
+        let inner_nodes: Vec<NodeId> =
+            (0..self.arms.len() as u32).map(NodeId).filter(|node| !on_surface(node)).collect();
+        let mut packed = vec![Mat3::zeros(); nodes.len() * (nodes.len() + 1) / 2];
+        let mut inner = vec![Mat3::zeros(); inner_nodes.len() * nodes.len()];
+        let size = 3 * self.arms.len();
+        let mut x = vec![0.0; 3 * size * BATCH.min(nodes.len())];
+        for first in (0..nodes.len()).step_by(BATCH) {
+            let batch = &nodes[first..(first + BATCH).min(nodes.len())];
+            let x = &mut x[..3 * size * batch.len()];
+            for (column, node) in x.chunks_exact_mut(3 * size).zip(batch) {
+                self.unit_loads_into(column, node.index());
+            }
+            self.factor.back_substitute(x, 3 * batch.len())?;
+            x.chunks_exact_mut(size).for_each(|u| self.remove_mean_motion(u));
+            for (k, three) in x.chunks_exact(3 * size).enumerate() {
+                let j = first + k;
+                for (i, node) in nodes.iter().enumerate().skip(j) {
+                    let found = block(three, size, *node);
+                    // Symmetric up to rounding; make it exact on the diagonal.
+                    packed[i * (i + 1) / 2 + j] =
+                        if i == j { (found + found.transpose()) * 0.5 } else { found };
+                }
+                for (row, node) in inner_nodes.iter().enumerate() {
+                    inner[row * nodes.len() + j] = block(three, size, *node);
+                }
+            }
+        }
+        Ok(DenseFlexibility { surface: packed, inner, inner_nodes })
+    }
+}
+
+/// The block of `node` in three solution columns.
+fn block(columns: &[f64], size: usize, node: NodeId) -> Mat3 {
+    Mat3::from_fn(|row, column| columns[column * size + 3 * node.index() + row])
+}
+
+/// Adds six statically determinate supports at three far-apart nodes: all directions at the first,
+/// the two across the line to the second there, and out of the plane of the three at the third.
+/// Balanced loads leave them without reactions, whatever their stiffness.
+fn hold(stiffness: &mut SymmetricMatrix, arms: &[Vec3]) -> Result<(), HoldFault> {
+    let farthest = |measure: &dyn Fn(&Vec3) -> f64| {
+        (0..arms.len()).max_by(|&i, &j| measure(&arms[i]).total_cmp(&measure(&arms[j])).then(j.cmp(&i)))
+    };
+    let support = || -> Option<[(usize, Mat3); 3]> {
+        let first = farthest(&|x| x.norm())?;
+        let second = farthest(&|x| (x - arms[first]).norm())?;
+        let line = (arms[second] - arms[first]).try_normalize(0.0)?;
+        let third = farthest(&|x| (x - arms[first]).cross(&line).norm())?;
+        let across = (arms[third] - arms[first]).cross(&line).try_normalize(0.0)?;
+        Some([
+            (first, Mat3::identity()),
+            (second, Mat3::identity() - line * line.transpose()),
+            (third, across * across.transpose()),
+        ])
+    };
+    let supports = support().ok_or(HoldFault::NoExtent)?;
+    let diagonal = |k: usize| stiffness.get(k, k);
+    let scale = (0..stiffness.size()).map(diagonal).sum::<f64>() / stiffness.size() as f64;
+    for (node, directions) in supports {
+        for a in 0..3 {
+            for b in 0..=a {
+                let stored = stiffness.add(3 * node + a, 3 * node + b, scale * directions[(a, b)]);
+                debug_assert!(stored, "diagonal blocks are stored");
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,65 @@
+//! Stiffness of a meshed grain: all nodes, three unknowns each.
+
+use crate::element::{POINT_COUNT, StraightTet10};
+use crate::linalg::{NodeGraph, SymmetricMatrix, SymmetricPattern};
+use crate::material::Elastic;
+use crate::mesh::Mesh;
+use crate::tensor::Mat3;
+
+/// Why there is no stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum StiffnessFault {
+    #[error("cell {0} has no volume")]
+    FlatCell(usize),
+    #[error("has too many nodes for the solver")]
+    TooLarge,
+    #[error("has {cells} cells, {laws} elastic laws and {states} damage states")]
+    Lengths { cells: usize, laws: usize, states: usize },
+}
+
+/// Nodes that share a cell.
+pub fn node_graph(mesh: &Mesh) -> Result<NodeGraph, StiffnessFault> {
+    let cliques: Vec<[u32; 10]> = mesh.cells.iter().map(|cell| cell.map(|node| node.0)).collect();
+    NodeGraph::from_cliques(mesh.nodes.len(), cliques.iter().map(|c| &c[..])).ok_or(StiffnessFault::TooLarge)
+}
+
+/// Stiffness [N/m] with one elastic law a cell; each integration point keeps the part `intact` of its own (1:
+/// sound). Unknown `3 n + a` is the displacement of node n along axis a.
+pub fn stiffness_matrix(
+    mesh: &Mesh,
+    rock: &[Elastic],
+    intact: &[[f64; POINT_COUNT]],
+) -> Result<SymmetricMatrix, StiffnessFault> {
+    if rock.len() != mesh.cells.len() || intact.len() != mesh.cells.len() {
+        return Err(StiffnessFault::Lengths {
+            cells: mesh.cells.len(),
+            laws: rock.len(),
+            states: intact.len(),
+        });
+    }
+    let pattern = SymmetricPattern::from_graph(&node_graph(mesh)?, 3).ok_or(StiffnessFault::TooLarge)?;
+    let mut stiffness = SymmetricMatrix::zeros(pattern);
+    for cell in mesh.cell_ids() {
+        let element =
+            StraightTet10::new(&mesh.corners(cell)).ok_or(StiffnessFault::FlatCell(cell.index()))?;
+        let mut k = [[Mat3::zeros(); 10]; 10];
+        element.add_stiffness(&mut k, &rock[cell.index()], &intact[cell.index()]);
+        let nodes = &mesh.cells[cell.index()];
+        for (i, row) in k.iter().enumerate() {
+            for (j, block) in row.iter().enumerate() {
+                let (node, other) = (nodes[i].index(), nodes[j].index());
+                if node < other {
+                    continue;
+                }
+                for a in 0..3 {
+                    let last = if node == other { a } else { 2 };
+                    for b in 0..=last {
+                        let stored = stiffness.add(3 * node + a, 3 * other + b, block[(a, b)]);
+                        debug_assert!(stored, "the pattern comes from the same cells");
+                    }
+                }
+            }
+        }
+    }
+    Ok(stiffness)
+}

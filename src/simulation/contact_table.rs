@@ -1,0 +1,70 @@
+//! `/contacts/<state>`: every contact point of a saved state.
+
+use crate::assembly::Contacts;
+use crate::contact::Memory;
+use crate::results::Column;
+use crate::tensor::Vec3;
+
+/// The contact points of an accepted configuration.
+#[derive(Debug, Clone, Default)]
+pub struct ContactTable {
+    bodies: [Vec<i64>; 2],
+    points: Vec<[f64; 3]>,
+    normals: Vec<[f64; 3]>,
+    forces: Vec<[f64; 3]>,
+    normal_forces: Vec<f64>,
+    friction_forces: Vec<[f64; 3]>,
+    slips: Vec<f64>,
+    mobilised: Vec<f64>,
+}
+
+impl ContactTable {
+    /// `memory` is what the accepted increment left; bodies from `grains` on are plates.
+    pub fn of(contacts: &Contacts, memory: &Memory, grains: usize) -> Self {
+        let mut table = ContactTable::default();
+        let number = |body: usize| match body < grains {
+            true => body as i64,
+            false => grains as i64 - 1 - body as i64,
+        };
+        for (pair, point) in contacts.active() {
+            let e = &point.evaluation;
+            let bound = point.state.friction * e.pressure;
+            table.bodies[0].push(number(pair.a()));
+            table.bodies[1].push(number(pair.b()));
+            table.points.push(e.point.into());
+            table.normals.push(e.normal.into());
+            table.forces.push(Vec3::new(e.wrench[6], e.wrench[7], e.wrench[8]).into());
+            table.normal_forces.push(e.pressure);
+            table.friction_forces.push(e.friction.into());
+            table.slips.push(memory.get(&pair.key()).map_or(0.0, |kept| kept.slip));
+            table.mobilised.push(if bound > 0.0 { e.friction.norm() / bound } else { 0.0 });
+        }
+        table
+    }
+
+    pub fn columns(self) -> Vec<Column> {
+        let [first, second] = self.bodies;
+        let body = "number of the grain; -1 is the bottom plate, -2 the top plate";
+        vec![
+            Column::integers("body_a", body, first),
+            Column::integers("body_b", body, second),
+            Column::vectors("point", "m", "where the contact force acts", self.points),
+            Column::vectors("normal", "1", "contact normal from body a to body b", self.normals),
+            Column::vectors("force", "N", "contact force on body b, friction included", self.forces),
+            Column::floats(
+                "normal_force",
+                "N",
+                "normal contact force, compression positive",
+                self.normal_forces,
+            ),
+            Column::vectors("friction_force", "N", "friction force on body b", self.friction_forces),
+            Column::floats("slip", "m", "slip of the pair since it touched", self.slips),
+            Column::floats(
+                "mobilised",
+                "1",
+                "friction force over its bound, 1 where it slides",
+                self.mobilised,
+            ),
+        ]
+    }
+}

@@ -1,0 +1,133 @@
+//! What `/VTKHDF` shows of a specimen in its rig: the grains' meshes, the plates, the cover.
+
+use crate::error::Result;
+use crate::mesh::Mesh;
+use crate::results::{CellKind, FieldMesh};
+use crate::tensor::{Mat3, Pose, Vec3};
+use crate::triaxial::Rig;
+
+use super::grain_stress::components;
+
+/// Corners of the polygon that shows a plate.
+const PLATE_CORNERS: usize = 64;
+/// Radius of the disc that shows a plate over the specimen's. The rig's plates reach further.
+const PLATE_REACH: f64 = 1.12;
+
+/// The points of the field mesh, each fixed to a body.
+#[derive(Debug, Clone, Default)]
+pub struct Points {
+    body: Vec<usize>,
+    /// In body coordinates [m].
+    place: Vec<Vec3>,
+    /// In space in the reference configuration [m].
+    reference: Vec<Vec3>,
+    /// Grain of each cell.
+    grain: Vec<Option<usize>>,
+}
+
+impl Points {
+    /// Displacement of every point since the reference configuration [m].
+    pub fn displacements(&self, poses: &[Pose]) -> Vec<Vec3> {
+        let moved = self.body.iter().zip(&self.place).zip(&self.reference);
+        moved.map(|((&body, place), reference)| poses[body].to_space(place) - reference).collect()
+    }
+
+    /// Each cell's stress from that of its grain; not a number on what has none.
+    pub fn cell_stresses(&self, of_grains: &[Mat3]) -> Vec<[f64; 6]> {
+        let of_cell = |grain: &Option<usize>| match grain.and_then(|grain| of_grains.get(grain)) {
+            Some(stress) => components(stress),
+            None => [f64::NAN; 6],
+        };
+        self.grain.iter().map(of_cell).collect()
+    }
+
+    pub fn cells(&self) -> usize {
+        self.grain.len()
+    }
+}
+
+/// A field mesh in the making.
+struct Builder<'a> {
+    mesh: FieldMesh,
+    points: Points,
+    poses: &'a [Pose],
+}
+
+impl Builder<'_> {
+    fn point(&mut self, body: usize, place: Vec3) -> usize {
+        let reference = self.poses[body].to_space(&place);
+        self.points.body.push(body);
+        self.points.place.push(place);
+        self.points.reference.push(reference);
+        self.mesh.add_point(&reference)
+    }
+
+    fn cell(
+        &mut self,
+        kind: CellKind,
+        nodes: &[usize],
+        part: usize,
+        grain: Option<usize>,
+        youngs_modulus: f64,
+    ) -> Result<()> {
+        self.points.grain.push(grain);
+        self.mesh.add_cell(kind, nodes, part, grain, youngs_modulus)
+    }
+
+    fn disc(&mut self, name: &str, body: usize, radius: f64, half: f64) -> Result<()> {
+        let part = self.mesh.add_part(name);
+        let mut rings = [Vec::new(), Vec::new()];
+        let mut centres = [0; 2];
+        for (side, z) in [-half, half].into_iter().enumerate() {
+            centres[side] = self.point(body, Vec3::new(0.0, 0.0, z));
+            for corner in 0..PLATE_CORNERS {
+                let (sin, cos) = (std::f64::consts::TAU * corner as f64 / PLATE_CORNERS as f64).sin_cos();
+                let node = self.point(body, Vec3::new(radius * cos, radius * sin, z));
+                rings[side].push(node);
+            }
+        }
+        let [low, high] = rings;
+        for at in 0..PLATE_CORNERS {
+            let next = (at + 1) % PLATE_CORNERS;
+            let none = f64::NAN;
+            self.cell(CellKind::Triangle, &[centres[0], low[next], low[at]], part, None, none)?;
+            self.cell(CellKind::Triangle, &[centres[1], high[at], high[next]], part, None, none)?;
+            self.cell(CellKind::Quad, &[low[at], low[next], high[next], high[at]], part, None, none)?;
+        }
+        Ok(())
+    }
+}
+
+/// The mesh of a specimen of `diameter` [m] in its rig as it stands now, which becomes the reference
+/// configuration. `youngs_modulus` [Pa] is the cells'.
+pub fn field_mesh(
+    rig: &Rig,
+    meshes: &[Mesh],
+    diameter: f64,
+    youngs_modulus: f64,
+) -> Result<(FieldMesh, Points)> {
+    let poses = &rig.committed.poses;
+    let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
+    let part = builder.mesh.add_part("grains");
+    for (grain, mesh) in meshes.iter().enumerate() {
+        let nodes: Vec<usize> = mesh.nodes.iter().map(|node| builder.point(grain, *node)).collect();
+        for cell in &mesh.cells {
+            let nodes = cell.map(|node| nodes[node.index()]);
+            builder.cell(CellKind::Tet10, &nodes, part, Some(grain), youngs_modulus)?;
+        }
+    }
+    for (name, body) in [("bottom plate", rig.bottom), ("top plate", rig.top)] {
+        let half = rig.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+        builder.disc(name, body, 0.5 * PLATE_REACH * diameter, half)?;
+    }
+    if let Some(cover) = &rig.model.cover {
+        let part = builder.mesh.add_part("membrane");
+        let nodes: Vec<usize> =
+            cover.nodes().iter().map(|node| builder.point(node.body, node.point)).collect();
+        for facet in cover.side_facets() {
+            let nodes = facet.map(|node| nodes[node]);
+            builder.cell(CellKind::Triangle, &nodes, part, None, f64::NAN)?;
+        }
+    }
+    Ok((builder.mesh, builder.points))
+}

@@ -1,0 +1,45 @@
+//! Mean stress of each grain from the forces on its surface.
+//!
+//! Source: Love (1927); for a body in balance the volume mean of the Cauchy stress is
+//! `1/V sum (x - X) f^T` over its surface forces, whatever its material. Tension positive.
+
+use crate::assembly::Contacts;
+use crate::model::Model;
+use crate::tensor::{Mat3, Pose, Vec3};
+
+/// Mean Cauchy stress of the first `grains` bodies [Pa], in the configuration that `contacts` was
+/// last evaluated in, under `pressure` [Pa] on the cover.
+pub fn mean_stresses(
+    model: &Model,
+    contacts: &Contacts,
+    poses: &[Pose],
+    pressure: f64,
+    grains: usize,
+) -> Vec<Mat3> {
+    let mut moments = vec![Mat3::zeros(); model.bodies.len()];
+    for (pair, point) in contacts.active() {
+        let e = &point.evaluation;
+        let on_b = Vec3::new(e.wrench[6], e.wrench[7], e.wrench[8]);
+        for (body, force) in [(pair.a(), -on_b), (pair.b(), on_b)] {
+            moments[body] += (e.point - poses[body].position) * force.transpose();
+        }
+    }
+    if let Some(cover) = &model.cover {
+        let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
+        cover.node_forces_into(&mut forces, poses, pressure);
+        for (node, force) in forces.iter().enumerate() {
+            let body = cover.nodes()[node].body;
+            moments[body] += (cover.position(poses, node) - poses[body].position) * force.transpose();
+        }
+    }
+    let mean = |(moment, body): (&Mat3, &crate::model::Body)| {
+        // Symmetric in balance; what is left of the moments' tolerance is averaged out.
+        0.5 * (moment + moment.transpose()) / body.nominal.volume()
+    };
+    moments.iter().zip(&model.bodies).take(grains).map(mean).collect()
+}
+
+/// A symmetric tensor as xx yy zz xy yz xz.
+pub fn components(stress: &Mat3) -> [f64; 6] {
+    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|(i, j)| stress[(i, j)])
+}

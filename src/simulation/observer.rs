@@ -1,0 +1,120 @@
+//! What a run tells while it goes on, and the one thing it asks.
+
+use std::time::Duration;
+
+use crate::mesh::{Mesh, QualityReport};
+use crate::results::HistoryRow;
+use crate::simulation::plan::PlannedStage;
+use crate::specimen::{Phase, Specimen};
+use crate::triaxial::StageEnd;
+
+/// Hears of a run as it goes on. Every call is optional.
+pub trait Observer {
+    /// A phase of the specimen's generation and its share done.
+    fn specimen_progress(&mut self, _phase: Phase, _share: f64) {}
+    /// The specimen stands and its grains are meshed.
+    fn specimen_ready(&mut self, _report: &SpecimenReport) {}
+    /// Loose grains have been brought into touch: out-of-balance force over the mean contact force,
+    /// and factorisations.
+    fn seated(&mut self, _out_of_balance: f64, _factorisations: usize) {}
+    fn stage_begun(&mut self, _stage: &PlannedStage) {}
+    /// An increment is accepted and in the file.
+    fn step_accepted(&mut self, _step: &Step<'_>) {}
+    fn stage_ended(&mut self, _report: &StageReport<'_>) {}
+    /// Whether to stop after the present increment.
+    fn stop_requested(&self) -> bool {
+        false
+    }
+}
+
+/// A generated specimen in short.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpecimenReport {
+    pub grains: usize,
+    pub cells: usize,
+    pub nodes: usize,
+    /// [m]
+    pub diameter: f64,
+    /// [m]
+    pub height: f64,
+    pub void_ratio: f64,
+    pub coordination_number: f64,
+    pub rattlers: usize,
+    /// Largest overlap over the smaller grain's size: by GJK, and by separating axis.
+    pub worst_overlap: [f64; 2],
+    /// Worst `3 r / R` of all cells.
+    pub worst_radius_ratio: f64,
+    /// Wall-clock time of generation and meshing.
+    pub wall_time: Duration,
+}
+
+impl SpecimenReport {
+    pub fn new(specimen: &Specimen, meshes: &[Mesh], wall_time: Duration) -> Self {
+        let statistics = &specimen.statistics;
+        SpecimenReport {
+            grains: specimen.grains.len(),
+            cells: meshes.iter().map(|mesh| mesh.cells.len()).sum(),
+            nodes: meshes.iter().map(|mesh| mesh.nodes.len()).sum(),
+            diameter: specimen.diameter,
+            height: specimen.height,
+            void_ratio: statistics.void_ratio,
+            coordination_number: statistics.coordination_number,
+            rattlers: statistics.rattlers,
+            worst_overlap: statistics.worst_overlap,
+            worst_radius_ratio: meshes
+                .iter()
+                .map(|mesh| QualityReport::of(mesh).worst_radius_ratio)
+                .fold(f64::INFINITY, f64::min),
+            wall_time,
+        }
+    }
+}
+
+/// An accepted increment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step<'a> {
+    pub stage: &'a PlannedStage,
+    /// Share of the stage done.
+    pub progress: f64,
+    /// Nominal increments done, over all stages.
+    pub done: f64,
+    /// Nominal increments of all stages.
+    pub total: f64,
+    /// What `/history` says of it.
+    pub row: &'a HistoryRow,
+}
+
+impl<'a> Step<'a> {
+    pub(super) fn new(
+        stage: &'a PlannedStage,
+        stages: &[PlannedStage],
+        progress: f64,
+        row: &'a HistoryRow,
+    ) -> Self {
+        let nominal = |stage: &PlannedStage| stage.increments;
+        Step {
+            stage,
+            progress,
+            done: stages[..stage.index].iter().map(nominal).sum::<f64>() + progress * stage.increments,
+            total: stages.iter().map(nominal).sum(),
+            row,
+        }
+    }
+}
+
+/// A stage that ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageReport<'a> {
+    pub stage: &'a PlannedStage,
+    pub end: &'a StageEnd,
+    /// Accepted increments of this stage.
+    pub increments: usize,
+    pub factorisations: i64,
+    /// Increments whose energy closed worse than the case's `energy_gate`.
+    pub poorly_closed: usize,
+    /// Energy that no row of the ledger accounts for, over the external work of the stage.
+    pub energy_error: f64,
+    pub wall_time: Duration,
+    /// Saved states in the file so far.
+    pub states: usize,
+}

@@ -1,0 +1,78 @@
+//! From the checked case to what the rig takes.
+
+use crate::case::{Case, SolverCase, StageCase};
+use crate::contact::law::Friction;
+use crate::solver::Settings;
+use crate::triaxial::{RigParameters, Stage};
+
+/// A stage of the case as the rig runs it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedStage {
+    /// Counted from 0 as in the case file.
+    pub index: usize,
+    /// The case file's word for it.
+    pub kind: &'static str,
+    pub stage: Stage,
+    /// Nominal number of increments.
+    pub increments: f64,
+}
+
+impl PlannedStage {
+    /// Axial strain to be added, where the stage is driven by strain.
+    pub fn axial_strain(&self) -> Option<f64> {
+        match self.stage {
+            Stage::Consolidate { .. } => None,
+            Stage::Shear { axial_strain, .. } => Some(axial_strain),
+        }
+    }
+}
+
+/// The stages of a case that [`crate::case::unsupported`] lets through.
+pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
+    let planned = |(index, stage): (usize, &StageCase)| {
+        let (run, increments) = match *stage {
+            StageCase::Consolidate { radial_pressure, increments, .. } => {
+                (Stage::Consolidate { pressure: radial_pressure }, increments as f64)
+            }
+            StageCase::Shear { axial_strain, increment, .. } => {
+                (Stage::Shear { axial_strain, increment }, (axial_strain / increment).max(1.0))
+            }
+            StageCase::Unload { .. }
+            | StageCase::Reload { .. }
+            | StageCase::Oedometer { .. }
+            | StageCase::ConstantVolume { .. }
+            | StageCase::ConstantP { .. }
+            | StageCase::Hold { .. }
+            | StageCase::Load { .. } => return None,
+        };
+        Some(PlannedStage { index, kind: stage.kind(), stage: run, increments })
+    };
+    case.stages.iter().enumerate().filter_map(planned).collect()
+}
+
+pub fn rig_parameters(case: &Case) -> RigParameters {
+    let contact = case.contact;
+    RigParameters {
+        density: case.rock.density,
+        youngs_modulus: case.rock.youngs_modulus.mean,
+        poissons_ratio: case.rock.poissons_ratio.mean,
+        friction: Friction {
+            peak: contact.friction,
+            residual: contact.residual_friction,
+            weakening_distance: contact.weakening_distance,
+        },
+        plate_friction: Friction::constant(case.plates.friction),
+    }
+}
+
+pub fn settings(solver: &SolverCase) -> Settings {
+    Settings {
+        force_tolerance: solver.force_tolerance,
+        gap_tolerance: solver.gap_tolerance,
+        max_augmentations: solver.max_augmentations,
+        max_newton: solver.max_newton_iterations,
+        // Halvings that stay above the smallest increment.
+        max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
+        ..Settings::default()
+    }
+}
