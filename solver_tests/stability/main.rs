@@ -4,7 +4,13 @@
 #[path = "../scene_builder.rs"]
 mod scene_builder;
 
+mod column_of_five;
 mod cut_leaves_no_trace;
+mod force_curve_is_continuous;
 mod huge_increment;
+mod random_scenes;
 mod rolling_over_an_edge;
+mod scale_does_not_matter;
+mod unlike_bodies;
 mod vertex_on_vertex;
+mod wedge_pulled_out;

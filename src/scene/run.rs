@@ -192,15 +192,15 @@ impl Scene {
             let fixed = self.model.bodies[body].kind == BodyKind::Fixed;
             for (first, motion) in [(0, load.displacement), (3, load.rotation)] {
                 let Some(motion) = motion.filter(|_| !fixed) else { continue };
-                for k in 0..3 {
-                    drive.held[body][first + k] = motion[k].is_some();
-                    drive.travel[body][first + k] = motion[k].unwrap_or(0.0);
+                for (k, component) in motion.iter().enumerate() {
+                    drive.held[body][first + k] = component.is_some();
+                    drive.travel[body][first + k] = component.unwrap_or(0.0);
                 }
             }
             for (first, wrench) in [(0, load.force), (3, load.moment)] {
                 let Some(wrench) = wrench else { continue };
-                for k in 0..3 {
-                    drive.applied[1][body][first + k] = wrench[k].unwrap_or(0.0);
+                for (k, component) in wrench.iter().enumerate() {
+                    drive.applied[1][body][first + k] = component.unwrap_or(0.0);
                 }
             }
         }

@@ -61,7 +61,7 @@ fn pair_is_clear(
             return true;
         };
         let room = closest.distance - floor;
-        if !(room > 0.0) {
+        if room.is_nan() || room <= 0.0 {
             return false;
         }
         if time >= 1.0 {

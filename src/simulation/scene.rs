@@ -178,7 +178,8 @@ fn scene_body(case: &Case, body: &BodyCase, folder: &Path) -> Result<SceneBody> 
         ShapeCase::Mesh(file) => {
             let mesh = read_mesh(&folder.join(file))?;
             let hull = mesh.convex_hull()?;
-            if !((hull.volume() - mesh.volume()).abs() < 1e-6 * hull.volume()) {
+            let filled = (hull.volume() - mesh.volume()).abs() / hull.volume();
+            if filled.is_nan() || filled > 1e-6 {
                 return Err(Error::Mesh {
                     name: file.clone(),
                     message: "is not convex; rigid bodies of a scene have to be, for now".into(),

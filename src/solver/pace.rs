@@ -37,7 +37,8 @@ impl Pace {
     /// rounding left joins the increment before it.
     pub fn next(&self) -> Option<f64> {
         let rest = 1.0 - self.done;
-        (rest > 1e-12).then(|| if rest < self.size * (1.0 + 1e-9) { rest } else { self.size })
+        let share = if rest < self.size * (1.0 + 1e-9) { rest } else { self.size };
+        (rest > 1e-12).then_some(share)
     }
 
     /// Takes note of an accepted increment; returns how often it was cut.
