@@ -313,3 +313,18 @@ fn an_interrupt_leaves_a_whole_file() {
     assert_eq!(status.last_good_increment, reader.increments().expect("rows") as u64);
     assert!(reader.floats("VTKHDF/Steps/Values").expect("states").len() > 11, "the last state is saved");
 }
+
+#[test]
+fn a_scene_runs_into_its_bodies() {
+    let place = Place::new();
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/scenes/push.json");
+    let case = case.to_str().expect("a path");
+    let (_, stderr) = place.ends_with(0, &["run", case, "--out", "push.h5", "--progress", "plain"]);
+    assert!(stderr.contains("load"), "{stderr}");
+    let reader = open(&place.path("push.h5"));
+    assert_eq!(reader.status().expect("a status").outcome, Outcome::Finished);
+    let rows = reader.increments().expect("rows");
+    for body in reader.members("bodies").expect("bodies") {
+        assert_eq!(reader.shape(&format!("bodies/{body}/force")).expect("forces"), [rows, 3]);
+    }
+}

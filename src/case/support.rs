@@ -56,7 +56,7 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
         }
     }
-    if case.solver.increment_max != 1.0 {
+    if case.solver.increment_max != 1.0 && matches!(case.geometry, Geometry::Specimen(_)) {
         let problem = "increments that grow beyond the stage's are not built yet";
         refuse("$.solver.increment_max", &case.solver.increment_max.to_string(), problem, "1");
     }
@@ -76,6 +76,7 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 refuse(&format!("{path}.increments"), &increments.to_string(), problem, &accepted);
             }
             StageCase::Consolidate { .. } | StageCase::Shear { .. } | StageCase::Load { .. } => {}
+            StageCase::Hold { .. } if matches!(case.geometry, Geometry::Scene(_)) => {}
             StageCase::Hold { .. }
             | StageCase::Unload { .. }
             | StageCase::Reload { .. }

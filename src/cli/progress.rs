@@ -177,10 +177,11 @@ impl Observer for Progress {
         }
         self.tell(
             || match stage.stage {
-                Stage::Consolidate { pressure, .. } => {
+                None => format!("{:<12} in {:.0} increments", stage.kind, stage.increments),
+                Some(Stage::Consolidate { pressure, .. }) => {
                     format!("{:<12} to {:.3} MPa", stage.kind, 1e-6 * pressure)
                 }
-                Stage::Shear { axial_strain, increment, .. } => format!(
+                Some(Stage::Shear { axial_strain, increment, .. }) => format!(
                     "{:<12} by {:.2} % in increments of {:.3} %",
                     stage.kind,
                     100.0 * axial_strain,
@@ -255,7 +256,8 @@ fn bar() -> ProgressBar {
 
 fn bar_message(row: &HistoryRow) -> String {
     let (ea, q) = (100.0 * row.axial_strain, 1e-6 * row.deviatoric_stress);
-    format!("ea {ea:.2} %  q {q:.3} MPa  {} aug {} fact", row.augmentations, row.factorisations)
+    let work = format!("{} aug {} fact", row.augmentations, row.factorisations);
+    if ea.is_nan() { work } else { format!("ea {ea:.2} %  q {q:.3} MPa  {work}") }
 }
 
 /// One line per increment, in columns.
@@ -268,16 +270,17 @@ fn step_line(step: &Step<'_>, seconds: f64) -> String {
         false => format!("{done:.1}"),
     };
     let of = format!("{done}/{:.0}", step.stage.increments.ceil());
-    let stress = match step.stage.stage {
-        Stage::Consolidate { .. } => format!("p {:7.4} MPa", 1e-6 * row.mean_stress),
-        Stage::Shear { .. } => format!("q {:7.4} MPa", 1e-6 * row.deviatoric_stress),
+    let strains =
+        format!("ea {:6.3} %  ev {:+7.4} %", 100.0 * row.axial_strain, 100.0 * row.volumetric_strain);
+    let state = match step.stage.stage {
+        Some(Stage::Consolidate { .. }) => format!("{strains}  p {:7.4} MPa", 1e-6 * row.mean_stress),
+        Some(Stage::Shear { .. }) => format!("{strains}  q {:7.4} MPa", 1e-6 * row.deviatoric_stress),
+        None => format!("out of balance {:7.1e}  work {:9.3e} J", row.out_of_balance, row.energy_external),
     };
     let cuts = if row.cuts > 0 { format!("  cut {}x", row.cuts) } else { String::new() };
     format!(
-        "{:<12} {of:>9}  ea {:6.3} %  ev {:+7.4} %  {stress}  sliding {:3.0} %  {:3} aug  {:4} fact  {seconds:6.2} s{cuts}",
+        "{:<12} {of:>9}  {state}  sliding {:3.0} %  {:3} aug  {:4} fact  {seconds:6.2} s{cuts}",
         step.stage.kind,
-        100.0 * row.axial_strain,
-        100.0 * row.volumetric_strain,
         100.0 * row.sliding_fraction,
         row.augmentations,
         row.factorisations,

@@ -18,7 +18,7 @@ mod specimen_table;
 pub use observer::{Observer, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -27,6 +27,7 @@ use crate::case::{Case, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
 use crate::results::{Existing, Outcome as FileOutcome};
+use crate::scene::Scene;
 use crate::specimen::{Phase, Specimen, generate};
 use crate::triaxial::{Rig, Stage, StageEnd, Test};
 use recorder::Recorder;
@@ -77,7 +78,7 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
     recorder::check_target(&options.out, options.existing)?;
     match &case.geometry {
         Geometry::Specimen(specimen) => triaxial_test(case, specimen, source, options, observer),
-        Geometry::Scene(_) => scene(case, source, options, observer),
+        Geometry::Scene(_) => scene_run(case, source, options, observer),
     }
 }
 
@@ -129,16 +130,17 @@ fn triaxial_test(
     };
     let mut consolidated = true;
     for planned in &stages {
+        let Some(stage) = &planned.stage else { continue };
         if end != StageEnd::Finished {
             break;
         }
         if planned.index == 0
-            && let Stage::Consolidate { pressure, .. } = planned.stage
+            && let Stage::Consolidate { pressure, .. } = *stage
         {
             let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
             observer.seated(seating.out_of_balance, seating.factorisations);
         }
-        if consolidated && !matches!(planned.stage, Stage::Consolidate { .. }) {
+        if consolidated && !matches!(stage, Stage::Consolidate { .. }) {
             // Strains count from the end of the consolidation; the energies go on.
             test.rig_height = rig.height(&rig.committed.poses);
             test.rig_volume = rig.volume(&rig.committed.poses);
@@ -147,7 +149,7 @@ fn triaxial_test(
         observer.stage_begun(planned);
         recorder.begin_stage(planned);
         let mut trouble = None;
-        end = test.run(&mut rig, &planned.stage, &mut |rig, report| {
+        end = test.run(&mut rig, stage, &mut |rig, report| {
             let recorded = recorder.accept(planned, rig, report);
             match recorded {
                 Ok(row) => observer.step_accepted(&Step::new(planned, &stages, report.row.progress, &row)),
@@ -165,31 +167,52 @@ fn triaxial_test(
             end = StageEnd::Interrupted;
         }
     }
-    let (outcome, reason) = match &end {
-        StageEnd::Finished => (FileOutcome::Finished, String::new()),
-        StageEnd::Interrupted => (FileOutcome::Interrupted, "interrupted by the user".into()),
-        StageEnd::Stopped { reason } => (FileOutcome::Stopped, reason.clone()),
-    };
+    let (end, outcome, reason) = ending(end);
     recorder.finish(outcome, &reason)?;
-    let end = match end {
-        StageEnd::Finished => End::Finished,
-        StageEnd::Interrupted => End::Interrupted,
-        StageEnd::Stopped { reason } => End::Stopped { reason },
-    };
     Ok(Outcome { end, increments: recorder.increments(), wall_time: clock.elapsed() })
 }
 
 /// Runs a scene of bodies set by hand.
-///
-/// # Errors
-/// `Error::Usage`: scenes are being built.
-pub fn scene(
-    _case: &Case,
-    _source: &RawCase,
-    _options: &Options,
-    _observer: &mut dyn Observer,
+fn scene_run(
+    case: &Case,
+    source: &RawCase,
+    options: &Options,
+    observer: &mut dyn Observer,
 ) -> Result<Outcome> {
-    Err(Error::Usage("scenes cannot be run yet: they are being built".into()))
+    let clock = Instant::now();
+    let stages = planned_stages(case);
+    let folder = source.file.parent().unwrap_or(Path::new(""));
+    // What cannot be built is said before a file is made.
+    Scene::new(&scene::parameters(case, folder)?)?;
+    let mut writer = recorder::new_file(case, source, options)?;
+    let (mut increments, mut begun) = (0, None);
+    let end = scene::run(case, folder, Some(&mut writer), |_, row| {
+        let Some(planned) = stages.get(row.stage) else { return true };
+        if begun != Some(row.stage) {
+            begun = Some(row.stage);
+            observer.stage_begun(planned);
+        }
+        increments = row.increment as u64;
+        let history = scene::history_row(row, clock.elapsed().as_secs_f64());
+        observer.step_accepted(&Step::new(planned, &stages, row.progress, &history));
+        !observer.stop_requested()
+    })?;
+    let (end, outcome, reason) = ending(end);
+    writer.finish(outcome, &reason, increments)?;
+    Ok(Outcome { end, increments, wall_time: clock.elapsed() })
+}
+
+/// How a run ended, for the caller and for the file.
+fn ending(end: StageEnd) -> (End, FileOutcome, String) {
+    match end {
+        StageEnd::Finished => (End::Finished, FileOutcome::Finished, String::new()),
+        StageEnd::Interrupted => {
+            (End::Interrupted, FileOutcome::Interrupted, "interrupted by the user".into())
+        }
+        StageEnd::Stopped { reason } => {
+            (End::Stopped { reason: reason.clone() }, FileOutcome::Stopped, reason)
+        }
+    }
 }
 
 /// The specimen and a mesh of each of its grains.

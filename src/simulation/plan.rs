@@ -12,7 +12,8 @@ pub struct PlannedStage {
     pub index: usize,
     /// The case file's word for it.
     pub kind: &'static str,
-    pub stage: Stage,
+    /// What the rig does; `None` for what is done to the bodies of a scene.
+    pub stage: Option<Stage>,
     /// Nominal number of increments.
     pub increments: f64,
 }
@@ -21,8 +22,8 @@ impl PlannedStage {
     /// Axial strain to be added, where the stage is driven by strain.
     pub fn axial_strain(&self) -> Option<f64> {
         match self.stage {
-            Stage::Consolidate { .. } => None,
-            Stage::Shear { axial_strain, .. } => Some(axial_strain),
+            Some(Stage::Shear { axial_strain, .. }) => Some(axial_strain),
+            Some(Stage::Consolidate { .. }) | None => None,
         }
     }
 }
@@ -32,18 +33,17 @@ pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
     let planned = |(index, stage): (usize, &StageCase)| {
         let (run, increments) = match *stage {
             StageCase::Consolidate { radial_pressure, increments, .. } => {
-                (Stage::Consolidate { pressure: radial_pressure }, increments as f64)
+                (Some(Stage::Consolidate { pressure: radial_pressure }), increments as f64)
             }
             StageCase::Shear { axial_strain, increment, .. } => {
-                (Stage::Shear { axial_strain, increment }, (axial_strain / increment).max(1.0))
+                (Some(Stage::Shear { axial_strain, increment }), (axial_strain / increment).max(1.0))
             }
+            StageCase::Hold { increments } | StageCase::Load { increments, .. } => (None, increments as f64),
             StageCase::Unload { .. }
             | StageCase::Reload { .. }
             | StageCase::Oedometer { .. }
             | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. }
-            | StageCase::Hold { .. }
-            | StageCase::Load { .. } => return None,
+            | StageCase::ConstantP { .. } => return None,
         };
         Some(PlannedStage { index, kind: stage.kind(), stage: run, increments })
     };

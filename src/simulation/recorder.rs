@@ -84,18 +84,23 @@ pub fn check_target(out: &Path, existing: Existing) -> Result<()> {
     std::fs::remove_file(probe).map_err(|e| Error::io("write", out, e))
 }
 
+/// A results file with its `/case`, complete but empty.
+pub fn new_file(case: &Case, source: &RawCase, options: &Options) -> Result<Writer> {
+    let record = CaseRecord {
+        title: case.title.clone(),
+        given: source.text.clone(),
+        completed: format!("{:#}", case.completed()),
+        seed: case.seed,
+        threads: options.threads as u64,
+        stages: case.stages.iter().map(|stage| stage.kind().to_string()).collect(),
+    };
+    Writer::create(&options.out, &record, options.existing)
+}
+
 impl Recorder {
     pub fn create(case: &Case, source: &RawCase, options: &Options, clock: Instant) -> Result<Self> {
-        let record = CaseRecord {
-            title: case.title.clone(),
-            given: source.text.clone(),
-            completed: format!("{:#}", case.completed()),
-            seed: case.seed,
-            threads: options.threads as u64,
-            stages: case.stages.iter().map(|stage| stage.kind().to_string()).collect(),
-        };
         Ok(Recorder {
-            writer: Writer::create(&options.out, &record, options.existing)?,
+            writer: new_file(case, source, options)?,
             clock,
             points: Points::default(),
             grains: 0,
