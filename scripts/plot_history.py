@@ -20,7 +20,7 @@ from riprap_results import Results, ResultsError
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"]
 STYLES = ["-", (0, (6, 2)), (0, (2, 1.5)), (0, (7, 2, 1.5, 2))]
 ENERGIES = [
-    ("energy_elastic", "elastic, grains", "#56B4E9"),
+    ("energy_elastic", "elastic, grains and contacts", "#56B4E9"),
     ("energy_membrane", "elastic, membrane", "#0072B2"),
     ("energy_friction", "friction", "#E69F00"),
     ("energy_damage", "damage", "#D55E00"),
@@ -64,8 +64,8 @@ def draw_curves(files):
             print(f"{results.path}: has no increments yet; left out", file=sys.stderr)
             continue
         if consolidated:
-            # From the start of shearing, as laboratories report strains.
-            strain, volume = strain - strain[0], volume - volume[0]
+            # Strains count from the end of the consolidation, as laboratories report them: its last row is their zero.
+            strain[0] = volume[0] = 0
         drawn += 1
         style = {"color": COLOURS[at % len(COLOURS)], "linestyle": STYLES[at % len(STYLES)]}
         top.plot(strain, q, label=label_of(results), **style)
@@ -84,7 +84,10 @@ def draw_curves(files):
             color=style["color"],
         )
     top.set_ylabel("deviatoric stress  q  [MPa]")
-    top.set_ylim(bottom=min(0, top.get_ylim()[0]), top=1.06 * top.get_ylim()[1])
+    lowest = min((line.get_ydata().min() for line in top.get_lines()), default=0)
+    low, high = top.get_ylim()
+    # Rounding below zero is no reason to move the axis.
+    top.set_ylim(bottom=min(0, low) if lowest < -0.01 * high else 0, top=1.06 * high)
     top.set_xlim(left=0)
     bottom.set_ylabel("volumetric strain  [%]\n(contraction positive)")
     bottom.set_xlabel("axial strain  [%]")
@@ -103,6 +106,8 @@ def draw_energies(files):
     for ax, results in zip(axes[0], files):
         rows, consolidated = results.shear_rows()
         strain = 100 * results.history["axial_strain"][rows]
+        if consolidated:
+            strain[0] = 0
         parts = [numpy.nan_to_num(results.history[name][rows]) for name, _, _ in ENERGIES]
         total = numpy.sum(parts, axis=0)
         started = total > 0
@@ -111,7 +116,7 @@ def draw_energies(files):
         if not started.any():
             ax.text(0.5, 50, "no energy booked yet", ha="center", transform=ax.get_xaxis_transform())
             continue
-        strain = strain[started] - (strain[0] if consolidated else 0)
+        strain = strain[started]
         shares = [100 * part[started] / total[started] for part in parts]
         # A part that never reaches a thousandth would only clutter the legend.
         shown = [at for at, share in enumerate(shares) if share.max() > 0.1]

@@ -205,13 +205,13 @@ fn faults(file: &Path, source: &str, rooms: &[String]) -> Vec<String> {
                     fault(*line, "`super` leaves the room: write `crate::room::…`".into());
                 }
             }
-            macro_name if PRINTING.contains(&macro_name) && text(k + 1) == "!" && text(k + 2) != "=" => {
-                if room != PRINTING_ROOM {
-                    fault(
-                        *line,
-                        format!("`{macro_name}!` in the library: return it, or give it to an observer"),
-                    );
-                }
+            macro_name
+                if PRINTING.contains(&macro_name)
+                    && text(k + 1) == "!"
+                    && text(k + 2) != "="
+                    && room != PRINTING_ROOM =>
+            {
+                fault(*line, format!("`{macro_name}!` in the library: return it, or give it to an observer"));
             }
             package if path_goes_on(k + 1) && !path_comes_before(k) => {
                 if let Some((_, owner)) = OWNED_PACKAGES.iter().find(|(name, _)| *name == package)

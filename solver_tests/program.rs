@@ -194,10 +194,10 @@ fn what_does_not_converge_stops_with_its_reason() {
 #[test]
 fn bad_input_names_every_fault() {
     let place = Place::new();
-    let bad = ["--set", "/stages/0/presure=1", "--set", "/seed=-1", "--set", "/contact/friction=0.5 m"];
+    let bad = ["--set", "/solver/force_tolerence=1", "--set", "/seed=-1", "--set", "/contact/friction=0.5 m"];
     for (code, command) in [(2, "run"), (1, "check")] {
         let (_, stderr) = place.ends_with(code, &[&[command, "tiny.json"], &bad[..]].concat());
-        for part in ["$.stages[0].presure", "\"pressure\"", "$.seed", "$.contact.friction"] {
+        for part in ["$.solver.force_tolerence", "\"force_tolerance\"", "$.seed", "$.contact.friction"] {
             assert!(stderr.contains(part), "{command} does not say {part}:\n{stderr}");
         }
         assert!(!place.path("results").exists());

@@ -265,11 +265,8 @@ fn wrench<T: Real>(
         }
     }
     let mut all = [zero; 12];
-    for k in 0..3 {
-        all[k] = force_a.0[k];
-        all[3 + k] = moment_a.0[k];
-        all[6 + k] = force_b.0[k];
-        all[9 + k] = moment_b.0[k];
+    for (part, vector) in all.chunks_exact_mut(3).zip([force_a, moment_a, force_b, moment_b]) {
+        part.copy_from_slice(&vector.0);
     }
     evaluation.wrench = all.map(T::value);
     (evaluation, all)

@@ -95,7 +95,7 @@ history! {
     energy_elastic: f64, "J", "elastic energy stored in grains and contacts, less that at the start";
     energy_friction: f64, "J", "energy dissipated by friction, since the start";
     energy_damage: f64, "J", "energy dissipated by damage, since the start";
-    energy_stabilisation: f64, "J", "energy taken by numerical stabilisation, since the start";
+    energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";
     energy_error: f64, "J", "external work minus all other energies";
 }

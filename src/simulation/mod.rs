@@ -12,6 +12,7 @@ mod observer;
 mod plan;
 mod recorder;
 pub mod scene;
+mod seating;
 mod specimen_table;
 
 pub use observer::{Observer, SpecimenReport, StageReport, Step};
@@ -29,6 +30,7 @@ use crate::results::{Existing, Outcome as FileOutcome};
 use crate::specimen::{Phase, Specimen, generate};
 use crate::triaxial::{Rig, Stage, StageEnd, Test};
 use recorder::Recorder;
+use seating::seat;
 
 /// What a run takes besides its case.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,8 +135,8 @@ fn triaxial_test(
         if planned.index == 0
             && let Stage::Consolidate { pressure, .. } = planned.stage
         {
-            let seating = test.seat(&mut rig, pressure);
-            observer.seated(seating.balance.out_of_balance, seating.counters.factorisations);
+            let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
+            observer.seated(seating.out_of_balance, seating.factorisations);
         }
         if consolidated && !matches!(planned.stage, Stage::Consolidate { .. }) {
             // Strains count from the end of the consolidation; the energies go on.

@@ -102,7 +102,7 @@ pub fn advance(
                 break;
             }
             Err(back) => {
-                lent = back;
+                lent = *back;
                 last_start = start;
             }
         }

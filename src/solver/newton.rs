@@ -65,11 +65,11 @@ impl<'a> Newton<'a> {
         settings: &'a Settings,
         mut contacts: Contacts,
         poses: Vec<Pose>,
-    ) -> Result<Self, Contacts> {
+    ) -> Result<Self, Box<Contacts>> {
         let dofs = Dofs::new(model, loads);
         contacts.start(model, committed);
         if contacts.evaluate(model, committed, &poses).is_err() {
-            return Err(contacts);
+            return Err(Box::new(contacts));
         }
         let mut newton = Newton {
             model,

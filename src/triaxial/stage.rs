@@ -47,8 +47,9 @@ pub struct StepReport<'a> {
     pub increment: &'a IncrementReport,
 }
 
-/// Share of the consolidation pressure under which grains are seated.
-const SEATING_SHARE: f64 = 0.05;
+/// Share of the consolidation pressure under which grains are seated. Under a small share the
+/// forces are too weak to bring loose grains into touch within the solver's limits.
+const SEATING_SHARE: f64 = 0.5;
 
 /// Reference of strains and running sums of a test.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,7 +152,7 @@ impl Test {
         StageEnd::Finished
     }
 
-    /// Brings the loose grains of a compacted specimen into touch under a small share of the
+    /// Brings the loose grains of a compacted specimen into touch under half the
     /// consolidation pressure, before the first row of the history. Returns the balance reached;
     /// the first increment starts from there and has to meet the tolerance itself.
     pub fn seat(&mut self, rig: &mut Rig, pressure: f64) -> IncrementReport {

@@ -1,0 +1,41 @@
+//! Brings the grains of a generated specimen into touch, before the test and its history begin.
+//!
+//! A compacted specimen hangs together loosely: grains fall into place as soon as anything presses
+//! on them. That is no part of the test, so friction does not weaken by it: the peak value holds
+//! while grains are seated, and slip counts from the end of the seating on.
+
+use crate::contact::law::Friction;
+use crate::triaxial::{Rig, Test};
+
+/// Each goes on from where the one before gave up.
+const MOST_ATTEMPTS: usize = 8;
+
+/// What the seating came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seating {
+    /// Out-of-balance force over the mean contact force. The first increment goes on from here and
+    /// has to meet the tolerance itself.
+    pub out_of_balance: f64,
+    pub factorisations: usize,
+}
+
+/// Seats the grains under a small share of the consolidation pressure [Pa]; gives up early where
+/// `stop` says so.
+pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bool) -> Seating {
+    let friction = rig.model.friction;
+    rig.model.friction = Friction::constant(friction.peak);
+    let mut seating = Seating { out_of_balance: f64::INFINITY, factorisations: 0 };
+    for _ in 0..MOST_ATTEMPTS {
+        let report = test.seat(rig, pressure);
+        seating.out_of_balance = report.balance.out_of_balance;
+        seating.factorisations += report.counters.factorisations;
+        if report.converged() || stop() {
+            break;
+        }
+    }
+    rig.model.friction = friction;
+    for pair in rig.committed.memory.values_mut() {
+        pair.slip = 0.0;
+    }
+    seating
+}
