@@ -6,7 +6,7 @@
 
 use rand_mt::Mt64;
 use riprap::contact::law::Friction;
-use riprap::scene::{LoadStage, SceneBody, SceneParameters, SceneShape};
+use riprap::scene::{LoadStage, Scene, SceneBody, SceneParameters, SceneShape, deepest_overlap};
 use riprap::triaxial::StageEnd;
 
 use crate::scene_builder::{HELD, Run, body, cuboid, drive, gravity, ground, hull, push, scene};
@@ -46,6 +46,22 @@ fn shape(dice: &mut Dice, size: f64) -> SceneShape {
     }
 }
 
+/// Lowers the last body until it touches; returns the height of the highest point so far, or more.
+fn lower_last_into_touch(bodies: &mut [SceneBody], top: f64) -> f64 {
+    let model = Scene::new(&scene(bodies.to_vec(), 0.0, vec![])).expect("a sound scene");
+    let mut poses = model.committed.poses;
+    let last = poses.len() - 1;
+    let (mut low, mut high) = (0.0, poses[last].position.z);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        poses[last].position.z = middle;
+        let clear = deepest_overlap(&model.model, &poses).is_none_or(|o| o.depth <= 0.0);
+        (low, high) = if clear { (low, middle) } else { (middle, high) };
+    }
+    bodies[last].pose.position.z = high;
+    top.max(high + model.model.shapes[last].rounded.bounding_radius())
+}
+
 fn random_scene(seed: u64) -> SceneParameters {
     let dice = &mut Dice::new(seed);
     let mut bodies = vec![ground()];
@@ -53,13 +69,13 @@ fn random_scene(seed: u64) -> SceneParameters {
     let count = 1 + dice.below(6);
     for k in 0..count {
         let size = 0.1 * 50f64.powf(-dice.between(0.0, 1.0));
-        let place = [dice.between(-0.02, 0.02), dice.between(-0.02, 0.02), top + 0.9 * size];
-        top += 1.8 * size;
+        let place = [dice.between(-0.02, 0.02), dice.between(-0.02, 0.02), top + size];
         let turn = [0, 1, 2].map(|_| dice.between(-1.5, 1.5));
         let lies_flat = dice.below(2) == 0;
         let turn = if lies_flat { [0.0, 0.0, turn[2]] } else { turn };
         let made = body(&format!("body {k}"), shape(dice, size), place, turn);
         bodies.push(SceneBody { youngs_modulus: 30e9 * 10f64.powf(dice.between(-6.0, 0.0)), ..made });
+        top = lower_last_into_touch(&mut bodies, top);
     }
     let mut stages: Vec<LoadStage> = vec![];
     let last = format!("body {}", count - 1);
@@ -104,9 +120,7 @@ fn survive(seeds: std::ops::Range<u64>) {
             StageEnd::Stopped { reason } => assert!(!reason.is_empty()),
             StageEnd::Interrupted => panic!("nobody interrupted"),
         }
-        if run.seconds > 5.0 {
-            println!("seed {seed}: {:.1} s, {:?}", run.seconds, run.end);
-        }
+        println!("seed {seed}: {} bodies, {:.2} s, {:?}", run.scene.model.bodies.len(), run.seconds, run.end);
         rows += run.rows.len();
         factorisations += run.factorisations();
     }
