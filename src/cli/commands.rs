@@ -3,13 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::case;
-use crate::case::{Case, RawCase, parse_override, read, unsupported};
+use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::linalg;
 use crate::results::{Existing, Reader, Summary, write_history_csv};
-use crate::simulation;
-use crate::simulation::{End, Options, Outcome, generate_specimen};
+use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 
 use super::arguments::{CaseInput, Check, Export, Info, Run, Specimen, Target};
 use super::exit::{Ending, Failure};
