@@ -62,4 +62,17 @@ impl Settings {
             ..self.clone()
         }
     }
+
+    /// For an increment that failed: stronger stabilisation, smaller steps, a more patient line
+    /// search.
+    pub fn cautious(&self) -> Self {
+        Settings {
+            proximal_start: 100.0 * self.proximal_start,
+            proximal_min: 10.0 * self.proximal_min,
+            max_newton: 2 * self.max_newton,
+            motion_cap: 0.4 * self.motion_cap,
+            merit_memory: 2 * self.merit_memory,
+            ..self.clone()
+        }
+    }
 }

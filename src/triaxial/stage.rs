@@ -120,7 +120,15 @@ impl Test {
                 loads: &loads,
                 settings: &rig.settings,
             };
-            let mut report = advance(&increment, starts, &mut rig.contacts);
+            let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
+            if !report.converged() {
+                // Once more with care, from the plainest start, before the increment is cut.
+                let settings = rig.settings.cautious();
+                let careful = Increment { settings: &settings, ..increment };
+                let first = report.counters;
+                report = advance(&careful, starts.into_iter().rev().collect(), &mut rig.contacts);
+                report.counters.add(&first);
+            }
             if !report.converged() {
                 let at_floor = share <= smallest * (1.0 + 1e-9);
                 if !at_floor && !self.accept_missed {
@@ -153,21 +161,36 @@ impl Test {
     }
 
     /// Brings the loose grains of a compacted specimen into touch under half the
-    /// consolidation pressure, before the first row of the history. Returns the balance reached;
-    /// the first increment starts from there and has to meet the tolerance itself.
+    /// consolidation pressure, before the first row of the history: first to a rough balance, then,
+    /// where that is reached, to the tolerance of an increment. Strains and the ledger start from
+    /// there. Returns the last report; where it did not converge, the first increment has to.
     pub fn seat(&mut self, rig: &mut Rig, pressure: f64) -> IncrementReport {
         let loads = rig.loads(true, SEATING_SHARE * pressure);
-        let settings = rig.settings.for_seating();
-        let increment =
-            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
-        let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
-        rig.committed.poses.clone_from(&report.poses);
-        rig.committed.memory.clone_from(&report.memory);
-        // What slipped before the test began weakens nothing.
-        rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
-        rig.pressure = SEATING_SHARE * pressure;
-        self.restart(rig, report.energy.elastic);
-        report
+        let mut counters = Counters::default();
+        let mut settings = rig.settings.for_seating();
+        loop {
+            let increment = Increment {
+                model: &rig.model,
+                committed: &rig.committed,
+                loads: &loads,
+                settings: &settings,
+            };
+            let mut report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
+            counters.add(&report.counters);
+            rig.committed.poses.clone_from(&report.poses);
+            rig.committed.memory.clone_from(&report.memory);
+            // What slipped before the test began weakens nothing.
+            rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
+            rig.pressure = SEATING_SHARE * pressure;
+            self.restart(rig, report.energy.elastic);
+            let rough = settings != rig.settings;
+            if report.converged() && rough {
+                settings = rig.settings.clone();
+            } else {
+                report.counters = counters;
+                return report;
+            }
+        }
     }
 
     /// Starting configurations in order of preference: the last motion continued, an affine
