@@ -135,7 +135,7 @@ def draw_energies(files):
         external = results.history["energy_external"][rows]
         worst = numpy.nanmax(numpy.abs(error)) / max(numpy.nanmax(numpy.abs(external)), 1e-300)
         ax.text(
-            0.5, -0.2, f"{total[-1]:.4g} J in all; largest error of the ledger {100 * worst:.2g} % of the external work",
+            0.5, -0.2, f"{total[-1]:.4g} J in all; largest error of the ledger\n{100 * worst:.2g} % of the external work",
             transform=ax.transAxes, ha="center", va="top", fontsize=8, color="#777777",
         )
     axes[0][0].set_ylabel("share of the energy  [%]")
