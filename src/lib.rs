@@ -26,8 +26,6 @@ pub mod solver;
 pub mod triaxial;
 pub mod scene;
 pub mod results;
-pub mod report;
-pub mod study;
 pub mod case;
 pub mod simulation;
 pub mod cli;
