@@ -259,7 +259,9 @@ impl<'a> Newton<'a> {
             if best.0 < merits.last().copied().unwrap_or(first) {
                 self.go_to(best.1, best.2);
             }
-            if best.0 < 0.25 * first {
+            // Under the strongest hold any progress counts; there is nothing left to try.
+            let enough = if weight >= self.settings.proximal_max { 0.9 } else { 0.25 };
+            if best.0 < enough * first {
                 end = NewtonEnd::Reduced;
             }
         }

@@ -41,7 +41,7 @@ impl Default for Settings {
             motion_cap: 0.6,
             proximal_start: 1e-4,
             proximal_min: 1e-5,
-            proximal_max: 1.0,
+            proximal_max: 30.0,
             proximal_raise: 6.0,
             proximal_lower: 0.3,
             newton_reduction: 0.05,
