@@ -34,8 +34,5 @@ pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bo
         }
     }
     rig.model.friction = friction;
-    for pair in rig.committed.memory.values_mut() {
-        pair.slip = 0.0;
-    }
     seating
 }

@@ -1,7 +1,6 @@
 //! Augmentations: proximal Newton solves, re-centred and relaxed until the forces balance.
 
 use crate::solver::newton::{Newton, NewtonEnd};
-use crate::tensor::Pose;
 
 /// How well the forces balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,9 +71,5 @@ impl Newton<'_> {
                 NewtonEnd::Reduced => {}
             }
         }
-    }
-
-    pub fn into_poses(self) -> Vec<Pose> {
-        self.poses
     }
 }
