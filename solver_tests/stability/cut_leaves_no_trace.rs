@@ -36,7 +36,7 @@ fn pushed(with_rejected_trials: bool) -> Committed {
         }
         let report = attempt(&committed, distance);
         assert!(report.converged(), "step {step}: {:?}", report.status);
-        committed = Committed { poses: report.poses, memory: report.memory };
+        committed = Committed { poses: report.poses, memory: report.memory, fields: report.fields };
     }
     committed
 }

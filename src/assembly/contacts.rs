@@ -1,5 +1,6 @@
 //! All contacts of the model in one configuration, with buffers that are reused.
 
+use crate::assembly::elastic::{Held, Side, Spot, SurfaceField};
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
@@ -24,6 +25,8 @@ const CORE_FLOOR: f64 = 0.2;
 /// Margin of the broad phase and of a pair's list of features, over the smallest rounding radius.
 const BROAD_MARGIN: f64 = 4.0;
 const SKIN: f64 = 0.6;
+/// Least margin for elastic displacements, over the smallest rounding radius.
+const ELASTIC_MARGIN: f64 = 0.1;
 
 /// One contact point in the present configuration.
 #[derive(Debug, Clone, Copy)]
@@ -41,8 +44,12 @@ pub struct PairWork {
     stiffness: f64,
     /// Friction coefficient in force.
     pub coefficient: f64,
-    /// Carried into the present Newton solve: the committed memory, then what augmentations made of it.
+    /// The committed memory.
     pub carried: PairMemory,
+    /// Forces of the last augmentation, by feature.
+    pub held: Vec<Held>,
+    /// Places seen since the last augmentation; empty for two rigid bodies.
+    pub spots: Vec<Spot>,
     pub points: Vec<ContactPoint>,
     /// Tangents of the active points, in their order.
     pub tangents: Vec<Tangent>,
@@ -64,8 +71,26 @@ impl PairWork {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }
 
-    fn evaluate(&mut self, model: &Model, kinematics: &[Kinematics], corners: &[Vec<Vec3>]) {
-        let PairWork { features, stiffness, coefficient, carried, points, nearest, .. } = self;
+    pub fn spot(&self, feature: Feature) -> Option<&Spot> {
+        self.spots.iter().find(|s| s.feature() == feature)
+    }
+
+    pub fn held(&self, feature: Feature) -> Option<&Held> {
+        self.held.iter().find(|h| h.feature == feature)
+    }
+
+    /// Starts from what was committed.
+    fn reset(&mut self, memory: Option<&PairMemory>) {
+        self.carried = memory.cloned().unwrap_or_default();
+        self.held.clear();
+        let held = |p: &PointMemory| Held { feature: p.feature, load: p.load, traction: p.traction };
+        self.held.extend(self.carried.points.iter().map(held));
+        self.spots.clear();
+    }
+
+    fn evaluate(&mut self, model: &Model, view: &View<'_>) {
+        let View { kinematics, corners, poses, fields, committed } = *view;
+        let PairWork { features, stiffness, coefficient, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
         if features.is_empty() {
@@ -73,7 +98,15 @@ impl PairWork {
         }
         let (a, b) = (features.a as usize, features.b as usize);
         let shapes = [&model.shapes[a], &model.shapes[b]];
-        let reach = carried.points.iter().map(|p| p.offset).fold(0.0, f64::max);
+        let side = |body: usize| Side {
+            model,
+            body,
+            pose: &poses[body],
+            now: &fields[body],
+            committed: committed.get(body).map_or(&[], |field| &field[..]),
+        };
+        let condensed = model.bodies[a].grain.is_some() || model.bodies[b].grain.is_some();
+        let reach = if condensed { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
         *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
             let memory = carried.point(site.feature);
@@ -81,28 +114,66 @@ impl PairWork {
                 Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) => 1.0,
             };
-            let state = PointState {
+            let sites = site_points(&site, [&corners[a], &corners[b]]);
+            let spring = *stiffness * sharpness;
+            let mut state = PointState {
                 radii,
                 radius_difference: shapes[0].rounded.radius - shapes[1].rounded.radius,
-                stiffness: *stiffness * sharpness,
+                stiffness: spring,
+                spring,
                 friction: *coefficient,
-                offset: memory.map_or(0.0, |m| m.offset),
+                offset: 0.0,
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
                 pressure_before: memory.map_or(0.0, |m| m.pressure),
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
             };
-            let evaluation = force::evaluate(
-                &model.law,
-                &site,
-                &site_points(&site, [&corners[a], &corners[b]]),
-                &kinematics[a],
-                &kinematics[b],
-                &state,
-            );
+            if condensed {
+                let known = spots.iter().find(|s| s.feature() == site.feature).copied();
+                let spot = known.unwrap_or_else(|| {
+                    let (point, normal) = force::place(&site, &sites, state.radius_difference);
+                    let spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal);
+                    spots.push(spot);
+                    spot
+                });
+                state.stiffness = 1.0 / (1.0 / spring + spot.compliance);
+                state.elastic = spot.elastic;
+                state.elastic_change = spot.change;
+                if let Some(held) = held.iter().find(|h| h.feature == site.feature) {
+                    state.offset = spot.compliance * held.load;
+                    state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
+                }
+            }
+            let evaluation =
+                force::evaluate(&model.law, &site, &sites, &kinematics[a], &kinematics[b], &state);
             points.push(ContactPoint { site, state, evaluation });
         });
     }
+}
+
+/// The configuration that contacts are evaluated in.
+#[derive(Clone, Copy)]
+struct View<'a> {
+    kinematics: &'a [Kinematics],
+    corners: &'a [Vec<Vec3>],
+    poses: &'a [Pose],
+    /// Surface displacements, now and as committed.
+    fields: &'a [SurfaceField],
+    committed: &'a [SurfaceField],
+}
+
+/// How far beyond its radii a pair's features are listed for the sake of elastic displacements
+/// [m]: zero for two rigid bodies.
+fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
+    let condensed = [a, b].iter().any(|&body| model.bodies[body as usize].grain.is_some());
+    if condensed { (2.0 * needed).max(ELASTIC_MARGIN * model.smallest_rounding()) } else { 0.0 }
+}
+
+/// How far elastic displacements and offsets may bring a contact forward [m].
+fn elastic_reach(pair: &PairWork, fields: &[SurfaceField]) -> f64 {
+    let moved = |body: usize| fields[body].iter().map(|u| u.norm_squared()).fold(0.0, f64::max).sqrt();
+    let offset = pair.points.iter().map(|p| p.state.offset).fold(0.0, f64::max);
+    moved(pair.a()) + moved(pair.b()) + offset
 }
 
 fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
@@ -118,6 +189,8 @@ pub struct Contacts {
     kinematics: Vec<Kinematics>,
     /// Core vertices of every body in space [m].
     corners: Vec<Vec<Vec3>>,
+    /// Surface displacement of every body in its own frame, from the forces of the last augmentation.
+    pub fields: Vec<SurfaceField>,
     /// Searches so far.
     pub searches: usize,
 }
@@ -125,8 +198,10 @@ pub struct Contacts {
 impl Contacts {
     /// Starts an increment from the committed memory.
     pub fn start(&mut self, model: &Model, committed: &Committed) {
+        self.fields.clone_from(&committed.fields);
+        self.fields.resize(model.bodies.len(), SurfaceField::new());
         for pair in &mut self.pairs {
-            pair.carried = committed.memory.get(&pair.key()).cloned().unwrap_or_default();
+            pair.reset(committed.memory.get(&pair.key()));
             pair.coefficient = model.friction_between(pair.a(), pair.b()).coefficient(pair.carried.slip);
         }
     }
@@ -148,12 +223,16 @@ impl Contacts {
         if !self.neighbours.is_valid(&model.shapes, poses) {
             self.search(model, committed, poses);
         }
-        let (kinematics, corners) = (&self.kinematics, &self.corners);
+        let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
+        let view = View { kinematics, corners, poses, fields, committed: &committed.fields };
         self.pairs.par_iter_mut().for_each(|pair| {
-            if !pair.features.is_valid(&model.shapes, poses) {
-                pair.features = PairFeatures::list(&model.shapes, corners, poses, pair.key(), pair.skin);
+            let needed = elastic_reach(pair, fields);
+            if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
+                let margin = margin(model, pair.key(), needed);
+                pair.features =
+                    PairFeatures::list(&model.shapes, corners, poses, pair.key(), [pair.skin, margin]);
             }
-            pair.evaluate(model, kinematics, corners);
+            pair.evaluate(model, &view);
         });
         for pair in &self.pairs {
             let (a, b) = (pair.a(), pair.b());
@@ -187,10 +266,10 @@ impl Contacts {
     }
 
     fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
-        let margin = BROAD_MARGIN * model.smallest_rounding();
+        let reach = BROAD_MARGIN * model.smallest_rounding();
         let held =
             |i: usize| !model.bodies[i].stiffness.is_finite() || model.bodies[i].kind == BodyKind::Fixed;
-        self.neighbours = Neighbours::find(&model.shapes, poses, margin, |a, b| held(a) && held(b));
+        self.neighbours = Neighbours::find(&model.shapes, poses, reach, |a, b| held(a) && held(b));
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =
             std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
@@ -204,17 +283,22 @@ impl Contacts {
                     return pair.clone();
                 }
                 let (a, b) = (key.0 as usize, key.1 as usize);
-                let carried = committed.memory.get(key).cloned().unwrap_or_default();
-                PairWork {
-                    features: PairFeatures::list(&model.shapes, &self.corners, poses, *key, skin),
+                let margins = [skin, margin(model, *key, 0.0)];
+                let mut pair = PairWork {
+                    features: PairFeatures::list(&model.shapes, &self.corners, poses, *key, margins),
                     skin,
-                    stiffness: model.contact_stiffness(a, b),
-                    coefficient: model.friction_between(a, b).coefficient(carried.slip),
-                    carried,
+                    stiffness: model.contact_spring(a, b),
+                    coefficient: 0.0,
+                    carried: PairMemory::default(),
+                    held: Vec::new(),
+                    spots: Vec::new(),
                     points: Vec::new(),
                     tangents: Vec::new(),
                     nearest: f64::INFINITY,
-                }
+                };
+                pair.reset(committed.memory.get(key));
+                pair.coefficient = model.friction_between(a, b).coefficient(pair.carried.slip);
+                pair
             })
             .collect();
         old.clear();
@@ -236,7 +320,8 @@ impl Contacts {
     }
 
     /// What contacts will remember once the present configuration is accepted.
-    pub fn memory(&self) -> Memory {
+    pub fn memory(&self, model: &Model) -> Memory {
+        let tangential_ratio = model.law.tangential_ratio;
         let mut memory = Memory::new();
         for pair in &self.pairs {
             let mut points: Vec<PointMemory> = Vec::new();
@@ -245,12 +330,14 @@ impl Contacts {
                 let e = &point.evaluation;
                 slip += e.slip() * e.pressure;
                 force += e.pressure;
+                let traction = e.friction / e.weight;
+                let shared = 1.0 / point.state.stiffness - 1.0 / point.state.spring;
                 points.push(PointMemory {
                     feature: point.site.feature,
-                    offset: point.state.offset,
-                    stretch: e.stretch,
+                    stretch: e.stretch - traction * (shared / tangential_ratio),
                     pressure: e.pressure,
-                    elastic: point.state.elastic,
+                    load: e.load,
+                    traction,
                 });
             }
             if !points.is_empty() {

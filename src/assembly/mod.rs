@@ -6,10 +6,12 @@
 
 pub mod contacts;
 pub mod dofs;
+pub mod elastic;
 pub mod pattern;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use dofs::Dofs;
+pub use elastic::SurfaceField;
 pub use pattern::BlockPattern;
 
 use crate::model::{Loads, Model};

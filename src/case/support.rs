@@ -39,10 +39,6 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 let problem = format!("a {name} membrane is not built yet");
                 refuse("$.membrane.kind", &format!("\"{name}\""), &problem, "\"pressure\"");
             }
-            if case.solver.fidelity == Fidelity::Condensed {
-                let problem = "specimens of condensed grains are not built yet";
-                refuse("$.solver.fidelity", "\"condensed\"", problem, "\"auto\", \"rigid\"");
-            }
         }
         Geometry::Scene(scene) => {
             for (i, body) in scene.bodies.iter().enumerate() {

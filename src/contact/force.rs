@@ -1,7 +1,10 @@
 //! The force of one contact point and its tangent.
 //!
-//! Normal part: `-d/dq [ w k (psi(overlap + offset) - psi(offset)) ]`, weight gradient included,
-//! with `offset` the multiplier in units of length (zero for a plain spring). Friction: the trial
+//! Normal part: `w k N(overlap + offset)`, plus the gradient of the weight `w` times the energy
+//! stored per weight. With a zero offset that is `-d/dq [ w k psi(overlap) ]`, a plain spring. Where
+//! the bodies' own flexibility is in the gap, `k` is a penalty softer than the contact's spring, and
+//! `offset` what it gave under the force of the last augmentation, so that at rest the spring's own
+//! law is left (`assembly::elastic`). Friction: the trial
 //! force `k_t w (stretch - slide)` is bent smoothly onto the disc of radius `mu w p`, `p` being the
 //! normal force of the same configuration (implicit, never lagged). The bend is elastic; only what
 //! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing.
@@ -29,10 +32,13 @@ pub struct PointState {
     pub radii: f64,
     /// Radius of `a` less that of `b` [m].
     pub radius_difference: f64,
-    /// Normal stiffness [N/m]: the local compliance of a rigid grain, or the penalty.
+    /// Normal stiffness during a Newton solve [N/m]: the spring, or a softer penalty.
     pub stiffness: f64,
+    /// Stiffness of the contact's own spring [N/m], which is what stores energy here.
+    pub spring: f64,
     pub friction: f64,
-    /// Normal multiplier as an overlap [m].
+    /// Normal force of the last augmentation over the weight, times the penalty's compliance beyond
+    /// the spring's [m].
     pub offset: f64,
     /// Tangential stretch carried over [m], in space; times the tangential stiffness it is the
     /// friction force at no further slide, on `b`.
@@ -60,6 +66,8 @@ pub struct Evaluation {
     pub pressure: f64,
     /// Friction force on `b` [N].
     pub friction: Vec3,
+    /// Normal force over the weight [N].
+    pub load: f64,
     /// Tangential stretch had nothing slipped [m].
     pub trial_stretch: Vec3,
     /// What is left of it when the excess over the bound has slipped [m].
@@ -119,6 +127,15 @@ pub fn evaluate(
     let (evaluation, _) =
         wrench::<f64>(law, site, &constants(&points.a), &constants(&points.b), &frame(a), &frame(b), state);
     evaluation
+}
+
+/// Where a contact's force acts [m] and its normal from `a` to `b`.
+pub fn place(site: &Site, points: &SitePoints, radius_difference: f64) -> (Vec3, Vec3) {
+    let constants = |p: &[Vec3; 3]| p.map(|x| Vector::<f64>::constant(&x));
+    let (xa, xb) = closest_points(site, &constants(&points.a), &constants(&points.b));
+    let (xa, xb) = (xa.value(), xb.value());
+    let normal = (xb - xa).normalize();
+    (0.5 * (xa + xb + normal * radius_difference), normal)
 }
 
 /// The exact derivative of [`evaluate`]'s wrench.
@@ -192,7 +209,8 @@ fn wrench<T: Real>(
     let weight = edge_weight.as_ref().map_or(T::constant(1.0), |w| w.value);
 
     let pushed = overlap + T::constant(state.offset);
-    let pressure = weight * law.normal(pushed).scaled(state.stiffness);
+    let load = law.normal(pushed).scaled(state.stiffness);
+    let pressure = weight * load;
     let mut evaluation = Evaluation {
         weight: weight.value(),
         gap: -overlap.value(),
@@ -200,6 +218,7 @@ fn wrench<T: Real>(
         point: point.value(),
         pressure: pressure.value(),
         friction: Vec3::zeros(),
+        load: load.value(),
         trial_stretch: Vec3::zeros(),
         stretch: Vec3::zeros(),
         tangential_energy: 0.0,
@@ -210,6 +229,7 @@ fn wrench<T: Real>(
         return (evaluation, [zero; 12]);
     }
 
+    let softening = state.spring / state.stiffness;
     let mut force_on_b = normal.times(pressure);
     if state.friction > 0.0 {
         let stiffness = weight.scaled(state.stiffness * law.tangential_ratio);
@@ -238,7 +258,7 @@ fn wrench<T: Real>(
         evaluation.trial_stretch = trial.value();
         evaluation.stretch = if share > most { trial.value() * (most / share) } else { trial.value() };
         evaluation.tangential_energy =
-            bound.value().powi(2) / stiffness.value() * law.friction_energy(share.min(most));
+            bound.value().powi(2) / (stiffness.value() * softening) * law.friction_energy(share.min(most));
     }
     let arm_a = point - frame_a.position;
     let arm_b = point - frame_b.position;
@@ -247,7 +267,7 @@ fn wrench<T: Real>(
     let mut force_b = force_on_b;
     let mut moment_b = arm_b.cross(force_b);
 
-    let excess = (law.energy(pushed) - T::constant(law.energy(state.offset))).scaled(state.stiffness);
+    let excess = law.energy_at(load.scaled(1.0 / state.spring)).scaled(state.spring);
     evaluation.energy = (weight * excess).value();
     if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)
         && edge_weight.value.value() < 1.0
@@ -344,6 +364,7 @@ mod tests {
             radii: 1e-3,
             radius_difference: 4e-4,
             stiffness: 6e7,
+            spring: 3e8,
             friction,
             offset: 4e-6,
             stretch: Vec3::new(2e-6, 1e-6, -1e-6),
@@ -442,6 +463,8 @@ mod tests {
         for mut scene in [edges(0.0), vertex_on_facet(0.0)] {
             // The elastic displacement is held while the normal turns, which is not an energy.
             scene.state.elastic = Vec3::zeros();
+            scene.state.offset = 0.0;
+            scene.state.spring = scene.state.stiffness;
             let poses = scene.committed;
             let (evaluation, _) = scene.evaluate_at(&poses);
             assert!(evaluation.is_active() && evaluation.weight < 1.0 + 1e-15);
@@ -457,6 +480,32 @@ mod tests {
                 let scale = evaluation.pressure * if k < 3 { 1.0 } else { 1e-2 };
                 assert!((slope + work).abs() < 1e-4 * scale, "motion {k}: {slope} {work}");
             }
+        }
+    }
+
+    #[test]
+    fn repeated_augmentations_end_at_the_spring_law() {
+        for mut scene in [edges(0.05), edges(0.65), vertex_on_facet(0.05), vertex_on_facet(0.65)] {
+            let (soft, spring) = (scene.state.stiffness, scene.state.spring);
+            let own = scene.state.stretch;
+            scene.state.stiffness = spring;
+            scene.state.offset = 0.0;
+            let (plain, _) = scene.evaluate_at(&scene.committed);
+            scene.state.stiffness = soft;
+            let shared = 1.0 / soft - 1.0 / spring;
+            for _ in 0..200 {
+                let (e, _) = scene.evaluate_at(&scene.committed);
+                scene.state.offset = shared * e.load;
+                scene.state.stretch = own + e.friction * (shared / (e.weight * LAW.tangential_ratio));
+            }
+            let (augmented, _) = scene.evaluate_at(&scene.committed);
+            let relative = |a: f64, b: f64| (a - b).abs() / plain.pressure;
+            assert!(relative(augmented.pressure, plain.pressure) < 1e-9);
+            for k in 0..12 {
+                let arm = if k % 6 < 3 { 1.0 } else { 1e-2 };
+                assert!(relative(augmented.wrench[k], plain.wrench[k]) < 1e-6 * arm, "component {k}");
+            }
+            assert!((augmented.energy - plain.energy).abs() < 1e-9 * plain.energy);
         }
     }
 

@@ -44,6 +44,20 @@ impl ContactLaw {
         }
     }
 
+    /// Energy per stiffness [m^2] where [`ContactLaw::normal`] gives `force_per_stiffness` [m].
+    pub fn energy_at<T: Real>(&self, force_per_stiffness: T) -> T {
+        let value = force_per_stiffness.value();
+        if value <= 0.0 {
+            T::constant(0.0)
+        } else if value < 0.5 * self.onset {
+            let overlap = force_per_stiffness.scaled(2.0 * self.onset).sqrt();
+            (overlap * overlap * overlap).scaled(1.0 / (6.0 * self.onset))
+        } else {
+            (force_per_stiffness * force_per_stiffness).scaled(0.5)
+                + T::constant(self.onset * self.onset / 24.0)
+        }
+    }
+
     /// The overlap [m] at which [`ContactLaw::normal`] gives `force_per_stiffness` [m].
     pub fn overlap_for(&self, force_per_stiffness: f64) -> f64 {
         if force_per_stiffness <= 0.0 {
@@ -114,6 +128,14 @@ mod tests {
             let h = 1e-9;
             let slope = (LAW.energy(overlap + h) - LAW.energy(overlap - h)) / (2.0 * h);
             assert!((slope - LAW.normal(overlap)).abs() < 1e-12, "{overlap}");
+        }
+    }
+
+    #[test]
+    fn energy_by_force_is_energy_by_overlap() {
+        for overlap in [-1e-6, 0.0, 1e-7, 2e-6, 2.99e-6, 3.01e-6, 5e-5] {
+            let by_force = LAW.energy_at(LAW.normal(overlap));
+            assert!((by_force - LAW.energy(overlap)).abs() < 1e-15 * LAW.onset);
         }
     }
 

@@ -1,4 +1,4 @@
-//! What contacts remember between increments: multipliers, tangential stretch, slip.
+//! What contacts remember between increments: forces, tangential stretch, slip.
 //!
 //! Kept per pair of bodies and feature, so that nothing has to be transported when a contact
 //! slides: its identity is the feature. A pair forgets everything once it separates (healing).
@@ -17,14 +17,14 @@ pub type ContactKey = (PairKey, Feature);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointMemory {
     pub feature: Feature,
-    /// Normal multiplier as an overlap [m].
-    pub offset: f64,
-    /// Tangential stretch [m], in space.
+    /// Tangential stretch of the contact's own spring [m], in space.
     pub stretch: Vec3,
     /// Normal force, weight included [N].
     pub pressure: f64,
-    /// Elastic displacement of `b` relative to `a` at the last accepted increment [m], in space.
-    pub elastic: Vec3,
+    /// Normal force over the weight [N].
+    pub load: f64,
+    /// Friction force on `b` over the weight [N], in space.
+    pub traction: Vec3,
 }
 
 /// Memory of a pair of bodies.

@@ -57,6 +57,8 @@ pub struct PairFeatures {
     vertices_of_b: Vec<VertexReach>,
     edges: Vec<(u32, u32)>,
     skin: f64,
+    /// Features are listed this far beyond radii and skin [m].
+    margin: f64,
     /// Where the two bodies were when the features were listed.
     reference: [Pose; 2],
 }
@@ -66,16 +68,22 @@ impl PairFeatures {
         self.vertices_of_a.is_empty() && self.vertices_of_b.is_empty() && self.edges.is_empty()
     }
 
-    /// Lists the features whose rounded surfaces are within `skin` [m] of each other.
+    /// How far beyond the radii features are listed while the list is valid [m].
+    pub fn margin(&self) -> f64 {
+        self.margin
+    }
+
+    /// Lists the features whose rounded surfaces are within `skin + margin` [m] of each other; while
+    /// the list is valid, it has all that are within `margin`.
     pub fn list(
         shapes: &[ContactShape],
         corners: &[Vec<Vec3>],
         poses: &[Pose],
         (a, b): (u32, u32),
-        skin: f64,
+        margins: [f64; 2],
     ) -> Self {
         let (a, b) = (a as usize, b as usize);
-        features_within_reach(shapes, corners, a, b, skin, [poses[a], poses[b]])
+        features_within_reach(shapes, corners, a, b, margins, [poses[a], poses[b]])
     }
 
     /// Whether no feature outside the list can have come into touch.
@@ -159,10 +167,10 @@ fn features_within_reach(
     corners: &[Vec<Vec3>],
     a: usize,
     b: usize,
-    skin: f64,
+    [skin, margin]: [f64; 2],
     reference: [Pose; 2],
 ) -> PairFeatures {
-    let reach = shapes[a].rounded.radius + shapes[b].rounded.radius + skin;
+    let reach = shapes[a].rounded.radius + shapes[b].rounded.radius + skin + margin;
     let (low_a, high_a) = bounds(&corners[a], reach);
     let (low_b, high_b) = bounds(&corners[b], 0.0);
     if (0..3).any(|k| low_a[k] > high_b[k] || high_a[k] < low_b[k]) {
@@ -174,6 +182,7 @@ fn features_within_reach(
             vertices_of_b: none(),
             edges: Vec::new(),
             skin,
+            margin,
             reference,
         };
     }
@@ -211,7 +220,7 @@ fn features_within_reach(
             }
         }
     }
-    PairFeatures { a: a as u32, b: b as u32, vertices_of_a, vertices_of_b, edges, skin, reference }
+    PairFeatures { a: a as u32, b: b as u32, vertices_of_a, vertices_of_b, edges, skin, margin, reference }
 }
 
 fn bounds(points: &[Vec3], margin: f64) -> (Vec3, Vec3) {

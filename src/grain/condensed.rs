@@ -143,6 +143,26 @@ impl CondensedGrain {
         }
     }
 
+    /// Displacements [m] of all surface nodes, in the frame, under forces [N] on surface points.
+    pub fn surface_field_into(&self, out: &mut Vec<Vec3>, loads: &[(SurfacePoint, Vec3)]) {
+        let count = self.surface.nodes().len();
+        out.clear();
+        out.resize(count, Vec3::zeros());
+        let mut forces = vec![Vec3::zeros(); count];
+        for (point, force) in loads {
+            for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
+                forces[node as usize] += force * weight;
+            }
+        }
+        for (j, force) in forces.iter().enumerate() {
+            if *force != Vec3::zeros() {
+                for (i, u) in out.iter_mut().enumerate() {
+                    *u += self.surface_block(i, j) * force;
+                }
+            }
+        }
+    }
+
     /// Elastic energy [J] under the loads: half the work of the forces on the displacements they cause.
     pub fn elastic_energy(&self, loads: &[(SurfacePoint, Vec3)]) -> f64 {
         let mut twice = 0.0;

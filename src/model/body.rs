@@ -1,7 +1,10 @@
 //! One body of the scene: a grain, a plate, or a body placed by hand.
 
+use std::sync::Arc;
+
 use crate::contact::law::Friction;
 use crate::geometry::Polyhedron;
+use crate::grain::CondensedGrain;
 
 /// Index of a body in its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -23,8 +26,10 @@ pub struct Body {
     pub kind: BodyKind,
     /// The shape before its corners are rounded, in body coordinates [m].
     pub nominal: Polyhedron,
-    /// Its share of a contact's normal stiffness [N/m]; infinite for a rigid plate.
+    /// Its share of a contact's normal stiffness [N/m], were it rigid; infinite for a rigid plate.
     pub stiffness: f64,
+    /// Its own flexibility, where it is condensed; then it is in every gap.
+    pub grain: Option<Arc<CondensedGrain>>,
     /// Its own friction, where it has one.
     pub friction: Option<Friction>,
     /// [kg]

@@ -15,6 +15,10 @@ pub use cover::PressureCover;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 
+/// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
+/// the whole body where it is rigid. Its compliance adds to the flexibility of the mesh.
+pub const SHELL_STIFFNESS: f64 = 4.0;
+
 /// Everything that does not change during a run.
 #[derive(Debug, Clone)]
 pub struct Model {
@@ -33,6 +37,20 @@ impl Model {
     pub fn contact_stiffness(&self, a: usize, b: usize) -> f64 {
         let compliance = 1.0 / self.bodies[a].stiffness + 1.0 / self.bodies[b].stiffness;
         1.0 / compliance
+    }
+
+    /// Stiffness of the contact's own spring between two bodies [N/m]: as [`Self::contact_stiffness`],
+    /// a condensed body with its shell alone.
+    pub fn contact_spring(&self, a: usize, b: usize) -> f64 {
+        let compliance = |body: usize| {
+            let Body { stiffness, grain, .. } = &self.bodies[body];
+            1.0 / (stiffness * if grain.is_some() { SHELL_STIFFNESS } else { 1.0 })
+        };
+        1.0 / (compliance(a) + compliance(b))
+    }
+
+    pub fn has_condensed(&self) -> bool {
+        self.bodies.iter().any(|body| body.grain.is_some())
     }
 
     /// The friction between two bodies: a body's own where it has one, the weaker where both have.
@@ -56,6 +74,14 @@ impl Model {
             self.bodies.iter().map(|b| b.stiffness).filter(|k| k.is_finite()).collect();
         stiffness.sort_by(f64::total_cmp);
         stiffness.get(stiffness.len() / 2).map_or(1e8, |k| 0.5 * k)
+    }
+
+    /// A size typical of the model's bodies [m]: twice the median of their rotation scales.
+    pub fn typical_size(&self) -> f64 {
+        let mut scales: Vec<f64> =
+            self.bodies.iter().filter(|b| b.kind != BodyKind::Plate).map(|b| b.rotation_scale).collect();
+        scales.sort_by(f64::total_cmp);
+        scales.get(scales.len() / 2).map_or(0.0, |scale| 2.0 * scale)
     }
 
     /// The smallest rounding radius of the model [m]; no motion of one iteration exceeds it.

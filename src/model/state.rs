@@ -1,18 +1,21 @@
 //! The committed state: what the last accepted increment left.
 
 use crate::contact::Memory;
-use crate::tensor::Pose;
+use crate::tensor::{Pose, Vec3};
 
 /// Poses and contact memory of the last accepted increment. A rejected trial leaves no trace here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Committed {
     pub poses: Vec<Pose>,
     pub memory: Memory,
+    /// Displacement of the surface nodes of every body in its own frame [m]; empty for a rigid body,
+    /// or nothing at all before the first increment.
+    pub fields: Vec<Vec<Vec3>>,
 }
 
 impl Committed {
     pub fn new(poses: Vec<Pose>) -> Self {
-        Committed { poses, memory: Memory::new() }
+        Committed { poses, memory: Memory::new(), fields: Vec::new() }
     }
 }
 

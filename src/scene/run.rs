@@ -255,6 +255,7 @@ impl Scene {
         }
         self.committed.poses.clone_from(&report.poses);
         self.committed.memory.clone_from(&report.memory);
+        self.committed.fields.clone_from(&report.fields);
         self.increments += 1;
         let gravity = loads.gravity;
         self.loads = loads;
@@ -346,6 +347,7 @@ fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> 
         friction: Some(body.friction.unwrap_or(*friction)),
         mass: body.density * volume,
         centre_of_mass: nominal.centroid(),
+        grain: None,
         rotation_scale: 0.5 * size,
         nominal,
     };

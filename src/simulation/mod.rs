@@ -11,6 +11,7 @@ mod grain_stress;
 mod observer;
 mod plan;
 mod recorder;
+mod rock;
 pub mod scene;
 mod seating;
 mod specimen_table;
@@ -23,7 +24,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::case::{Case, Geometry, RawCase, SpecimenCase, unsupported};
+use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
 use crate::results::{Existing, Outcome as FileOutcome};
@@ -121,6 +122,9 @@ fn triaxial_test(
 
     let mut rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
     recorder.begin(case, &rig, &specimen, &meshes)?;
+    if case.solver.fidelity == Fidelity::Condensed {
+        rig.condense(rock::condensed_grains(&case.rock, &meshes, case.seed)?);
+    }
     drop((specimen, meshes));
 
     let mut test = Test::new(&rig);

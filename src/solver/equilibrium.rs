@@ -20,6 +20,10 @@ pub struct Equilibrium {
     pub balance: Balance,
     /// Out-of-balance of each augmentation.
     pub history: Vec<f64>,
+    /// Largest disagreement left between contact forces and elastic displacements [m].
+    pub mismatch: f64,
+    /// Energy in condensed bodies [J].
+    pub surface_energy: f64,
 }
 
 impl Newton<'_> {
@@ -39,15 +43,32 @@ impl Newton<'_> {
     pub fn equilibrate(&mut self) -> Equilibrium {
         let settings = self.settings;
         let tolerance = settings.force_tolerance;
+        let condensed = self.model.has_condensed();
+        let gap_tolerance = settings.gap_tolerance * self.model.typical_size();
         let mut weight = settings.proximal_start;
         let mut history = Vec::new();
+        // Whether forces are worth taking over: a solve has brought them towards balance.
+        let mut fresh = false;
         loop {
             let balance = self.balance();
             history.push(balance.out_of_balance);
-            let converged = balance.out_of_balance < tolerance;
-            if converged || history.len() > settings.max_augmentations {
-                return Equilibrium { converged, balance, history };
+            let mut converged = balance.out_of_balance < tolerance;
+            let (mut mismatch, mut surface_energy) = (0.0, 0.0);
+            if condensed && (converged || fresh) {
+                let loads = self.contacts.surface_loads(self.model, self.loads, &self.poses);
+                mismatch = self.contacts.relax(self.model, self.loads, &self.poses);
+                tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");
+                surface_energy = self.contacts.surface_energy(&loads);
+                converged &= mismatch < gap_tolerance;
+                fresh = false;
+                if !converged {
+                    self.evaluate();
+                }
             }
+            if converged || history.len() > settings.max_augmentations {
+                return Equilibrium { converged, balance, history, mismatch, surface_energy };
+            }
+            let balance = self.balance();
             self.counters.augmentations += 1;
             let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)
                 * balance.reference_force;
@@ -62,13 +83,16 @@ impl Newton<'_> {
             match end {
                 NewtonEnd::Stalled => {
                     if weight >= settings.proximal_max {
-                        return Equilibrium { converged: false, balance, history };
+                        return Equilibrium { converged: false, balance, history, mismatch, surface_energy };
                     }
                     weight = (weight * settings.proximal_raise).min(settings.proximal_max);
                     continue;
                 }
-                NewtonEnd::Solved => weight = (weight * settings.proximal_lower).max(settings.proximal_min),
-                NewtonEnd::Reduced => {}
+                NewtonEnd::Solved => {
+                    fresh = true;
+                    weight = (weight * settings.proximal_lower).max(settings.proximal_min);
+                }
+                NewtonEnd::Reduced => fresh = true,
             }
         }
     }

@@ -1,6 +1,6 @@
 //! One increment: from the committed state to the next equilibrium, or a reason why not.
 
-use crate::assembly::Contacts;
+use crate::assembly::{Contacts, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::equilibrium::Balance;
@@ -38,6 +38,8 @@ pub struct IncrementReport {
     pub status: StepStatus,
     pub poses: Vec<Pose>,
     pub memory: Memory,
+    /// Displacement of the surface nodes of condensed bodies [m].
+    pub fields: Vec<SurfaceField>,
     pub balance: Balance,
     pub energy: Energies,
     /// Force and moment that contacts exert on each body [N, N m].
@@ -64,7 +66,7 @@ impl IncrementReport {
 /// Energies of an accepted configuration and what was lost on the way to it [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energies {
-    /// Stored in the contacts.
+    /// Stored in the contacts and in condensed bodies.
     pub elastic: f64,
     /// Lost to friction since the last accepted increment.
     pub friction: f64,
@@ -113,6 +115,7 @@ pub fn advance(
             status: StepStatus::TooClose,
             poses: last_start,
             memory: committed.memory.clone(),
+            fields: committed.fields.clone(),
             balance: Balance { out_of_balance: f64::INFINITY, worst_body: 0, reference_force: 0.0 },
             energy: Energies::default(),
             contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
@@ -154,6 +157,7 @@ pub fn advance(
         }
         measures.pairs += usize::from(touching);
     }
+    energy.elastic += outcome.surface_energy;
     measures.sliding_fraction =
         if measures.points == 0 { 0.0 } else { sliding as f64 / measures.points as f64 };
     measures.mean_force = newton.contacts.mean_force();
@@ -162,7 +166,8 @@ pub fn advance(
     let report = IncrementReport {
         status,
         poses: newton.poses.clone(),
-        memory: newton.contacts.memory(),
+        memory: newton.contacts.memory(model),
+        fields: newton.contacts.fields.clone(),
         balance: outcome.balance,
         energy,
         contact_wrench,

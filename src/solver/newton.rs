@@ -106,7 +106,7 @@ impl<'a> Newton<'a> {
         );
     }
 
-    fn evaluate(&mut self) -> bool {
+    pub(super) fn evaluate(&mut self) -> bool {
         let start = std::time::Instant::now();
         let fine = self.contacts.evaluate(self.model, self.committed, &self.poses).is_ok();
         if fine {

@@ -21,6 +21,7 @@ fn block(name: &str, size: [f64; 3]) -> (Body, ContactShape) {
         friction: None,
         mass: 2700.0 * nominal.volume(),
         centre_of_mass: Vec3::zeros(),
+        grain: None,
         rotation_scale: 0.05,
         nominal,
     };

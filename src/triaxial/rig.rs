@@ -1,10 +1,13 @@
 //! The model of a specimen between two rigid plates under a pressure cover.
 
+use std::sync::Arc;
+
 use crate::assembly::Contacts;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
+use crate::grain::CondensedGrain;
 use crate::model::cover::{Outline, Rim};
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
 use crate::solver::Settings;
@@ -61,6 +64,7 @@ impl Rig {
                 friction: None,
                 mass: parameters.density * volume,
                 centre_of_mass: Vec3::zeros(),
+                grain: None,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -82,6 +86,7 @@ impl Rig {
                 friction: Some(parameters.plate_friction),
                 mass: 0.0,
                 centre_of_mass: Vec3::zeros(),
+                grain: None,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
@@ -108,6 +113,13 @@ impl Rig {
         };
         rig.drape(specimen.diameter)?;
         Ok(rig)
+    }
+
+    /// Gives the grains their own flexibility, in their order; before anything has moved.
+    pub fn condense(&mut self, grains: Vec<Arc<CondensedGrain>>) {
+        for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
+            body.grain = Some(grain);
+        }
     }
 
     /// Lays a new cover over the grains where they are now. Its rims are circles of the radius

@@ -146,6 +146,7 @@ impl Test {
             let row = self.book(rig, &report, pressure, to);
             let previous = std::mem::replace(&mut rig.committed.poses, report.poses.clone());
             rig.committed.memory = report.memory.clone();
+            rig.committed.fields.clone_from(&report.fields);
             rig.pressure = pressure;
             done = to;
             last = Some((previous, share));
@@ -179,6 +180,7 @@ impl Test {
             counters.add(&report.counters);
             rig.committed.poses.clone_from(&report.poses);
             rig.committed.memory.clone_from(&report.memory);
+            rig.committed.fields.clone_from(&report.fields);
             // What slipped before the test began weakens nothing.
             rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
             rig.pressure = SEATING_SHARE * pressure;

@@ -1,0 +1,210 @@
+//! The grains' own flexibility in the contacts' gaps.
+//!
+//! Where a body is a condensed grain, the gap of a contact holds the elastic displacement of its
+//! surface, `W f` with `W` the grain's exact flexibility and `f` all forces on it. A Newton solve
+//! sees it fixed at the forces of the last augmentation, and in its place a compliance `w` of each
+//! contact's own, through a softer spring (the penalty) and an offset:
+//! `f = (overlap(q) - n.W f_old + w f_old) / (c + w)`, `c` being the contact's own compliance. At
+//! rest `f = f_old` and only `c f = overlap - n.W f` is left: the answer does not depend on `w`, the
+//! pace does. This is the augmented Lagrangian with `c = 0`, multiplier `f_old` and penalty `1/w`.
+//! Tangentially alike. All contacts of a body load all its surface.
+
+use rayon::prelude::*;
+
+use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::contact::Feature;
+use crate::grain::SurfacePoint;
+use crate::model::{Loads, Model};
+use crate::tensor::{Pose, Vec3};
+
+/// Displacement of the surface nodes of a body in its own frame [m]; empty for a rigid body.
+pub type SurfaceField = Vec<Vec3>;
+
+/// A contact's compliance in the solve over the bodies' own flexibilities there. Other contacts of the
+/// same grain push as well: with 1 the augmentations swing and end nowhere, with 1.5 to 3 they
+/// converge, far above they creep.
+const OVERESTIMATE: f64 = 2.5;
+
+/// What one augmentation knows of a contact's place.
+#[derive(Debug, Clone, Copy)]
+pub struct Spot {
+    feature: Feature,
+    on_a: Option<SurfacePoint>,
+    on_b: Option<SurfacePoint>,
+    /// Elastic displacement of `b`'s surface relative to `a`'s [m], in space.
+    pub elastic: Vec3,
+    /// The part of it since the last accepted increment [m].
+    pub change: Vec3,
+    /// Compliance in place of the bodies' flexibility [m/N].
+    pub compliance: f64,
+}
+
+/// Force of the last augmentation.
+#[derive(Debug, Clone, Copy)]
+pub struct Held {
+    pub feature: Feature,
+    /// Normal force over the weight [N].
+    pub load: f64,
+    /// Friction force on `b` over the weight [N], in space.
+    pub traction: Vec3,
+}
+
+/// A body at a place in space: its grain, pose, and surface displacement now and as committed.
+#[derive(Clone, Copy)]
+pub struct Side<'a> {
+    pub model: &'a Model,
+    pub body: usize,
+    pub pose: &'a Pose,
+    pub now: &'a [Vec3],
+    pub committed: &'a [Vec3],
+}
+
+impl Side<'_> {
+    /// The surface point below `x` in direction `outward` (both in space), its displacement and the
+    /// change of that since the last accepted increment [m], and its flexibility along `outward` [m/N].
+    fn look(&self, x: &Vec3, outward: &Vec3) -> Option<(SurfacePoint, Vec3, Vec3, f64)> {
+        let grain = self.model.bodies[self.body].grain.as_ref()?;
+        let back = self.pose.rotation.inverse();
+        let (xi, n) = (back * (x - self.pose.position), back * outward);
+        let place = grain.locate_along(&xi, &n);
+        let now = interpolate(&place, self.now);
+        let change = now - interpolate(&place, self.committed);
+        let along = n.dot(&(grain.flexibility(&place, &place) * n));
+        Some((place, self.pose.rotation * now, self.pose.rotation * change, along))
+    }
+}
+
+fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
+    let value =
+        |(&node, &weight): (&u32, &f64)| field.get(node as usize).map_or(Vec3::zeros(), |u| u * weight);
+    place.nodes.iter().zip(&place.weights).map(value).sum()
+}
+
+impl Spot {
+    /// The contact between `a` and `b` at `point` with `normal` from `a` to `b`, both in space.
+    pub fn new(feature: Feature, [a, b]: [Side<'_>; 2], point: &Vec3, normal: &Vec3) -> Self {
+        let (on_a, on_b) = (a.look(point, normal), b.look(point, &-normal));
+        let mut spot = Spot {
+            feature,
+            on_a: on_a.map(|s| s.0),
+            on_b: on_b.map(|s| s.0),
+            elastic: Vec3::zeros(),
+            change: Vec3::zeros(),
+            compliance: 0.0,
+        };
+        for (side, sign) in [(&on_a, -1.0), (&on_b, 1.0)] {
+            if let Some((_, now, change, along)) = side {
+                spot.elastic += now * sign;
+                spot.change += change * sign;
+                spot.compliance += OVERESTIMATE * along;
+            }
+        }
+        spot
+    }
+
+    pub fn feature(&self) -> Feature {
+        self.feature
+    }
+}
+
+/// Forces on the surface of a body, in its own frame.
+pub type SurfaceLoads = Vec<(SurfacePoint, Vec3)>;
+
+impl Contacts {
+    /// Forces on the surfaces of all condensed bodies in the configuration last evaluated [N], the
+    /// cover's included.
+    pub fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
+        let mut all = vec![SurfaceLoads::new(); model.bodies.len()];
+        let mut put = |body: usize, place: Option<SurfacePoint>, force: Vec3| {
+            if let Some(place) = place {
+                all[body].push((place, poses[body].rotation.inverse() * force));
+            }
+        };
+        for (pair, point) in self.active() {
+            let Some(spot) = pair.spot(point.site.feature) else { continue };
+            let on_b = force_on_b(point);
+            put(pair.a(), spot.on_a, -on_b);
+            put(pair.b(), spot.on_b, on_b);
+        }
+        if let Some(cover) = &model.cover
+            && model.has_condensed()
+        {
+            let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
+            cover.node_forces_into(&mut forces, poses, loads.pressure);
+            for (node, force) in cover.nodes().iter().zip(forces) {
+                let place = model.bodies[node.body].grain.as_ref().map(|grain| grain.locate(&node.point));
+                put(node.body, place, force);
+            }
+        }
+        all
+    }
+
+    /// Takes the forces of the configuration last evaluated as those of a new augmentation. Returns
+    /// the largest change this makes to a gap or a stretch [m]: zero where forces and elastic
+    /// displacements agree. Evaluate anew afterwards.
+    pub fn relax(&mut self, model: &Model, loads: &Loads, poses: &[Pose]) -> f64 {
+        if !model.has_condensed() {
+            return 0.0;
+        }
+        let surface_loads = self.surface_loads(model, loads, poses);
+        self.fields = model
+            .bodies
+            .par_iter()
+            .zip(&surface_loads)
+            .map(|(body, loads)| {
+                let mut field = SurfaceField::new();
+                if let Some(grain) = &body.grain {
+                    grain.surface_field_into(&mut field, loads);
+                }
+                field
+            })
+            .collect();
+        let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
+        let mismatch = |pair: &mut PairWork| {
+            let (a, b) = (pair.a(), pair.b());
+            let mut held = Vec::with_capacity(pair.held.len());
+            let mut largest: f64 = 0.0;
+            for point in pair.points.iter().filter(|p| p.evaluation.is_active()) {
+                let e = &point.evaluation;
+                let new = Held { feature: point.site.feature, load: e.load, traction: e.friction / e.weight };
+                held.push(new);
+                let Some(spot) = pair.spot(new.feature) else { continue };
+                let old = pair.held(new.feature).copied();
+                let at = |body: usize, place: &Option<SurfacePoint>| {
+                    place
+                        .as_ref()
+                        .map_or(Vec3::zeros(), |p| poses[body].rotation * interpolate(p, &fields[body]))
+                };
+                let moved = at(b, &spot.on_b) - at(a, &spot.on_a) - spot.elastic;
+                let along = moved.dot(&e.normal);
+                let gained = spot.compliance * (new.load - old.map_or(0.0, |h| h.load));
+                let slid = moved
+                    - e.normal * along
+                    - (new.traction - old.map_or(Vec3::zeros(), |h| h.traction)) * (spot.compliance / ratio);
+                // A sliding contact's stretch follows its normal force, whatever it does.
+                let sticks =
+                    e.friction.norm() < (1.0 - model.law.friction_blend) * point.state.friction * e.pressure;
+                largest = largest.max((along - gained).abs()).max(if sticks { slid.norm() } else { 0.0 });
+            }
+            pair.held = held;
+            pair.spots.clear();
+            largest
+        };
+        self.pairs.par_iter_mut().map(mismatch).collect::<Vec<f64>>().into_iter().fold(0.0, f64::max)
+    }
+
+    /// Elastic energy [J] of all condensed bodies under the forces of the last [`Contacts::relax`].
+    pub fn surface_energy(&self, surface_loads: &[SurfaceLoads]) -> f64 {
+        let work =
+            |(place, force): &(SurfacePoint, Vec3), field: &[Vec3]| force.dot(&interpolate(place, field));
+        surface_loads
+            .iter()
+            .zip(&self.fields)
+            .map(|(loads, field)| 0.5 * loads.iter().map(|load| work(load, field)).sum::<f64>())
+            .sum()
+    }
+}
+
+fn force_on_b(point: &ContactPoint) -> Vec3 {
+    point.evaluation.normal * point.evaluation.pressure + point.evaluation.friction
+}
