@@ -27,6 +27,7 @@ pub fn body(name: &str, shape: SceneShape, position: [f64; 3], rotation: [f64; 3
         youngs_modulus: 30e9,
         poissons_ratio: 0.2,
         friction: None,
+        grain: None,
         fixed: false,
     }
 }

@@ -83,13 +83,12 @@ impl PairWork {
     fn reset(&mut self, memory: Option<&PairMemory>) {
         self.carried = memory.cloned().unwrap_or_default();
         self.held.clear();
-        let held = |p: &PointMemory| Held { feature: p.feature, load: p.load, traction: p.traction };
-        self.held.extend(self.carried.points.iter().map(held));
+        self.held.extend(self.carried.points.iter().map(Held::committed));
         self.spots.clear();
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
-        let View { kinematics, corners, poses, fields, committed } = *view;
+        let View { kinematics, corners, poses, fields, committed, first_scale } = *view;
         let PairWork { features, stiffness, coefficient, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
@@ -129,17 +128,19 @@ impl PairWork {
                 elastic_change: Vec3::zeros(),
             };
             if condensed {
+                let last = held.iter().find(|h| h.feature == site.feature);
                 let known = spots.iter().find(|s| s.feature() == site.feature).copied();
                 let spot = known.unwrap_or_else(|| {
                     let (point, normal) = force::place(&site, &sites, state.radius_difference);
-                    let spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal);
+                    let scale = last.map_or(first_scale, |h| h.scale);
+                    let spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale);
                     spots.push(spot);
                     spot
                 });
                 state.stiffness = 1.0 / (1.0 / spring + spot.compliance);
                 state.elastic = spot.elastic;
                 state.elastic_change = spot.change;
-                if let Some(held) = held.iter().find(|h| h.feature == site.feature) {
+                if let Some(held) = last {
                     state.offset = spot.compliance * held.load;
                     state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
                 }
@@ -160,6 +161,7 @@ struct View<'a> {
     /// Surface displacements, now and as committed.
     fields: &'a [SurfaceField],
     committed: &'a [SurfaceField],
+    first_scale: f64,
 }
 
 /// How far beyond its radii a pair's features are listed for the sake of elastic displacements
@@ -182,7 +184,7 @@ fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
 }
 
 /// All pairs within reach.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Contacts {
     pub pairs: Vec<PairWork>,
     neighbours: Neighbours,
@@ -191,8 +193,24 @@ pub struct Contacts {
     corners: Vec<Vec<Vec3>>,
     /// Surface displacement of every body in its own frame, from the forces of the last augmentation.
     pub fields: Vec<SurfaceField>,
+    /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
+    pub first_scale: f64,
     /// Searches so far.
     pub searches: usize,
+}
+
+impl Default for Contacts {
+    fn default() -> Self {
+        Contacts {
+            pairs: Vec::new(),
+            neighbours: Neighbours::default(),
+            kinematics: Vec::new(),
+            corners: Vec::new(),
+            fields: Vec::new(),
+            first_scale: 1.0,
+            searches: 0,
+        }
+    }
 }
 
 impl Contacts {
@@ -224,7 +242,8 @@ impl Contacts {
             self.search(model, committed, poses);
         }
         let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
-        let view = View { kinematics, corners, poses, fields, committed: &committed.fields };
+        let first_scale = self.first_scale;
+        let view = View { kinematics, corners, poses, fields, committed: &committed.fields, first_scale };
         self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, fields);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
@@ -338,6 +357,7 @@ impl Contacts {
                     pressure: e.pressure,
                     load: e.load,
                     traction,
+                    scale: pair.held(point.site.feature).map_or(self.first_scale, |h| h.scale),
                 });
             }
             if !points.is_empty() {

@@ -13,8 +13,9 @@ use rayon::prelude::*;
 
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
+use crate::contact::memory::PointMemory;
 use crate::grain::SurfacePoint;
-use crate::model::{Loads, Model};
+use crate::model::{Committed, Loads, Model};
 use crate::tensor::{Pose, Vec3};
 
 /// Displacement of the surface nodes of a body in its own frame [m]; empty for a rigid body.
@@ -47,6 +48,32 @@ pub struct Held {
     pub load: f64,
     /// Friction force on `b` over the weight [N], in space.
     pub traction: Vec3,
+    /// The contact's compliance over the first guess.
+    pub scale: f64,
+    /// What the last augmentation left of the gap [m], signed.
+    pub left: f64,
+}
+
+impl Held {
+    pub fn committed(memory: &PointMemory) -> Self {
+        let PointMemory { feature, load, traction, scale, .. } = *memory;
+        Held { feature, load, traction, scale, left: 0.0 }
+    }
+
+    /// The scale for the next augmentation, which `left` [m] of the gap now: swinging wants a softer
+    /// contact, creeping a stiffer one (after Bussetta, Marceau & Ponthot 2012).
+    fn adapted(&self, left: f64, tolerance: f64) -> f64 {
+        let ratio = left / self.left;
+        if self.left == 0.0 || left.abs() < tolerance {
+            self.scale
+        } else if ratio < -0.5 {
+            2.0 * self.scale
+        } else if ratio > 0.9 && ratio < 1.2 {
+            (0.5 * self.scale).max(1e-6)
+        } else {
+            self.scale
+        }
+    }
 }
 
 /// A body at a place in space: its grain, pose, and surface displacement now and as committed.
@@ -69,7 +96,7 @@ impl Side<'_> {
         let place = grain.locate_along(&xi, &n);
         let now = interpolate(&place, self.now);
         let change = now - interpolate(&place, self.committed);
-        let along = n.dot(&(grain.flexibility(&place, &place) * n));
+        let along = grain.flexibility_along(&place, &n);
         Some((place, self.pose.rotation * now, self.pose.rotation * change, along))
     }
 }
@@ -82,7 +109,7 @@ fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
 
 impl Spot {
     /// The contact between `a` and `b` at `point` with `normal` from `a` to `b`, both in space.
-    pub fn new(feature: Feature, [a, b]: [Side<'_>; 2], point: &Vec3, normal: &Vec3) -> Self {
+    pub fn new(feature: Feature, [a, b]: [Side<'_>; 2], point: &Vec3, normal: &Vec3, scale: f64) -> Self {
         let (on_a, on_b) = (a.look(point, normal), b.look(point, &-normal));
         let mut spot = Spot {
             feature,
@@ -96,7 +123,7 @@ impl Spot {
             if let Some((_, now, change, along)) = side {
                 spot.elastic += now * sign;
                 spot.change += change * sign;
-                spot.compliance += OVERESTIMATE * along;
+                spot.compliance += scale * OVERESTIMATE * along;
             }
         }
         spot
@@ -142,7 +169,7 @@ impl Contacts {
     /// Takes the forces of the configuration last evaluated as those of a new augmentation. Returns
     /// the largest change this makes to a gap or a stretch [m]: zero where forces and elastic
     /// displacements agree. Evaluate anew afterwards.
-    pub fn relax(&mut self, model: &Model, loads: &Loads, poses: &[Pose]) -> f64 {
+    pub fn relax(&mut self, model: &Model, loads: &Loads, poses: &[Pose], tolerance: f64) -> f64 {
         if !model.has_condensed() {
             return 0.0;
         }
@@ -166,10 +193,15 @@ impl Contacts {
             let mut largest: f64 = 0.0;
             for point in pair.points.iter().filter(|p| p.evaluation.is_active()) {
                 let e = &point.evaluation;
-                let new = Held { feature: point.site.feature, load: e.load, traction: e.friction / e.weight };
-                held.push(new);
-                let Some(spot) = pair.spot(new.feature) else { continue };
-                let old = pair.held(new.feature).copied();
+                let feature = point.site.feature;
+                let old = pair.held(feature).copied();
+                let (load, traction) = (e.load, e.friction / e.weight);
+                let scale = old.map_or(self.first_scale, |h| h.scale);
+                let mut new = Held { feature, load, traction, scale, left: 0.0 };
+                let Some(spot) = pair.spot(feature) else {
+                    held.push(new);
+                    continue;
+                };
                 let at = |body: usize, place: &Option<SurfacePoint>| {
                     place
                         .as_ref()
@@ -184,6 +216,9 @@ impl Contacts {
                 // A sliding contact's stretch follows its normal force, whatever it does.
                 let sticks =
                     e.friction.norm() < (1.0 - model.law.friction_blend) * point.state.friction * e.pressure;
+                new.left = along - gained;
+                new.scale = old.map_or(scale, |h| h.adapted(new.left, tolerance));
+                held.push(new);
                 largest = largest.max((along - gained).abs()).max(if sticks { slid.norm() } else { 0.0 });
             }
             pair.held = held;
@@ -191,6 +226,23 @@ impl Contacts {
             largest
         };
         self.pairs.par_iter_mut().map(mismatch).collect::<Vec<f64>>().into_iter().fold(0.0, f64::max)
+    }
+
+    /// By how much the elastic displacements gained since the last accepted increment change the
+    /// volume under the cover [m^3], which moves with the grains' frames.
+    pub fn elastic_volume(&self, model: &Model, committed: &Committed, poses: &[Pose]) -> f64 {
+        let Some(cover) = model.cover.as_ref().filter(|_| model.has_condensed()) else { return 0.0 };
+        let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
+        cover.node_forces_into(&mut forces, poses, 1.0);
+        let mut volume = 0.0;
+        for (node, force) in cover.nodes().iter().zip(&forces) {
+            let Some(grain) = &model.bodies[node.body].grain else { continue };
+            let place = grain.locate(&node.point);
+            let before = committed.fields.get(node.body).map_or(Vec3::zeros(), |f| interpolate(&place, f));
+            let moved = interpolate(&place, &self.fields[node.body]) - before;
+            volume -= force.dot(&(poses[node.body].rotation * moved));
+        }
+        volume
     }
 
     /// Elastic energy [J] of all condensed bodies under the forces of the last [`Contacts::relax`].

@@ -97,6 +97,7 @@ mod tests {
             name: "body".into(),
             shape,
             mesh_size: None,
+            refine: None,
             position,
             rotation,
             fidelity: None,

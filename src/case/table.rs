@@ -105,6 +105,7 @@ static BODY: &[Key] = &[
     Key::required("name", Text, "Unique; names the body in stages and results."),
     Key::required("shape", OneOf(SHAPE), "The body's nominal shape, in its own axes."),
     Key::optional("mesh_size", LENGTH, "Edge length of the cells of a deformable body, about."),
+    Key::optional("refine", Object(REFINE), "A ball in which a deformable sphere has smaller cells."),
     Key::default("position", POSITION, "[0, 0, 0]", "Reference point of displacement, force and moment."),
     Key::default(
         "rotation",
@@ -121,6 +122,12 @@ static BODY: &[Key] = &[
     ),
     Key::optional("rounding", LENGTH, "Radius of edges and corners; replaces contact.rounding on this body."),
     Key::default("fixed", Flag, "false", "Prescribes all six components of the body's motion to zero."),
+];
+
+static REFINE: &[Key] = &[
+    Key::required("point", POSITION, "Its centre, in body axes."),
+    Key::required("radius", LENGTH, "Its radius."),
+    Key::required("mesh_size", LENGTH, "Edge length of the cells in it."),
 ];
 
 pub static SHAPE: &[Key] = &[

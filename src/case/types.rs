@@ -96,6 +96,9 @@ pub struct BodyCase {
     /// Edge length of the cells [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_size: Option<f64>,
+    /// Where a meshed sphere has smaller cells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refine: Option<RefineCase>,
     /// Of the reference point [m].
     pub position: [f64; 3],
     /// Rotation vector from body to space axes [rad].
@@ -116,6 +119,18 @@ pub struct BodyCase {
     pub rounding: Option<f64>,
     /// All six components of motion are prescribed to zero.
     pub fixed: bool,
+}
+
+/// A ball in which a mesh is finer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RefineCase {
+    /// Its centre, in body axes [m].
+    pub point: [f64; 3],
+    /// [m]
+    pub radius: f64,
+    /// Edge length in it [m].
+    pub mesh_size: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

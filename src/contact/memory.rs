@@ -25,6 +25,8 @@ pub struct PointMemory {
     pub load: f64,
     /// Friction force on `b` over the weight [N], in space.
     pub traction: Vec3,
+    /// The contact's compliance in a solve over the first guess, as far as it adapted.
+    pub scale: f64,
 }
 
 /// Memory of a pair of bodies.

@@ -108,6 +108,18 @@ impl CondensedGrain {
         self.surface.locate_along(xi, outward)
     }
 
+    /// About the displacement along the unit vector `n` per force along it [m/N] at a surface point:
+    /// its own flexibility, or that of a patch as large as the facet where a column is dear.
+    pub fn flexibility_along(&self, at: &SurfacePoint, n: &Vec3) -> f64 {
+        match &self.flexibility {
+            Flexibility::Dense(_) => n.dot(&(self.flexibility(at, at) * n)),
+            Flexibility::OnDemand { .. } => {
+                let patch = (self.surface.facet_area(at.facet) / std::f64::consts::PI).sqrt();
+                LocalStiffness::of_patch(&self.rock[0], patch).normal.recip()
+            }
+        }
+    }
+
     /// Displacement [m] at `a`, in the frame, per force [N] at `b`. `flexibility(b, a)` is its transpose.
     ///
     /// On a grain with very many surface nodes a column is solved for when it is first needed; should
@@ -153,6 +165,14 @@ impl CondensedGrain {
             for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
                 forces[node as usize] += force * weight;
             }
+        }
+        if let Flexibility::OnDemand { held, .. } = &self.flexibility {
+            let mut field = vec![Vec3::zeros(); self.mesh.nodes.len()];
+            let nodes = self.surface.nodes();
+            nodes.iter().zip(&forces).for_each(|(node, force)| field[node.index()] = *force);
+            let u = held.solve(&field);
+            nodes.iter().zip(out.iter_mut()).for_each(|(node, out)| *out = u[node.index()]);
+            return;
         }
         for (j, force) in forces.iter().enumerate() {
             if *force != Vec3::zeros() {

@@ -99,6 +99,12 @@ impl Surface {
         &self.nodes
     }
 
+    /// Area of a facet [m^2].
+    pub fn facet_area(&self, facet: u32) -> f64 {
+        let [a, b, c] = self.facets[facet as usize].corners;
+        0.5 * (b - a).cross(&(c - a)).norm()
+    }
+
     /// Bytes on the heap.
     pub fn memory(&self) -> usize {
         size_of_val(&self.facets[..])

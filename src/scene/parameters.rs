@@ -1,12 +1,15 @@
 //! What a scene is made of: plain data in SI.
 
+use std::sync::Arc;
+
 use crate::contact::law::Friction;
-use crate::geometry::Polyhedron;
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::grain::CondensedGrain;
 use crate::solver::Settings;
 use crate::tensor::{Pose, Vec3};
 
 /// A whole scene and what is done to it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct SceneParameters {
     pub bodies: Vec<SceneBody>,
     /// Gravity before the first stage [m/s^2].
@@ -20,8 +23,8 @@ pub struct SceneParameters {
 }
 
 /// A body set by hand. It is rigid, with a local compliance at each contact that its size, Young's
-/// modulus and Poisson's ratio give.
-#[derive(Debug, Clone, PartialEq)]
+/// modulus and Poisson's ratio give, unless it is condensed.
+#[derive(Debug, Clone)]
 pub struct SceneBody {
     /// Unique in the scene.
     pub name: String,
@@ -33,6 +36,8 @@ pub struct SceneBody {
     pub youngs_modulus: f64,
     pub poissons_ratio: f64,
     pub friction: Option<Friction>,
+    /// Its own flexibility, where it is condensed.
+    pub grain: Option<Arc<CondensedGrain>>,
     /// Never moves.
     pub fixed: bool,
 }
@@ -43,6 +48,8 @@ pub enum SceneShape {
     Polyhedron { nominal: Polyhedron, rounding: f64 },
     /// Radius [m].
     Sphere(f64),
+    /// A shape with its rounding already chosen.
+    Rounded { nominal: Polyhedron, rounded: RoundedBody },
 }
 
 /// A stage: everything is linear over it.

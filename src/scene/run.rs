@@ -333,6 +333,7 @@ fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> 
                 .map_err(|e| Error::Mesh { name: body.name.clone(), message: e.to_string() })?;
             (nominal.clone(), shape, nominal.volume())
         }
+        SceneShape::Rounded { nominal, rounded } => (nominal.clone(), rounded.clone(), nominal.volume()),
         SceneShape::Sphere(radius) => {
             let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
             (Polyhedron::point(), RoundedBody::sphere(*radius), volume)
@@ -347,7 +348,7 @@ fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> 
         friction: Some(body.friction.unwrap_or(*friction)),
         mass: body.density * volume,
         centre_of_mass: nominal.centroid(),
-        grain: None,
+        grain: body.grain.clone(),
         rotation_scale: 0.5 * size,
         nominal,
     };

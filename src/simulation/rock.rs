@@ -51,6 +51,7 @@ pub fn condensed(
     mesh: Mesh,
     seed: u64,
 ) -> Result<Arc<CondensedGrain>> {
+    tracing::debug!(name, cells = mesh.cells.len(), nodes = mesh.nodes.len(), "condensing");
     let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
     let named = |error| match error {
         Error::Mesh { message, .. } => Error::Mesh { name: name.into(), message },

@@ -10,10 +10,12 @@ use std::time::Instant;
 use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, SolverCase, StageCase};
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
-use crate::geometry::Polyhedron;
+use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::file::read_mesh;
+use crate::mesh::{Mesh, NearPoint, cuboid_mesh, polyhedron_mesh, sphere_mesh};
 use crate::results::{BodyRow, HistoryRow, Writer};
 use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape};
+use crate::simulation::rock;
 use crate::solver::Settings;
 use crate::tensor::{Pose, Rotation, Vec3};
 use crate::triaxial::StageEnd;
@@ -61,7 +63,7 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         return Err(Error::Usage("the case has a specimen, not a scene".into()));
     };
     let friction = friction(case, case.contact.friction);
-    let bodies = scene.bodies.iter().map(|body| scene_body(case, body, folder)).collect::<Result<_>>()?;
+    let bodies = scene.bodies.iter().enumerate().map(|(index, body)| scene_body(case, index, body, folder)).collect::<Result<_>>()?;
     let stages = case.stages.iter().enumerate().map(load_stage).collect::<Result<_>>()?;
     Ok(SceneParameters {
         bodies,
@@ -147,16 +149,7 @@ fn friction(case: &Case, peak: f64) -> Friction {
     }
 }
 
-fn scene_body(case: &Case, body: &BodyCase, folder: &Path) -> Result<SceneBody> {
-    match body.fidelity.unwrap_or(case.solver.fidelity) {
-        Fidelity::Auto | Fidelity::Rigid => {}
-        other @ (Fidelity::Condensed | Fidelity::Full) => {
-            let name = &body.name;
-            return Err(Error::Usage(format!(
-                "body {name:?}: fidelity {other:?} is not built yet for scenes; accepted: \"rigid\""
-            )));
-        }
-    }
+fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Result<SceneBody> {
     let rock: &RockCase = body.rock.as_ref().unwrap_or(&case.rock);
     let rounded = |nominal: Polyhedron| {
         let smallest = (0..3)
@@ -168,9 +161,19 @@ fn scene_body(case: &Case, body: &BodyCase, folder: &Path) -> Result<SceneBody> 
         let rounding = body.rounding.unwrap_or(case.contact.rounding * smallest);
         SceneShape::Polyhedron { nominal, rounding }
     };
+    let condensed = match body.fidelity.unwrap_or(case.solver.fidelity) {
+        Fidelity::Auto | Fidelity::Rigid => false,
+        Fidelity::Condensed => true,
+        // Refused by the case check.
+        Fidelity::Full => return Err(Error::Usage(format!("body {:?}: \"full\" is not built yet", body.name))),
+    };
+    let mesh = if condensed { Some(body_mesh(body, folder)?) } else { None };
     let shape = match &body.shape {
         ShapeCase::Box(size) => rounded(Polyhedron::cuboid(*size)?),
-        ShapeCase::Sphere(radius) => SceneShape::Sphere(*radius),
+        ShapeCase::Sphere(radius) => match &mesh {
+            Some(mesh) => meshed_sphere(case, body, *radius, mesh)?,
+            None => SceneShape::Sphere(*radius),
+        },
         ShapeCase::Polyhedron(points) => {
             let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
             rounded(Polyhedron::convex_hull(&points)?)
@@ -188,9 +191,14 @@ fn scene_body(case: &Case, body: &BodyCase, folder: &Path) -> Result<SceneBody> 
             rounded(hull)
         }
     };
+    let grain = match mesh {
+        Some(mesh) => Some(rock::condensed(rock, &body.name, index, mesh, case.seed)?),
+        None => None,
+    };
     Ok(SceneBody {
         name: body.name.clone(),
         shape,
+        grain,
         pose: Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation))),
         density: rock.density,
         youngs_modulus: rock.youngs_modulus.mean,
@@ -198,6 +206,47 @@ fn scene_body(case: &Case, body: &BodyCase, folder: &Path) -> Result<SceneBody> 
         friction: body.friction.map(|peak| friction(case, peak)),
         fixed: body.fixed,
     })
+}
+
+/// Cells across a deformable body's smallest extent where no `mesh_size` is given.
+const CELLS_ACROSS: f64 = 3.0;
+
+fn body_mesh(body: &BodyCase, folder: &Path) -> Result<Mesh> {
+    let extent = body.shape.smallest_extent().unwrap_or(f64::INFINITY);
+    let size = body.mesh_size.unwrap_or(extent / CELLS_ACROSS);
+    let named = |error| match error {
+        Error::Mesh { message, .. } => Error::Mesh { name: body.name.clone(), message },
+        other => other,
+    };
+    match &body.shape {
+        ShapeCase::Box(edges) => cuboid_mesh(*edges, size),
+        ShapeCase::Sphere(radius) => {
+            let near = body.refine.map(|refine| NearPoint {
+                point: Vec3::from(refine.point),
+                radius: refine.radius,
+                mesh_size: refine.mesh_size,
+                growth: REFINED_GROWTH,
+            });
+            sphere_mesh(*radius, size, near.as_ref())
+        }
+        ShapeCase::Polyhedron(points) => {
+            let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
+            polyhedron_mesh(&Polyhedron::convex_hull(&points)?, size)
+        }
+        ShapeCase::Mesh(file) => return read_mesh(&folder.join(file)),
+    }
+    .map_err(named)
+}
+
+/// Growth of the cells with the distance from where a mesh is refined.
+const REFINED_GROWTH: f64 = 0.6;
+
+/// A meshed sphere is the hull of its surface nodes, corners on the sphere.
+fn meshed_sphere(case: &Case, body: &BodyCase, radius: f64, mesh: &Mesh) -> Result<SceneShape> {
+    let nominal = mesh.convex_hull()?;
+    let rounding = body.rounding.unwrap_or(case.contact.rounding * 2.0 * radius);
+    let core = nominal.scaled(1.0 - rounding / radius);
+    Ok(SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } })
 }
 
 fn load_stage((index, stage): (usize, &StageCase)) -> Result<LoadStage> {

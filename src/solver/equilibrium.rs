@@ -56,7 +56,7 @@ impl Newton<'_> {
             let (mut mismatch, mut surface_energy) = (0.0, 0.0);
             if condensed && (converged || fresh) {
                 let loads = self.contacts.surface_loads(self.model, self.loads, &self.poses);
-                mismatch = self.contacts.relax(self.model, self.loads, &self.poses);
+                mismatch = self.contacts.relax(self.model, self.loads, &self.poses, gap_tolerance);
                 tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");
                 surface_energy = self.contacts.surface_energy(&loads);
                 converged &= mismatch < gap_tolerance;

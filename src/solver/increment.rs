@@ -42,6 +42,8 @@ pub struct IncrementReport {
     pub fields: Vec<SurfaceField>,
     pub balance: Balance,
     pub energy: Energies,
+    /// Change of the volume under the cover by elastic displacements [m^3].
+    pub elastic_volume: f64,
     /// Force and moment that contacts exert on each body [N, N m].
     pub contact_wrench: Vec<Vector6<f64>>,
     pub counters: Counters,
@@ -93,6 +95,7 @@ pub fn advance(
 ) -> IncrementReport {
     let Increment { model, committed, loads, settings } = *increment;
     let mut lent = std::mem::take(contacts);
+    lent.first_scale = settings.first_penalty.recip();
     let searches = lent.searches;
     let mut newton = None;
     let mut last_start = committed.poses.clone();
@@ -118,6 +121,7 @@ pub fn advance(
             fields: committed.fields.clone(),
             balance: Balance { out_of_balance: f64::INFINITY, worst_body: 0, reference_force: 0.0 },
             energy: Energies::default(),
+            elastic_volume: 0.0,
             contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
             counters: Counters::default(),
             times: PhaseTimes::default(),
@@ -170,6 +174,7 @@ pub fn advance(
         fields: newton.contacts.fields.clone(),
         balance: outcome.balance,
         energy,
+        elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
         contact_wrench,
         counters,
         times: newton.times(),

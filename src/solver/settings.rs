@@ -7,6 +7,9 @@ pub struct Settings {
     pub force_tolerance: f64,
     /// Largest change of a multiplier in an augmentation, as an overlap over the typical grain size.
     pub gap_tolerance: f64,
+    /// First penalty of a contact of condensed bodies over the default; each adapts. Only the number
+    /// of augmentations depends on it.
+    pub first_penalty: f64,
     /// Augmentations before an increment is given up.
     pub max_augmentations: usize,
     /// Newton iterations in an augmentation.
@@ -35,6 +38,7 @@ impl Default for Settings {
         Settings {
             force_tolerance: 1e-3,
             gap_tolerance: 1e-5,
+            first_penalty: 1.0,
             max_augmentations: 150,
             max_newton: 12,
             max_backtracks: 5,

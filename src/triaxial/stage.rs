@@ -244,8 +244,9 @@ impl Test {
         let lift = new[rig.top].position.z - old[rig.top].position.z;
         let area = volume / height;
         let before = self.ledger;
+        let swelling = volume - old_volume + report.elastic_volume;
         self.ledger.external +=
-            0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * (volume - old_volume);
+            0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * swelling;
         self.ram = ram;
         self.ledger.elastic = report.energy.elastic - self.start_elastic;
         self.ledger.friction += report.energy.friction;

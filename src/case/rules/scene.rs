@@ -89,6 +89,10 @@ fn check_sizes(body: &BodyCase, placed: &Placed, ratio: &Value, path: &str, walk
         let accepted = format!("above {} m", extent / 1000.0);
         walker.fault(Fault::new(format!("{path}.mesh_size"), mesh_size, problem, accepted));
     }
+    if body.refine.is_some() && !matches!(body.shape, ShapeCase::Sphere(_)) {
+        let problem = "refines the mesh of what is no sphere";
+        walker.fault(Fault::new(format!("{path}.refine"), "an object", problem, "no refine"));
+    }
     let Some(radius) = body.rounding.or(ratio.as_f64().map(|ratio| ratio * extent)) else { return };
     if matches!(body.shape, ShapeCase::Sphere(_)) {
         if body.rounding.is_some() {
