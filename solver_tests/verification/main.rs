@@ -9,6 +9,8 @@ mod block_pushed_along_plane;
 mod card_tent;
 mod crossed_edges;
 mod cube_on_cube;
+mod hertz;
+mod penalty_independence;
 mod rattler;
 mod sliding_over_facets;
 mod tet10_patch_and_convergence;
