@@ -1,8 +1,10 @@
 //! A folder with cases, the program run in it, and the comparison of results files bit by bit.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 
 use riprap::results::Reader;
 
@@ -39,6 +41,24 @@ pub const SCENE: &str = r#"{
 pub struct Place {
     folder: tempfile::TempDir,
 }
+
+/// Files by name, made once for all tests: generating the specimen takes most of a run.
+static MADE: LazyLock<BTreeMap<String, Vec<u8>>> = LazyLock::new(|| {
+    let place = Place::new();
+    let mut made = BTreeMap::new();
+    for case in ["specimen", "scene"] {
+        let (file, whole, begun) = (format!("{case}.json"), format!("{case}.h5"), format!("{case}_begun.h5"));
+        place.ends_with(0, &["run", &file, "--out", &whole, "--quiet"]);
+        let mut running = place.start(&["run", &file, "--out", &begun]);
+        assert!(running.reaches(3), "{case} ended before it was interrupted");
+        assert_eq!(running.interrupt(), Some(130));
+        for name in [whole, begun] {
+            let bytes = std::fs::read(place.path(&name)).expect("a results file");
+            made.insert(name, bytes);
+        }
+    }
+    made
+});
 
 impl Place {
     pub fn new() -> Self {
@@ -99,10 +119,16 @@ impl Place {
         Running { child, lines }
     }
 
-    /// The uninterrupted run of a case, in `reference.h5`.
+    /// The uninterrupted run of a case.
     pub fn reference(&self, case: &str) -> Reader {
-        self.ends_with(0, &["run", case, "--out", "reference.h5", "--quiet"]);
-        self.open("reference.h5")
+        let name = format!("{case}.h5");
+        std::fs::write(self.path(&name), &MADE[&name]).expect("a copy");
+        self.open(&name)
+    }
+
+    /// Lays down the file of a run of a case that was interrupted after three increments or a few more.
+    pub fn lay_begun(&self, case: &str, name: &str) {
+        std::fs::write(self.path(name), &MADE[&format!("{case}_begun.h5")]).expect("a copy");
     }
 
     pub fn open(&self, name: &str) -> Reader {
@@ -136,7 +162,6 @@ impl Running {
     }
 
     /// Ctrl-C; returns the exit code.
-    #[cfg(unix)]
     pub fn interrupt(mut self) -> Option<i32> {
         let sent = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status();
         assert!(sent.expect("kill").success());

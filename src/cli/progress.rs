@@ -235,7 +235,8 @@ impl Observer for Progress {
                     "event": "stage_ended", "stage": r.stage.index, "kind": r.stage.kind, "end": end,
                     "reason": reason, "increments": r.increments, "factorisations": r.factorisations,
                     "energy_error": r.energy_error, "poorly_closed": r.poorly_closed,
-                    "wall_time": r.wall_time.as_secs_f64(), "states": r.states,
+                    "wall_time": r.wall_time.as_secs_f64(), "writing_time": r.writing_time.as_secs_f64(),
+                    "states": r.states,
                 })
             },
         );

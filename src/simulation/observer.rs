@@ -143,6 +143,8 @@ pub struct StageReport<'a> {
     /// Energy that no row of the ledger accounts for, over the external work of the stage.
     pub energy_error: f64,
     pub wall_time: Duration,
+    /// The share of it that went into stresses, contact tables, restart points and the file.
+    pub writing_time: Duration,
     /// Saved states in the file so far.
     pub states: usize,
 }

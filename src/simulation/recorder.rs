@@ -55,6 +55,8 @@ struct StageSums {
     increments: usize,
     factorisations: i64,
     poorly_closed: usize,
+    /// Wall-clock time that the file took [s].
+    writing: f64,
     /// External work and energy error at the start [J].
     start: [f64; 2],
     /// Saved states due so far.
@@ -239,6 +241,7 @@ impl Recorder {
 
     /// Takes down an accepted increment; it is in the file when this returns.
     pub fn accept(&mut self, stage: &PlannedStage, rig: &Rig, report: &StepReport<'_>) -> Result<HistoryRow> {
+        let begun = Instant::now();
         let row = self.row(stage, report);
         let poses = &rig.committed.poses;
         let state = State {
@@ -252,7 +255,13 @@ impl Recorder {
         self.append(&row, &[], state, position, report.row.progress)?;
         self.hold(report.test, rig)?;
         self.commit()?;
+        self.took_since(begun);
         Ok(row)
+    }
+
+    /// Books time spent on the file.
+    pub fn took_since(&mut self, begun: Instant) {
+        self.sums.stage.writing += begun.elapsed().as_secs_f64();
     }
 
     /// Appends an increment, and its state where that is due: `position` is what `fields_every` counts.
@@ -327,6 +336,7 @@ impl Recorder {
             poorly_closed: sums.poorly_closed,
             energy_error: (last[1] - sums.start[1]) / (last[0] - sums.start[0]),
             wall_time: Duration::try_from_secs_f64(self.seconds() - sums.begun).unwrap_or_default(),
+            writing_time: Duration::try_from_secs_f64(sums.writing).unwrap_or_default(),
             states: self.states,
         }
     }

@@ -3,6 +3,7 @@
 //! [`run`] runs a scene without a file; [`parameters`], [`history_row`] and [`body_rows`] are its parts.
 
 use std::path::Path;
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
@@ -69,6 +70,7 @@ impl Recorder {
         if self.at.stage != stage.index || row.increment == 1 {
             self.begin_stage(stage);
         }
+        let begun = Instant::now();
         let history = history_row(row, self.seconds());
         let poses = &scene.committed.poses;
         let state = State {
@@ -81,6 +83,7 @@ impl Recorder {
         self.append(&history, &body_rows(row), state, row.progress, row.progress)?;
         self.hold_scene(scene)?;
         self.commit()?;
+        self.took_since(begun);
         Ok(history)
     }
 
