@@ -319,11 +319,8 @@ fn vtk_reads_the_bodies_of_a_scene() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("scene.h5");
     let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/scenes/card_tent_stands.json");
-    let run = Command::new(env!("CARGO_BIN_EXE_riprap"))
-        .arg("run")
-        .arg(&case)
-        .args(["--quiet", "--out"])
-        .arg(&path);
+    let mut run = Command::new(env!("CARGO_BIN_EXE_riprap"));
+    run.arg("run").arg(&case).args(["--quiet", "--out"]).arg(&path);
     assert!(run.status().expect("riprap starts").success());
     let program = r#"
 import sys

@@ -7,9 +7,8 @@
 //! the journal, puts the old bytes back and cuts the file to its old length; a journal that is itself
 //! incomplete (wrong checksum) means that the flush had not begun, and is removed.
 //!
-//! A killed process is covered, since the kernel keeps what was written. Loss of power is covered up to the last
-//! commit with a restart point, unless it falls between two of those and tears a flush: only their commits wait
-//! for the disk (a wait of milliseconds).
+//! A killed process is covered, since the kernel keeps what was written. Loss of power is covered for commits that wait
+//! for the disk: those with a restart point, and all others that come slowly enough for that wait of milliseconds.
 //!
 //! Layout, little-endian: magic, old length, number of blocks; then offset, length and bytes of each
 //! block; then the CRC-32 of all that.

@@ -1,6 +1,7 @@
 //! Writes a results file as a run goes on.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use hdf5::file::{CacheDecreaseMode, CacheIncreaseMode, FileAccess, FlashIncreaseMode};
 use hdf5::types::VarLenUnicode;
@@ -23,6 +24,8 @@ use super::vtkhdf::VtkHdf;
 const HISTORY_ROWS: usize = 512;
 /// Fewest and most bytes of a chunk of a restart slot.
 const RESTART_CHUNK: [usize; 2] = [1 << 12, 1 << 20];
+/// A commit waits for the disk where the time since the last one is so many times what waiting took last.
+const SYNC_FACTOR: u32 = 50;
 /// The two restart slots, written in turn, so that one of them is always whole.
 pub(super) const RESTART_SLOTS: [&str; 2] = ["restart/a", "restart/b"];
 /// What all restart points have in common.
@@ -60,6 +63,9 @@ pub struct Writer {
     dirty: bool,
     /// Whether the next commit has to survive a loss of power.
     durable: bool,
+    /// When the last commit was done, and what the last one that waited for the disk took longer for it.
+    committed: Instant,
+    sync_cost: Duration,
     /// Behind all that keeps the file open, so that it acts on the closed file.
     undo: journal::Undo,
     /// Last, so that the file is closed before it is released.
@@ -157,6 +163,8 @@ impl Writer {
             committed_length: 0,
             dirty: true,
             durable: true,
+            committed: Instant::now(),
+            sync_cost: Duration::ZERO,
             undo: journal::Undo::default(),
             _lock: lock,
         }
@@ -351,14 +359,20 @@ impl Writer {
         if self.undo.armed.is_some() {
             return Err(self.store.fail("/", "an earlier write failed, so nothing more is written"));
         }
+        let durable = self.durable || self.committed.elapsed() >= SYNC_FACTOR * self.sync_cost;
+        let mut waited = Duration::ZERO;
         if self.committed_length > 0 {
             let snapshot = self.snapshot()?;
-            journal::write(&self.store.path, &snapshot, self.durable)?;
+            let begun = Instant::now();
+            journal::write(&self.store.path, &snapshot, durable)?;
+            waited += begun.elapsed();
             self.undo.armed = Some((self.store.path.clone(), snapshot));
         }
         self.store.hdf5("/", self.store.file.flush())?;
-        if self.durable {
+        if durable {
+            let begun = Instant::now();
             journal::sync(&self.store.path)?;
+            self.sync_cost = waited + begun.elapsed();
         }
         if self.fixed_changed || self.committed_length == 0 {
             self.fixed_extents = self.gather_fixed()?;
@@ -369,6 +383,7 @@ impl Writer {
         self.undo.armed = None;
         self.dirty = false;
         self.durable = false;
+        self.committed = Instant::now();
         Ok(())
     }
 
