@@ -98,6 +98,7 @@ impl Progress {
 
 impl Observer for Progress {
     fn specimen_progress(&mut self, phase: Phase, share: f64) {
+        interrupt::set_nothing_to_keep(true);
         let new = self.phase != Some(phase);
         self.phase = Some(phase);
         let name = match phase {
@@ -126,6 +127,7 @@ impl Observer for Progress {
     }
 
     fn specimen_ready(&mut self, report: &SpecimenReport) {
+        interrupt::set_nothing_to_keep(false);
         let r = report;
         let [gjk, axis] = r.worst_overlap;
         self.tell(
