@@ -29,7 +29,7 @@ use rayon::prelude::*;
 use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
-use crate::results::{Existing, Outcome as FileOutcome, Reader, Writer};
+use crate::results::{Existing, Outcome as FileOutcome, Reader};
 use crate::scene::Scene;
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Rig, Stage, StageEnd, Test};
@@ -231,22 +231,25 @@ fn continued_test(
     observer: &mut dyn Observer,
 ) -> Result<(Recorder, Rig, Test)> {
     let out = &options.out;
-    let origin = Reader::open(out)?.origin()?;
-    let origin = origin.ok_or_else(|| restart::fault(out, "holds no specimen to go on with"))?;
+    let reader = Reader::open(out)?;
+    let origin = reader.origin()?.ok_or_else(|| restart::fault(out, "holds no specimen to go on with"))?;
+    let kept = reader.restart()?.ok_or_else(|| restart::fault(out, "holds no restart point"))?;
+    drop(reader);
     let (specimen, _) = restart::decode::<Specimen>(&origin, out)?;
-    let (writer, restart) = Writer::resume(out)?;
-    let (point, version) = restart::decode::<TestPoint<'_>>(&restart.bytes, out)?;
-    observer.resumed(&found.continuation(&restart, version));
+    let (point, version) = restart::decode::<TestPoint<'_>>(&kept.bytes, out)?;
     let meshes = meshes_of(wanted, &specimen)?;
-    let mut rig = rig_of(case, &specimen, observer)?;
-    let mut recorder = Recorder::over(writer, case, clock);
-    recorder.begin(case, &rig, &specimen, &meshes)?;
+    let first = rig_of(case, &specimen, observer)?;
+    let mut rig = first.clone();
     condense(case, &mut rig, &meshes)?;
-    recorder.restore(point.sums, restart.states);
-    recorder.at = point.at;
     if !rig.restore(point.rig) {
         return Err(restart::fault(out, "belongs to another specimen"));
     }
+    // The file drops what is behind its restart point only once that is known to be of use.
+    let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
+    observer.resumed(&found.continuation(&kept, version));
+    recorder.begin(case, &first, &specimen, &meshes)?;
+    recorder.restore(point.sums, kept.states);
+    recorder.at = point.at;
     Ok((recorder, rig, point.test.into_owned()))
 }
 
@@ -280,16 +283,22 @@ fn scene_run(
     let mut scene = Scene::new(&parameters)?;
     let mut recorder = match found {
         Some(found) => {
-            let (writer, restart) = Writer::resume(&options.out)?;
-            let (point, version) = restart::decode::<ScenePoint<'_>>(&restart.bytes, &options.out)?;
-            observer.resumed(&found.continuation(&restart, version));
-            let mut recorder = Recorder::over(writer, case, clock);
-            recorder.begin_scene(case, &scene, &parameters, folder)?;
-            recorder.restore(point.sums, restart.states);
+            let out = &options.out;
+            let kept = Reader::open(out)?.restart()?;
+            let kept = kept.ok_or_else(|| restart::fault(out, "holds no restart point"))?;
+            let (point, version) = restart::decode::<ScenePoint<'_>>(&kept.bytes, out)?;
+            // Before it moves: its first configuration is the reference of what the file shows.
+            let first = scene.clone();
             if !scene.restore(point.scene) {
-                let message = "belongs to a scene of other bodies; has a mesh file changed?";
-                return Err(restart::fault(&options.out, message));
+                return Err(restart::fault(
+                    out,
+                    "belongs to a scene of other bodies; has a mesh file changed?",
+                ));
             }
+            let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
+            observer.resumed(&found.continuation(&kept, version));
+            recorder.begin_scene(case, &first, &parameters, folder)?;
+            recorder.restore(point.sums, kept.states);
             recorder.at = point.at;
             recorder
         }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::case::{Case, RawCase};
 use crate::error::{Error, Fault, Result};
-use crate::results::{self, Outcome, Reader, Restart};
+use crate::results::{self, Outcome, Reader, Restart, Writer, check_unused};
 
 use super::observer::Resumption;
 use super::restart::fault;
@@ -86,6 +86,19 @@ pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
     let dropped = reader.increments()?.saturating_sub(restart.rows);
     let host = Some(reader.text("case/host")?).filter(|begun_on| *begun_on != results::host());
     Ok(Found::Restart { dropped, host })
+}
+
+/// Opens a file to go on after the restart point that was read from it.
+///
+/// # Errors
+/// `Error::Results` where another process has the file, or has written to it meanwhile.
+pub fn reopen(out: &Path, kept: &Restart) -> Result<Writer> {
+    check_unused(out)?;
+    let now = Reader::open(out)?.restart()?;
+    if now.as_ref() != Some(kept) {
+        return Err(fault(out, "was changed by another process meanwhile"));
+    }
+    Writer::resume(out).map(|(writer, _)| writer)
 }
 
 /// Where the case differs from the one in the file.

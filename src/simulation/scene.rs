@@ -48,7 +48,7 @@ impl Recorder {
     ) -> Result<()> {
         let names: Vec<&str> = scene.model.bodies.iter().map(|body| body.name.as_str()).collect();
         self.writer.set_bodies(&names)?;
-        let (mesh, points) = scene_mesh(scene, parameters, &body_meshes(case, folder)?)?;
+        let (mesh, points) = scene_mesh(scene, parameters, &body_meshes(case, parameters, folder)?)?;
         let first = State {
             time: 0.0,
             increment: 0,
@@ -93,26 +93,27 @@ impl Recorder {
     }
 }
 
-/// A mesh of each body to show it by; `None` where the generator cannot mesh it.
-fn body_meshes(case: &Case, folder: &Path) -> Result<Vec<Option<Mesh>>> {
+/// A mesh of each body to show it by: the one that it is condensed with, or, of a rigid one, a coarse one; `None` where
+/// the generator cannot mesh that.
+fn body_meshes(case: &Case, parameters: &SceneParameters, folder: &Path) -> Result<Vec<Option<Mesh>>> {
     let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
-    let mesh = |body: &BodyCase| -> Result<Option<Mesh>> {
+    let mesh = |(body, built): (&BodyCase, &SceneBody)| -> Result<Option<Mesh>> {
+        if built.grain.is_some() || body.mesh_size.is_some() {
+            return body_mesh(body, folder).map(Some);
+        }
         let made = match &body.shape {
             ShapeCase::Mesh(file) => return read_mesh(&folder.join(file)).map(Some),
-            ShapeCase::Box(size) => {
-                cuboid_mesh(*size, body.mesh_size.unwrap_or(size.iter().copied().fold(0.0, f64::max)))
-            }
-            ShapeCase::Sphere(radius) => sphere_mesh(*radius, body.mesh_size.unwrap_or(0.5 * radius), None),
+            ShapeCase::Box(size) => cuboid_mesh(*size, size.iter().copied().fold(0.0, f64::max)),
+            ShapeCase::Sphere(radius) => sphere_mesh(*radius, 0.5 * radius, None),
             ShapeCase::Polyhedron(points) => {
                 let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
-                let hull = Polyhedron::convex_hull(&points)?;
-                body.mesh_size.map_or_else(|| grain_mesh(&hull, CELLS), |size| polyhedron_mesh(&hull, size))
+                grain_mesh(&Polyhedron::convex_hull(&points)?, CELLS)
             }
         };
         // The mesh is for the eye only: a body that resists it is shown by its facets.
         Ok(made.ok())
     };
-    scene.bodies.iter().map(mesh).collect()
+    scene.bodies.iter().zip(&parameters.bodies).map(mesh).collect()
 }
 
 /// Runs the scene of `case` without a results file. `folder` is where its mesh files are relative to.
@@ -134,7 +135,12 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         return Err(Error::Usage("the case has a specimen, not a scene".into()));
     };
     let friction = friction(case, case.contact.friction);
-    let bodies = scene.bodies.iter().enumerate().map(|(index, body)| scene_body(case, index, body, folder)).collect::<Result<_>>()?;
+    let bodies = scene
+        .bodies
+        .iter()
+        .enumerate()
+        .map(|(index, body)| scene_body(case, index, body, folder))
+        .collect::<Result<_>>()?;
     let stages = case.stages.iter().enumerate().map(load_stage).collect::<Result<_>>()?;
     Ok(SceneParameters {
         bodies,
@@ -236,7 +242,9 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         Fidelity::Auto | Fidelity::Rigid => false,
         Fidelity::Condensed => true,
         // Refused by the case check.
-        Fidelity::Full => return Err(Error::Usage(format!("body {:?}: \"full\" is not built yet", body.name))),
+        Fidelity::Full => {
+            return Err(Error::Usage(format!("body {:?}: \"full\" is not built yet", body.name)));
+        }
     };
     let mesh = if condensed { Some(body_mesh(body, folder)?) } else { None };
     let shape = match &body.shape {
