@@ -11,7 +11,7 @@
 
 SI units; strains, q and p in the history count compression positive, stresses of cells tension positive.
 `plain=True` gives numpy in any case. What MATLAB wants: `h5read(file, '/history/deviatoric_stress')`; every number in the
-file is an IEEE float, a signed 32 or 64-bit or an unsigned 8-bit integer, and every text a UTF-8 string.
+file is an IEEE float or an integer of 8, 32 or 64 bits, and every text a UTF-8 string.
 """
 
 import sys
