@@ -47,8 +47,10 @@ Examples:
   riprap run cases/quick_start.json --set '/stages/0/pressure=1.6 MPa' --set /stages/1/axial_strain=0.1 --force
   riprap run cases/quick_start.json --progress json | jq .deviatoric_stress
 
-Ctrl-C finishes the increment at hand and leaves a whole file (exit code 130); a second one stops at once,
-and the file then ends with the last accepted increment.";
+  riprap run cases/quick_start.json --resume           goes on where a run was interrupted or killed
+
+Ctrl-C finishes the increment at hand, or gives it up after 2 s, and leaves a restart point (exit code 130); a second
+one stops at once, and the file then ends with the last accepted increment. Either run is continued by --resume.";
 
 const CHECK_EXAMPLES: &str = "\
 Examples:
@@ -91,7 +93,8 @@ pub struct Run {
     /// How grains deform, in place of the case's /solver/fidelity
     #[arg(long, value_name = "LEVEL", value_parser = ["auto", "rigid", "condensed", "full"])]
     pub fidelity: Option<String>,
-    /// Continues an interrupted run (not built yet)
+    /// Continues an interrupted, killed or stopped run from its last restart point, to the same bits; begins it
+    /// where there is no results file, and does nothing where it is finished
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
     #[command(flatten)]
@@ -136,7 +139,7 @@ pub struct Export {
     /// Writes the history as CSV, units in the header, into this directory
     #[arg(long, value_name = "DIR", required_unless_present = "vtu")]
     pub csv: Option<PathBuf>,
-    /// Writes the fields as a .vtu series into this directory (not built yet)
+    /// Writes the saved states as .vtu files and a .pvd that lists them into this directory; points are moved
     #[arg(long, value_name = "DIR")]
     pub vtu: Option<PathBuf>,
 }
