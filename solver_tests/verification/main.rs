@@ -10,6 +10,8 @@ mod card_tent;
 mod crossed_edges;
 mod cube_on_cube;
 mod hertz;
+mod membrane_balloon;
+mod membrane_cylinder;
 mod penalty_independence;
 mod rattler;
 mod sliding_over_facets;

@@ -1,13 +1,15 @@
-//! Rock: linear elasticity and the statistical fields of its properties.
+//! Rock: linear elasticity and the statistical fields of its properties. Rubber: hyperelastic sheets.
 //!
 //! Tension positive. Strains and stresses as 6-vectors in Voigt order xx, yy, zz, xy, yz, zx, with
 //! engineering shear strains (`gamma = 2 epsilon`): the one order used everywhere.
 
 pub mod elastic;
 pub mod field;
+pub mod rubber;
 
 pub use elastic::Elastic;
 pub use field::{Field, Law, Property, Quantity, sample_field};
+pub use rubber::{Rubber, RubberLaw, SheetState, Wrinkling};
 
 /// A material value that physics or a statistical law does not allow.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
