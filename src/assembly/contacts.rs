@@ -1,6 +1,7 @@
 //! All contacts of the model in one configuration, with buffers that are reused.
 
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField};
+use crate::assembly::membrane::MembraneContacts;
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
@@ -21,7 +22,7 @@ pub struct TooClose {
 }
 
 /// Cores may not come closer than this share of the sum of their rounding radii.
-const CORE_FLOOR: f64 = 0.2;
+pub(super) const CORE_FLOOR: f64 = 0.2;
 
 /// Margin of the broad phase and of a pair's list of features, over the smallest rounding radius.
 const BROAD_MARGIN: f64 = 4.0;
@@ -209,6 +210,9 @@ pub struct Contacts {
     pub fields: Vec<SurfaceField>,
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
+    /// Contacts of the membrane, where the model has one.
+    #[serde(skip)]
+    pub membrane: MembraneContacts,
     /// Searches so far.
     pub searches: usize,
 }
@@ -246,7 +250,7 @@ impl Contacts {
             committed_position: old.position,
             turn_back: (old.rotation * now.rotation.inverse()).to_rotation_matrix().into_inner(),
         }));
-        self.corners.resize(poses.len(), Vec::new());
+        self.corners.resize(model.shapes.len(), Vec::new());
         for ((corners, pose), shape) in self.corners.iter_mut().zip(poses).zip(&model.shapes) {
             let turn = pose.rotation.to_rotation_matrix();
             corners.clear();
@@ -274,11 +278,17 @@ impl Contacts {
                 return Err(TooClose { a, b, distance: pair.nearest });
             }
         }
-        Ok(())
+        match &model.membrane {
+            Some(membrane) => self.membrane.evaluate(model, membrane, &self.corners, poses),
+            None => Ok(()),
+        }
     }
 
     /// Tangents of all active points in the configuration last evaluated.
-    pub fn update_tangents(&mut self, model: &Model) {
+    pub fn update_tangents(&mut self, model: &Model, poses: &[Pose]) {
+        if let Some(membrane) = &model.membrane {
+            self.membrane.update_tangents(membrane, &self.corners, poses);
+        }
         let (kinematics, corners) = (&self.kinematics, &self.corners);
         self.pairs.par_iter_mut().for_each(|pair| {
             let PairWork { features, points, tangents, .. } = pair;

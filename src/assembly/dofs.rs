@@ -28,7 +28,10 @@ impl Dofs {
                 })
             })
             .collect();
-        Dofs { index, scale: model.bodies.iter().map(|b| b.rotation_scale).collect(), count }
+        let mut scale: Vec<f64> = model.bodies.iter().map(|b| b.rotation_scale).collect();
+        // Nodes of a membrane do not turn.
+        scale.resize(loads.prescribed.len(), 1.0);
+        Dofs { index, scale, count }
     }
 
     pub fn count(&self) -> usize {

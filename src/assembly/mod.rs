@@ -1,20 +1,22 @@
 //! Residual and tangent of the model in one configuration.
 //!
-//! Unknowns are the free components of the bodies' motion: translations [m] and rotations times
+//! Unknowns are the free components of the motion of all carriers, bodies and nodes of the membrane: translations [m] and rotations times
 //! the body's rotation scale [m], so that all entries have the units of a stiffness [N/m] and all
 //! residuals of a force [N]. The residual is the force that is out of balance.
 
 pub mod contacts;
 pub mod dofs;
 pub mod elastic;
+pub mod membrane;
 pub mod pattern;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use dofs::Dofs;
 pub use elastic::SurfaceField;
+pub use membrane::MembraneContacts;
 pub use pattern::BlockPattern;
 
-use crate::model::{Loads, Model};
+use crate::model::{Loads, Membrane, Model};
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// Adds every force on the free components into `residual` [N], which it clears first.
@@ -35,8 +37,11 @@ pub fn residual_into(
         }
     }
     if let Some(cover) = &model.cover {
-        let mut wrenches = vec![Vector6::zeros(); model.bodies.len()];
+        let mut wrenches = vec![Vector6::zeros(); model.carriers()];
         cover.loads_into(&mut wrenches, poses, loads.pressure);
+        if let Some(membrane) = &model.membrane {
+            membrane_forces_into(&mut wrenches, membrane, contacts, poses);
+        }
         for (i, wrench) in wrenches.iter().enumerate() {
             dofs.scatter(residual, i, wrench.as_slice());
         }
@@ -50,6 +55,96 @@ pub fn residual_into(
             wrench[3 + k] = loads.applied[i][3 + k] + moment[k];
         }
         dofs.scatter(residual, i, &wrench);
+    }
+}
+
+/// Adds the forces of the membrane's sheet and of its contacts to `wrenches`, one per carrier [N, N m].
+pub fn membrane_forces_into(
+    wrenches: &mut [Vector6<f64>],
+    membrane: &Membrane,
+    contacts: &Contacts,
+    poses: &[Pose],
+) {
+    let positions = &contacts.membrane.positions;
+    membrane.forces_into(wrenches, positions, poses);
+    for list in &contacts.membrane.bodies {
+        for point in &list.points {
+            let site = &point.contact.site;
+            for (k, component) in point.force.on_body.iter().enumerate() {
+                wrenches[list.body][k] += component;
+            }
+            for (&node, force) in site.on_b.iter().zip(&point.force.on_membrane).take(site.count_b.into()) {
+                let carrier = membrane.nodes[node as usize].body;
+                let moment = (positions[node as usize] - poses[carrier].position).cross(force);
+                for k in 0..3 {
+                    wrenches[carrier][k] += force[k];
+                    wrenches[carrier][3 + k] += moment[k];
+                }
+            }
+        }
+    }
+}
+
+/// The carriers that the membrane's contacts may couple.
+pub fn membrane_couplings<'a>(
+    membrane: &'a Membrane,
+    contacts: &'a Contacts,
+) -> impl Iterator<Item = (usize, usize)> + 'a {
+    contacts.membrane.bodies.iter().flat_map(move |list| {
+        list.named.iter().map(move |&node| (list.body, membrane.nodes[node as usize].body))
+    })
+}
+
+/// The stiffness of the membrane's sheet and of its contacts. Plates that it is glued to do not turn.
+/// Call [`Contacts::update_tangents`] first.
+pub fn membrane_stiffness_into(
+    values: &mut [f64],
+    model: &Model,
+    pattern: &BlockPattern,
+    dofs: &Dofs,
+    contacts: &Contacts,
+) {
+    let Some(membrane) = &model.membrane else { return };
+    membrane.for_each_stiffness_block(&contacts.membrane.positions, |i, j, stiffness| {
+        let mut block = [[0.0; 6]; 6];
+        for r in 0..3 {
+            for c in 0..3 {
+                block[r][c] = stiffness[(r, c)];
+            }
+        }
+        pattern.add_block(values, dofs, i, j, &block);
+    });
+    for list in &contacts.membrane.bodies {
+        for (point, tangent) in list.points.iter().zip(&list.tangents) {
+            let site = &point.contact.site;
+            let count = usize::from(site.count_b);
+            let carrier = |k: usize| membrane.nodes[site.on_b[k] as usize].body;
+            // Rows: the body, then each node. Columns: each node, then the body.
+            for row in 0..=count {
+                let (row_carrier, first, rows) = match row {
+                    0 => (list.body, 0, 6),
+                    k => (carrier(k - 1), 6 + 3 * (k - 1), 3),
+                };
+                let mut on_body = [[0.0; 6]; 6];
+                for node in 0..count {
+                    let mut on_node = [[0.0; 6]; 6];
+                    for r in 0..rows {
+                        for c in 0..3 {
+                            let entry = tangent[first + r][3 + 3 * node + c];
+                            on_node[r][c] = -entry;
+                            on_body[r][c] += entry;
+                        }
+                    }
+                    pattern.add_block(values, dofs, row_carrier, carrier(node), &on_node);
+                }
+                for r in 0..rows {
+                    for c in 0..3 {
+                        on_body[r][3 + c] = -tangent[first + r][c];
+                    }
+                }
+                pattern.add_block(values, dofs, row_carrier, list.body, &on_body);
+            }
+        }
     }
 }
 
@@ -126,3 +221,6 @@ pub fn cover_stiffness_into(
         pattern.add_block(values, dofs, i, j, &block);
     });
 }
+
+#[cfg(test)]
+mod tests;

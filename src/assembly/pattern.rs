@@ -91,9 +91,10 @@ impl BlockPattern {
         }
     }
 
-    /// Adds `value` to every diagonal entry.
-    pub fn add_diagonal(&self, values: &mut [f64], dofs: &Dofs, value: f64) {
+    /// Adds `value(body)` to every diagonal entry.
+    pub fn add_diagonal(&self, values: &mut [f64], dofs: &Dofs, value: impl Fn(usize) -> f64) {
         for body in 0..dofs.bodies() {
+            let value = value(body);
             let Some(&start) = self.row_start.get(&(body as u32, body as u32)) else { continue };
             for (position, column) in dofs.of(body).iter().flatten().enumerate() {
                 values[self.pattern.column_starts[*column as usize] + start as usize + position] += value;

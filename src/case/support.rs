@@ -31,13 +31,12 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
     match &case.geometry {
         Geometry::Specimen(_) => {
             let name = match case.membrane {
-                MembraneCase::Rubber { .. } => Some("rubber"),
                 MembraneCase::RigidWall => Some("rigid_wall"),
-                MembraneCase::Pressure => None,
+                MembraneCase::Pressure | MembraneCase::Rubber { .. } => None,
             };
             if let Some(name) = name {
                 let problem = format!("a {name} membrane is not built yet");
-                refuse("$.membrane.kind", &format!("\"{name}\""), &problem, "\"pressure\"");
+                refuse("$.membrane.kind", &format!("\"{name}\""), &problem, "\"pressure\", \"rubber\"");
             }
         }
         Geometry::Scene(scene) => {

@@ -260,7 +260,25 @@ static MEMBRANE: &[Kind] = &[
         about: "A hyperelastic membrane bonded to the plates.",
         keys: &[
             Key::default("thickness", LENGTH, "\"2 mm\"", "Undeformed thickness."),
-            Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Neo-Hookean shear modulus."),
+            Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Shear modulus at small strain."),
+            Key::default(
+                "law",
+                Choice(&["neo_hookean", "mooney_rivlin", "gent"]),
+                "\"neo_hookean\"",
+                "Energy law of the rubber; gent stiffens towards a largest stretch.",
+            ),
+            Key::default(
+                "mooney_share",
+                Quantity(Dimension::None, within(0.0, 1.0)),
+                "0.2",
+                "Share of the shear modulus that comes with the second invariant, for mooney_rivlin.",
+            ),
+            Key::default(
+                "gent_limit",
+                Quantity(Dimension::None, positive(1e4)),
+                "30",
+                "Largest I1 - 3, the sum of the squared stretches less 3, for gent.",
+            ),
             Key::optional(
                 "mesh_size",
                 LENGTH,

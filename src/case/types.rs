@@ -271,14 +271,27 @@ pub enum MembraneCase {
     Rubber {
         /// [m]
         thickness: f64,
-        /// Neo-Hookean [Pa].
+        /// At small strain [Pa].
         shear_modulus: f64,
+        law: RubberLawCase,
+        /// Share of the modulus from the second invariant; for `mooney_rivlin`.
+        mooney_share: f64,
+        /// Largest `I1 - 3`; for `gent`.
+        gent_limit: f64,
         /// Of the triangles [m]; `None`: from the grains.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         mesh_size: Option<f64>,
     },
     Pressure,
     RigidWall,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RubberLawCase {
+    NeoHookean,
+    MooneyRivlin,
+    Gent,
 }
 
 /// One stage. Pressures [Pa] and axial strains (shortening) are positive in compression.

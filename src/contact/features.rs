@@ -86,8 +86,13 @@ impl<T: Real> LinePair<T> {
     /// The weight `m(s) m(t) e(theta)` of the edge pair and its derivatives by `s`, `t` and the
     /// squared sine of the angle between the edges.
     pub fn weight(&self, law: &ContactLaw) -> EdgeWeight<T> {
-        let (ms, ms_slope) = end_fade(self.s, self.uu, law.fade_length);
-        let (mt, mt_slope) = end_fade(self.t, self.vv, law.fade_length);
+        self.weight_fading([fade_rate(self.uu, law.fade_length), fade_rate(self.vv, law.fade_length)], law)
+    }
+
+    /// The same with given rates, per edge length, at which `s` and `t` fade in from either end.
+    pub fn weight_fading(&self, rates: [f64; 2], law: &ContactLaw) -> EdgeWeight<T> {
+        let (ms, ms_slope) = end_fade(self.s, rates[0]);
+        let (mt, mt_slope) = end_fade(self.t, rates[1]);
         let sine_squared = self.determinant / (self.uu * self.vv);
         let (e, e_slope) = fade(sine_squared.scaled(1.0 / law.parallel_limit));
         EdgeWeight {
@@ -96,6 +101,13 @@ impl<T: Real> LinePair<T> {
             by_t: ms * mt_slope * e,
             by_sine_squared: ms * mt * e_slope.scaled(1.0 / law.parallel_limit),
         }
+    }
+
+    /// What an edge's change of length adds to [`Self::end_point_gradient`]: along `u` at `p1`, less at
+    /// `p0`, and along `v` at `q1`, less at `q0`. Nothing on a rigid body, where the two cancel.
+    pub fn stretch_gradient(&self, weight: &EdgeWeight<T>) -> [Vector<T>; 2] {
+        let shared = weight.by_sine_squared * self.uv * self.uv.scaled(2.0) / (self.uu * self.vv);
+        [self.u.times(shared / self.uu), self.v.times(shared / self.vv)]
     }
 
     /// Gradient of a function of `s`, `t` and the squared sine by the end points `p0, p1, q0, q1`,
@@ -126,11 +138,13 @@ pub struct EdgeWeight<T> {
     pub by_sine_squared: T,
 }
 
+/// Edge length over fade length. Short edges fade over half their length, so that the middle keeps full weight.
+pub fn fade_rate<T: Real>(length_squared: T, fade_length: f64) -> f64 {
+    (length_squared.value().sqrt() / fade_length).max(2.0)
+}
+
 /// `m(s)` and its slope: 0 at an edge's ends, 1 further than the fade length from both.
-fn end_fade<T: Real>(s: T, length_squared: T, fade_length: f64) -> (T, T) {
-    let length = length_squared.value().sqrt();
-    // Short edges fade over half their length, so that the middle keeps full weight.
-    let rate = (length / fade_length).max(2.0);
+fn end_fade<T: Real>(s: T, rate: f64) -> (T, T) {
     let (z, sign) = if s.value() < 0.5 { (s, 1.0) } else { (T::constant(1.0) - s, -1.0) };
     let (m, slope) = fade(z.scaled(rate));
     (m, slope.scaled(sign * rate))

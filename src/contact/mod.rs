@@ -14,6 +14,7 @@
 pub mod features;
 pub mod force;
 pub mod law;
+pub mod membrane;
 pub mod memory;
 pub mod search;
 
@@ -21,5 +22,6 @@ pub use features::{Feature, Site};
 pub use force::{Evaluation, Kinematics};
 pub use law::ContactLaw;
 
+pub use membrane::{MembraneContact, MembraneContactLaw, MembraneForce, MembraneTangent};
 pub use memory::{ContactKey, Memory, PairMemory, PointMemory};
 pub use search::{ContactShape, Neighbours, PairFeatures};

@@ -271,7 +271,7 @@ mod tests {
         for rubber in laws() {
             for (l1, l2) in [(1.2, 1.1), (1.3, 0.95), (1.3, 0.6), (1.05, 0.3), (0.9, 0.8)] {
                 for wrinkling in [Wrinkling::Held, FREE, Wrinkling::Free { support: 0.01 }] {
-                    let (a, d): (f64, f64) = (l1 * l1 + l2 * l2, (l1 * l2 as f64).powi(2));
+                    let (a, d): (f64, f64) = (l1 * l1 + l2 * l2, f64::powi(l1 * l2, 2));
                     if !rubber.sheet_energy(a, d, wrinkling).0.value.is_finite() {
                         continue; // beyond the limit of the stiffest law
                     }

@@ -37,6 +37,7 @@ use std::ops::Range;
 use nalgebra::Matrix6;
 
 use crate::error::{Error, Result};
+use crate::mesh::CylinderMesh;
 use crate::tensor::{Mat3, Pose, Vec3, Vector6};
 
 pub use drape::{DrapeStatistics, Outline, Rim};
@@ -140,6 +141,18 @@ impl PressureCover {
             });
         }
         Ok(PressureCover { nodes, facets, side_facets, rims, edges, corners, couplings, statistics })
+    }
+
+    /// A cover on the nodes of a cylinder mesh, its rims closed with flat caps.
+    ///
+    /// # Errors
+    /// [`Error::Specimen`] where the surface is not closed.
+    pub fn on_cylinder(nodes: &[CoverNode], mesh: &CylinderMesh) -> Result<Self> {
+        let [bottom, top] = mesh.rims();
+        let (first, count) = (top.start, mesh.around);
+        let caps = (1..count - 1).flat_map(|k| [[0, k + 1, k], [first, first + k, first + k + 1]]).collect();
+        let statistics = DrapeStatistics { rim_nodes: 2 * count, ..DrapeStatistics::default() };
+        Self::closed(nodes.to_vec(), mesh.facets.clone(), caps, [bottom, top], statistics)
     }
 
     pub fn nodes(&self) -> &[CoverNode] {

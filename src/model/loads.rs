@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// then rotations about x, y, z, in space axes about the body's reference point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
-    /// Components whose motion is prescribed (the pose says to what), per body.
+    /// Components whose motion is prescribed (the pose says to what), per carrier.
     pub prescribed: Vec<[bool; 6]>,
     /// Applied force and moment per body [N, N m].
     #[serde(with = "crate::tensor::stored")]
@@ -20,6 +20,12 @@ pub struct Loads {
 }
 
 impl Loads {
+    /// Lets `nodes` nodes of a membrane, which stand behind the bodies, move and not turn.
+    pub fn free_nodes(&mut self, nodes: usize) {
+        let behind = std::iter::repeat_n([false, false, false, true, true, true], nodes);
+        self.prescribed.extend(behind);
+    }
+
     /// Nothing prescribed, nothing applied.
     pub fn none(bodies: usize) -> Self {
         Loads {

@@ -4,6 +4,7 @@
 pub mod body;
 pub mod cover;
 pub mod loads;
+pub mod membrane;
 pub mod state;
 
 pub use body::{Body, BodyId, BodyKind};
@@ -11,6 +12,7 @@ pub use loads::Loads;
 pub use state::{Committed, Counters};
 
 pub use cover::PressureCover;
+pub use membrane::{Membrane, MembraneParameters};
 
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
@@ -30,6 +32,8 @@ pub struct Model {
     pub friction: Friction,
     /// Cover that carries a pressure, where there is one.
     pub cover: Option<PressureCover>,
+    /// Rubber membrane, where there is one; the cover is then on its nodes.
+    pub membrane: Option<Membrane>,
 }
 
 impl Model {
@@ -82,6 +86,24 @@ impl Model {
             self.bodies.iter().filter(|b| b.kind != BodyKind::Plate).map(|b| b.rotation_scale).collect();
         scales.sort_by(f64::total_cmp);
         scales.get(scales.len() / 2).map_or(0.0, |scale| 2.0 * scale)
+    }
+
+    /// Everything that has a pose: the bodies, then the free nodes of the membrane.
+    pub fn carriers(&self) -> usize {
+        self.bodies.len() + self.membrane.as_ref().map_or(0, Membrane::free_nodes)
+    }
+
+    /// Whether a carrier is a node of the membrane.
+    pub fn is_node(&self, carrier: usize) -> bool {
+        carrier >= self.bodies.len()
+    }
+
+    /// What holds a carrier near a proximal centre, over the proximal weight [N/m]: a typical contact stiffness.
+    pub fn holding_stiffness(&self, carrier: usize, typical: f64) -> f64 {
+        match &self.membrane {
+            Some(membrane) if self.is_node(carrier) => membrane.contact.stiffness,
+            Some(_) | None => typical,
+        }
     }
 
     /// The smallest rounding radius of the model [m]; no motion of one iteration exceeds it.

@@ -5,6 +5,7 @@ use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Poses and contact memory of the last accepted increment. A rejected trial leaves no trace here.
+/// Poses are those of all carriers: the bodies, then the free nodes of the membrane.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Committed {
     pub poses: Vec<Pose>,

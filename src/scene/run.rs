@@ -132,7 +132,7 @@ impl Scene {
         }
         let reaction = vec![Vector6::zeros(); bodies.len()];
         Ok(Scene {
-            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None },
+            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None, membrane: None },
             committed: Committed::new(poses.clone()),
             settings: parameters.settings.clone(),
             ledger: Ledger::default(),

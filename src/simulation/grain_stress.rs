@@ -18,7 +18,13 @@ pub fn mean_stresses(
     grains: usize,
 ) -> Vec<Mat3> {
     let mut moments = contact_moments(model, contacts, poses);
-    if let Some(cover) = &model.cover {
+    for list in &contacts.membrane.bodies {
+        for point in &list.points {
+            let force = Vec3::from_column_slice(&point.force.on_body[..3]);
+            moments[list.body] += (point.force.point - poses[list.body].position) * force.transpose();
+        }
+    }
+    if let (Some(cover), None) = (&model.cover, &model.membrane) {
         let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
         cover.node_forces_into(&mut forces, poses, pressure);
         for (node, force) in forces.iter().enumerate() {

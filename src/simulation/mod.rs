@@ -122,7 +122,7 @@ pub fn generate_specimen(
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
-    let rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
+    let rig = Rig::new(&specimen, &plan::rig_parameters(case)?, plan::settings(&case.solver))?;
     recorder.begin(case, &rig, &specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
     Ok(Outcome { end: End::Finished, increments: 0, wall_time: clock.elapsed() })
@@ -148,10 +148,17 @@ fn triaxial_test(
     };
     if !recorder.at.seated && end == StageEnd::Finished {
         if let Some(Stage::Consolidate { pressure }) = stages.first().and_then(|planned| planned.stage) {
-            let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
-            observer.seated(seating.out_of_balance, seating.factorisations);
+            match test.lay_membrane(&mut rig, pressure) {
+                Ok(()) => {
+                    let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
+                    observer.seated(seating.out_of_balance, seating.factorisations);
+                }
+                Err(reason) => end = StageEnd::Stopped { reason },
+            }
         }
-        if observer.stop_requested() {
+        if end != StageEnd::Finished {
+            // The membrane gave way: nothing was seated.
+        } else if observer.stop_requested() {
             // The seating may have been cut short: a continued run seats anew.
             end = StageEnd::Interrupted;
         } else {
@@ -256,7 +263,7 @@ fn continued_test(
 fn rig_of(case: &Case, specimen: &Specimen, observer: &dyn Observer) -> Result<Rig> {
     let mut settings = plan::settings(&case.solver);
     settings.stop = observer.stop_signal();
-    Rig::new(specimen, &plan::rig_parameters(case), settings)
+    Rig::new(specimen, &plan::rig_parameters(case)?, settings)
 }
 
 fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {

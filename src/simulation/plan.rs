@@ -1,9 +1,11 @@
 //! From the checked case to what the rig takes.
 
-use crate::case::{Case, SolverCase, StageCase};
+use crate::case::{Case, MembraneCase, RubberLawCase, SolverCase, StageCase};
 use crate::contact::law::Friction;
+use crate::error::{Error, Result};
+use crate::material::{Rubber, RubberLaw};
 use crate::solver::Settings;
-use crate::triaxial::{RigParameters, Stage};
+use crate::triaxial::{RigParameters, RubberSheet, Stage};
 
 /// A stage of the case as the rig runs it.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,9 +52,13 @@ pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
     case.stages.iter().enumerate().filter_map(planned).collect()
 }
 
-pub fn rig_parameters(case: &Case) -> RigParameters {
+/// What the rig is built of.
+///
+/// # Errors
+/// `Error::Usage` for a rubber that the case's table lets through and the material does not allow.
+pub fn rig_parameters(case: &Case) -> Result<RigParameters> {
     let contact = case.contact;
-    RigParameters {
+    Ok(RigParameters {
         density: case.rock.density,
         youngs_modulus: case.rock.youngs_modulus.mean,
         poissons_ratio: case.rock.poissons_ratio.mean,
@@ -62,7 +68,36 @@ pub fn rig_parameters(case: &Case) -> RigParameters {
             weakening_distance: contact.weakening_distance,
         },
         plate_friction: Friction::constant(case.plates.friction),
-    }
+        membrane: rubber_sheet(case)?,
+    })
+}
+
+fn rubber_sheet(case: &Case) -> Result<Option<RubberSheet>> {
+    let MembraneCase::Rubber { thickness, shear_modulus, law, mooney_share, gent_limit, mesh_size } =
+        case.membrane
+    else {
+        return Ok(None);
+    };
+    let law = match law {
+        RubberLawCase::NeoHookean => RubberLaw::NeoHookean,
+        RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
+        RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
+    };
+    let rubber =
+        Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
+    let pressures = case.stages.iter().map(|stage| match *stage {
+        StageCase::Consolidate { radial_pressure, .. } => radial_pressure,
+        StageCase::Shear { pressure, .. }
+        | StageCase::Unload { pressure, .. }
+        | StageCase::Reload { pressure, .. } => pressure,
+        StageCase::Oedometer { .. }
+        | StageCase::ConstantVolume { .. }
+        | StageCase::ConstantP { .. }
+        | StageCase::Hold { .. }
+        | StageCase::Load { .. } => 0.0,
+    });
+    let pressure = pressures.fold(0.0, f64::max);
+    Ok(Some(RubberSheet { rubber, thickness, mesh_size, pressure }))
 }
 
 pub fn settings(solver: &SolverCase) -> Settings {

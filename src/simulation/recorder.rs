@@ -407,7 +407,7 @@ impl Recorder {
             energy_friction: ledger.friction,
             energy_damage: 0.0,
             energy_stabilisation: ledger.stabilisation,
-            energy_membrane: 0.0,
+            energy_membrane: ledger.membrane,
             energy_error: ledger.error(),
         }
     }

@@ -195,7 +195,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         energy_friction: row.ledger.friction,
         energy_damage: 0.0,
         energy_stabilisation: row.ledger.stabilisation,
-        energy_membrane: 0.0,
+        energy_membrane: row.ledger.membrane,
         energy_error: row.ledger.error(),
     }
 }

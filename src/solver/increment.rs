@@ -1,6 +1,6 @@
 //! One increment: from the committed state to the next equilibrium, or a reason why not.
 
-use crate::assembly::{Contacts, SurfaceField};
+use crate::assembly::{self, Contacts, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::equilibrium::Balance;
@@ -46,7 +46,7 @@ pub struct IncrementReport {
     pub energy: Energies,
     /// Change of the volume under the cover by elastic displacements [m^3].
     pub elastic_volume: f64,
-    /// Force and moment that contacts exert on each body [N, N m].
+    /// Force and moment that contacts, and a membrane glued to it, exert on each body [N, N m].
     pub contact_wrench: Vec<Vector6<f64>>,
     pub counters: Counters,
     pub times: PhaseTimes,
@@ -74,6 +74,8 @@ pub struct Energies {
     pub elastic: f64,
     /// Lost to friction since the last accepted increment.
     pub friction: f64,
+    /// Stored in the membrane's sheet.
+    pub membrane: f64,
 }
 
 /// Numbers about the contact network.
@@ -144,7 +146,14 @@ pub fn advance(
     };
     let mut contact_wrench = vec![Vector6::zeros(); model.bodies.len()];
     let friction = newton.step_dissipation();
-    let mut energy = Energies { friction, elastic: 0.0 };
+    let mut energy = Energies { friction, elastic: 0.0, membrane: 0.0 };
+    if let Some(membrane) = &model.membrane {
+        energy.elastic += newton.contacts.membrane.energy();
+        energy.membrane = membrane.energy(&newton.contacts.membrane.positions);
+        let mut wrenches = vec![Vector6::zeros(); model.carriers()];
+        assembly::membrane_forces_into(&mut wrenches, membrane, &newton.contacts, &newton.poses);
+        contact_wrench.iter_mut().zip(&wrenches).for_each(|(total, own)| *total += own);
+    }
     let mut measures = ContactMeasures::default();
     let mut sliding = 0;
     for pair in &newton.contacts.pairs {

@@ -1,6 +1,7 @@
 //! From one equilibrium to the next: Newton with line search inside proximal augmentations, step
 //! control, dwell at instabilities. Every increment ends in a status; nothing here is an error.
 
+pub mod drape;
 pub mod equilibrium;
 pub mod increment;
 pub mod newton;
@@ -8,6 +9,7 @@ pub mod pace;
 pub mod settings;
 pub mod stop;
 
+pub use drape::{Drape, drape};
 pub use equilibrium::{Balance, Equilibrium};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
 pub use pace::{Pace, motion_between};

@@ -123,20 +123,30 @@ impl<'a> Newton<'a> {
 
     /// The residual with the proximal term.
     fn held_residual(&self, weight: f64) -> Vec<f64> {
-        let hold = weight * self.typical_stiffness;
-        self.residual.iter().zip(&self.away).map(|(r, d)| r - hold * d).collect()
+        let mut held = self.residual.clone();
+        for carrier in 0..self.dofs.bodies() {
+            let hold = weight * self.model.holding_stiffness(carrier, self.typical_stiffness);
+            for &unknown in self.dofs.of(carrier).iter().flatten() {
+                held[unknown as usize] -= hold * self.away[unknown as usize];
+            }
+        }
+        held
     }
 
     /// The Newton step for `held`, or `None` where the matrix is singular.
-    fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
+    pub fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
         let start = std::time::Instant::now();
-        self.contacts.update_tangents(self.model);
+        self.contacts.update_tangents(self.model, &self.poses);
         self.times.tangents += start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
         let touching =
             || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
-        let pairs = || touching().chain(covered());
+        let pressed = || {
+            let membrane = self.model.membrane.iter();
+            membrane.flat_map(|m| assembly::membrane_couplings(m, &self.contacts))
+        };
+        let pairs = || touching().chain(covered()).chain(pressed());
         if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
             let pattern = BlockPattern::new(&self.dofs, pairs());
             let symbolic = LuSymbolic::analyse(pattern.pattern.clone()).ok()?;
@@ -164,7 +174,15 @@ impl<'a> Newton<'a> {
             self.loads,
             &self.poses,
         );
-        system.pattern.add_diagonal(&mut self.values, &self.dofs, weight * self.typical_stiffness);
+        assembly::membrane_stiffness_into(
+            &mut self.values,
+            self.model,
+            &system.pattern,
+            &self.dofs,
+            &self.contacts,
+        );
+        let hold = |carrier| weight * self.model.holding_stiffness(carrier, self.typical_stiffness);
+        system.pattern.add_diagonal(&mut self.values, &self.dofs, hold);
         self.times.assembly += start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
         let mut step = held.to_vec();
@@ -176,15 +194,20 @@ impl<'a> Newton<'a> {
 
     /// The largest share of `step` that moves no body further than the cap, nor any pair further
     /// than half its cores' distance (so that nothing can pass through).
-    fn largest_factor(&self, step: &[f64]) -> f64 {
-        let reach: Vec<f64> = (0..self.model.bodies.len())
+    pub fn largest_factor(&self, step: &[f64]) -> f64 {
+        let reach: Vec<f64> = (0..self.dofs.bodies())
             .map(|i| {
                 let (translation, rotation) = self.dofs.motion(step, 1.0, i);
-                translation.norm() + rotation.norm() * self.model.shapes[i].bounding_radius
+                let radius = self.model.shapes.get(i).map_or(0.0, |shape| shape.bounding_radius);
+                translation.norm() + rotation.norm() * radius
             })
             .collect();
         let cap = self.settings.motion_cap * self.model.smallest_rounding();
-        let mut factor = reach.iter().fold(1.0, |f: f64, &m| f.min(cap / m));
+        let bodies = &reach[..self.model.bodies.len()];
+        let mut factor = bodies.iter().fold(1.0, |f: f64, &m| f.min(cap / m));
+        if let Some(membrane) = &self.model.membrane {
+            factor = factor.min(self.contacts.membrane.largest_factor(membrane, &reach));
+        }
         for pair in &self.contacts.pairs {
             let both = reach[pair.a()] + reach[pair.b()];
             factor = factor.min(0.5 * pair.nearest / both.max(f64::MIN_POSITIVE));
@@ -274,14 +297,14 @@ impl<'a> Newton<'a> {
         end
     }
 
-    fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
+    pub fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
         self.poses = poses;
         self.away = away;
         self.evaluate();
     }
 
     /// Moves to `from + factor * step` and evaluates; `None` if bodies are too close there.
-    fn try_step(
+    pub fn try_step(
         &mut self,
         from: &(Vec<Pose>, Vec<f64>),
         step: &[f64],

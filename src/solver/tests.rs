@@ -43,6 +43,7 @@ fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {
         },
         friction: Friction::constant(friction),
         cover: None,
+        membrane: None,
     };
     let poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, -0.05), crate::tensor::Rotation::identity()),

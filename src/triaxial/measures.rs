@@ -29,6 +29,8 @@ pub struct Ledger {
     /// Stored in contacts (and grains), less what was stored at the start.
     pub elastic: f64,
     pub friction: f64,
+    /// Stored in the membrane's sheet, less what was stored at the start.
+    pub membrane: f64,
     /// Set free in increments that snapped to another equilibrium, where the stabilising term
     /// stands in for motion and its damping. Known by balance only: what these increments leave over.
     pub stabilisation: f64,
@@ -37,6 +39,6 @@ pub struct Ledger {
 impl Ledger {
     /// External work that no row accounts for [J].
     pub fn error(&self) -> f64 {
-        self.external - self.elastic - self.friction - self.stabilisation
+        self.external - self.elastic - self.friction - self.membrane - self.stabilisation
     }
 }

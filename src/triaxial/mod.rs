@@ -3,8 +3,10 @@
 
 pub mod measures;
 pub mod rig;
+pub mod rubber;
 pub mod stage;
 
 pub use measures::{Ledger, Measures};
 pub use rig::{Rig, RigParameters, RigState};
+pub use rubber::RubberSheet;
 pub use stage::{Row, Stage, StageEnd, StepReport, Test};

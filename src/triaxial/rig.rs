@@ -1,4 +1,4 @@
-//! The model of a specimen between two rigid plates under a pressure cover.
+//! The model of a specimen between two rigid plates under a pressure cover or a rubber membrane.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -16,6 +16,7 @@ use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
 use crate::solver::Settings;
 use crate::specimen::Specimen;
 use crate::tensor::{Pose, Rotation, Vec3};
+use crate::triaxial::rubber::RubberSheet;
 
 /// What the rig needs besides the specimen.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +28,8 @@ pub struct RigParameters {
     pub poissons_ratio: f64,
     pub friction: Friction,
     pub plate_friction: Friction,
+    /// `None`: a weightless pressure cover.
+    pub membrane: Option<RubberSheet>,
 }
 
 /// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
@@ -73,7 +76,7 @@ impl Rig {
     #[must_use]
     pub fn restore(&mut self, state: RigState<'_>) -> bool {
         let bodies = self.model.bodies.len();
-        let fits = state.committed.poses.len() == bodies && state.contacts.fit(bodies);
+        let fits = state.committed.poses.len() == self.model.carriers() && state.contacts.fit(bodies);
         if fits {
             self.committed = state.committed.into_owned();
             self.contacts = state.contacts.into_owned();
@@ -138,7 +141,7 @@ impl Rig {
             friction_blend: 0.05,
         };
         let mut rig = Rig {
-            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None },
+            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None, membrane: None },
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings,
@@ -147,7 +150,10 @@ impl Rig {
             solid_volume,
             pressure: 0.0,
         };
-        rig.drape(specimen.diameter)?;
+        match &parameters.membrane {
+            Some(sheet) => rig.wrap(sheet, specimen.diameter)?,
+            None => rig.drape(specimen.diameter)?,
+        }
         Ok(rig)
     }
 
@@ -180,12 +186,7 @@ impl Rig {
                 pose: poses[body],
             })
             .collect();
-        let mut sizes: Vec<f64> = grains
-            .iter()
-            .map(|&i| (6.0 * self.model.bodies[i].nominal.volume() / std::f64::consts::PI).cbrt())
-            .collect();
-        sizes.sort_by(f64::total_cmp);
-        let median = sizes[sizes.len() / 2];
+        let median = self.median_size();
         let rim = |body: usize, sign: f64| {
             let half = self.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
             let pose = poses[body];
@@ -195,18 +196,29 @@ impl Rig {
         PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * median)
     }
 
-    /// Everything held but the grains; the top plate's vertical free where `top_free`.
+    /// Median over the grains of the diameter of the ball of equal volume [m].
+    pub(super) fn median_size(&self) -> f64 {
+        let grains = self.model.bodies.iter().filter(|body| body.kind == BodyKind::Grain);
+        let mut sizes: Vec<f64> =
+            grains.map(|body| (6.0 * body.nominal.volume() / std::f64::consts::PI).cbrt()).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Everything held but the grains and the membrane; the top plate's vertical free where `top_free`.
     pub fn loads(&self, top_free: bool, pressure: f64) -> Loads {
         let mut loads = Loads::none(self.model.bodies.len());
         loads.prescribed[self.bottom] = [true; 6];
         loads.prescribed[self.top] = [true, true, !top_free, true, true, true];
+        loads.free_nodes(self.model.carriers() - self.model.bodies.len());
         loads.pressure = pressure;
         loads
     }
 
-    /// Enclosed volume [m^3] at `poses`; zero without a cover.
+    /// Enclosed volume [m^3] at `poses`, without the inner half of a rubber membrane; zero without a cover.
     pub fn volume(&self, poses: &[Pose]) -> f64 {
-        self.model.cover.as_ref().map_or(0.0, |c| c.volume(poses))
+        let rubber = self.model.membrane.as_ref().map_or(0.0, |m| 0.5 * m.rubber_volume());
+        self.model.cover.as_ref().map_or(0.0, |c| c.volume(poses)) - rubber
     }
 
     /// Distance between the plates' inner faces [m].

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::model::Counters;
-use crate::solver::{Increment, IncrementReport, StepStatus, advance};
+use crate::solver::{Energies, Increment, IncrementReport, StepStatus, advance};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::measures::{Ledger, Measures};
 use crate::triaxial::rig::Rig;
@@ -76,6 +76,8 @@ pub struct Test {
     pub ledger: Ledger,
     /// Elastic energy at the start of the ledger [J].
     start_elastic: f64,
+    /// Energy of the membrane there [J].
+    start_membrane: f64,
     /// Force of the ram on the top plate, upwards [N].
     ram: f64,
     /// Whether increments that miss tolerance are accepted (experiments) or end the stage.
@@ -91,6 +93,7 @@ impl Test {
             rig_volume: rig.volume(&rig.committed.poses),
             ledger: Ledger::default(),
             start_elastic: 0.0,
+            start_membrane: 0.0,
             ram: 0.0,
             accept_missed: false,
             missed: 0,
@@ -104,11 +107,12 @@ impl Test {
     }
 
     /// Starts strains and the ledger anew from the present state.
-    pub fn restart(&mut self, rig: &Rig, elastic: f64) {
+    pub fn restart(&mut self, rig: &Rig, energy: &Energies) {
         self.rig_height = rig.height(&rig.committed.poses);
         self.rig_volume = rig.volume(&rig.committed.poses);
         self.ledger = Ledger::default();
-        self.start_elastic = elastic;
+        self.start_elastic = energy.elastic;
+        self.start_membrane = energy.membrane;
     }
 
     /// Runs a stage, or the rest of the one that was interrupted; `observe` is called after each accepted
@@ -169,7 +173,7 @@ impl Test {
                     continue;
                 }
                 if !self.accept_missed || report.status == StepStatus::TooClose {
-                    return StageEnd::Stopped { reason: describe(rig, &report) };
+                    return StageEnd::Stopped { reason: describe(rig, &report, pressure) };
                 }
                 self.missed += 1;
             }
@@ -196,6 +200,29 @@ impl Test {
         StageEnd::Finished
     }
 
+    /// Lays a rubber membrane against the grains under the pressure that they are then seated under.
+    ///
+    /// # Errors
+    /// The reason, with numbers, where it does not come to lie.
+    pub fn lay_membrane(&mut self, rig: &mut Rig, pressure: f64) -> Result<(), String> {
+        if rig.model.membrane.is_none() {
+            return Ok(());
+        }
+        let pressure = SEATING_SHARE * pressure;
+        match rig.lay_membrane(pressure) {
+            Some(laid) if laid.converged => Ok(()),
+            Some(laid) => Err(format!(
+                "the membrane did not come to lie against the grains under {:.3} MPa: a node is out of balance by \
+                 {:.2e} of its load after {} steps; {}",
+                1e-6 * pressure,
+                laid.out_of_balance,
+                laid.counters.newton_iterations,
+                rig.membrane_trouble(pressure)
+            )),
+            None => Err("the membrane overlaps a grain before it is laid against them".into()),
+        }
+    }
+
     /// Brings the loose grains of a compacted specimen into touch under half the
     /// consolidation pressure, before the first row of the history: first to a rough balance, then,
     /// where that is reached, to the tolerance of an increment. Strains and the ledger start from
@@ -219,7 +246,7 @@ impl Test {
             // What slipped before the test began weakens nothing.
             rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
             rig.pressure = SEATING_SHARE * pressure;
-            self.restart(rig, report.energy.elastic);
+            self.restart(rig, &report.energy);
             let rough = settings != rig.settings;
             if report.converged() && rough {
                 settings = rig.settings.clone();
@@ -271,7 +298,7 @@ impl Test {
         let (old, new) = (&rig.committed.poses, &report.poses);
         let (old_volume, volume) = (rig.volume(old), rig.volume(new));
         let height = rig.height(new);
-        let mut loads = vec![nalgebra::Vector6::zeros(); rig.model.bodies.len()];
+        let mut loads = vec![nalgebra::Vector6::zeros(); rig.model.carriers()];
         if let Some(cover) = &rig.model.cover {
             cover.loads_into(&mut loads, new, pressure);
         }
@@ -284,6 +311,7 @@ impl Test {
         self.ram = ram;
         self.ledger.elastic = report.energy.elastic - self.start_elastic;
         self.ledger.friction += report.energy.friction;
+        self.ledger.membrane = report.energy.membrane - self.start_membrane;
         if report.is_snap() {
             self.ledger.stabilisation += (self.ledger.error() - before.error()).max(0.0);
         }
@@ -319,11 +347,17 @@ impl Test {
     }
 }
 
-fn describe(rig: &Rig, report: &IncrementReport) -> String {
+fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> String {
     match &report.status {
         StepStatus::Converged => "converged".into(),
         StepStatus::Abandoned => "the increment was given up as asked".into(),
         StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
+        StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
+            "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \
+             augmentations; {}",
+            report.history.len(),
+            rig.membrane_trouble(pressure)
+        ),
         StepStatus::OutOfBalance { body, out_of_balance } => format!(
             "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
             rig.model.bodies[*body].name,

@@ -33,7 +33,7 @@ pub struct Rim {
 }
 
 /// What draping found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DrapeStatistics {
     /// Nodes on the rims.
     pub rim_nodes: usize,

@@ -1,0 +1,413 @@
+//! Contacts between the membrane and the bodies inside it in one configuration.
+//!
+//! Per body the features within reach are listed with a skin and evaluated until something has moved through
+//! half of it. Features of plates against triangles or edges glued to a plate are left out.
+
+use crate::assembly::contacts::{CORE_FLOOR, TooClose};
+use crate::contact::ContactShape;
+use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
+use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTangent};
+use crate::geometry::neighbours::{Ball, BallGrid};
+use crate::model::{BodyKind, Membrane, Model};
+use crate::tensor::{Pose, Vec3};
+use rayon::prelude::*;
+
+/// Skin of the lists of features over the sum of the two roundings.
+const SKIN: f64 = 0.75;
+
+/// One contact in the present configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct MembranePoint {
+    pub contact: MembraneContact,
+    pub force: MembraneForce,
+}
+
+/// A node of the membrane and the facets of a core that may be closest to it.
+#[derive(Debug, Clone)]
+struct NodeReach {
+    node: u32,
+    facets: Vec<u32>,
+}
+
+/// A body and the pieces of membrane near it.
+#[derive(Debug, Clone)]
+pub struct BodyContacts {
+    pub body: usize,
+    nodes: Vec<NodeReach>,
+    /// Core vertex, membrane facet.
+    vertices: Vec<(u32, u32)>,
+    /// Core edge, membrane edge.
+    edges: Vec<(u32, u32)>,
+    radii: f64,
+    /// Every membrane node named by the lists, sorted.
+    pub named: Vec<u32>,
+    /// Active contacts.
+    pub points: Vec<MembranePoint>,
+    pub tangents: Vec<MembraneTangent>,
+    /// Smallest distance between core and membrane met [m]; infinite where nothing is in reach.
+    pub nearest: f64,
+}
+
+/// All contacts of the membrane, with buffers that are reused.
+#[derive(Debug, Clone, Default)]
+pub struct MembraneContacts {
+    pub bodies: Vec<BodyContacts>,
+    /// Where the membrane's nodes are [m].
+    pub positions: Vec<Vec3>,
+    /// Where nodes and bodies were when the lists were made.
+    listed_at: Vec<Vec3>,
+    listed_poses: Vec<Pose>,
+    skin: f64,
+}
+
+impl MembraneContacts {
+    /// Evaluates every contact; `corners` are the core vertices of every body in space [m].
+    pub fn evaluate(
+        &mut self,
+        model: &Model,
+        membrane: &Membrane,
+        corners: &[Vec<Vec3>],
+        poses: &[Pose],
+    ) -> Result<(), TooClose> {
+        let mut positions = std::mem::take(&mut self.positions);
+        membrane.positions_into(&mut positions, poses);
+        self.positions = positions;
+        if !self.is_valid(model, poses) {
+            self.list(model, membrane, corners, poses);
+        }
+        let positions = &self.positions;
+        self.bodies.par_iter_mut().for_each(|list| {
+            let body = list.body;
+            list.evaluate(membrane, &model.shapes[body], &corners[body], &poses[body].position, positions);
+        });
+        for list in &self.bodies {
+            if list.nearest < CORE_FLOOR * list.radii {
+                let node = list.named.first().map_or(0, |&node| membrane.nodes[node as usize].body);
+                return Err(TooClose { a: list.body, b: node, distance: list.nearest });
+            }
+        }
+        Ok(())
+    }
+
+    /// Tangents of all active contacts in the configuration last evaluated.
+    pub fn update_tangents(&mut self, membrane: &Membrane, corners: &[Vec<Vec3>], poses: &[Pose]) {
+        let positions = &self.positions;
+        self.bodies.par_iter_mut().for_each(|list| {
+            let body = list.body;
+            list.tangents.clear();
+            for point in &list.points {
+                let site = &point.contact.site;
+                list.tangents.push(membrane::tangent(
+                    &membrane.contact,
+                    &point.contact,
+                    &poses[body].position,
+                    &site.on_a.map(|v| corners[body][v as usize]),
+                    &site.on_b.map(|n| positions[n as usize]),
+                ));
+            }
+        });
+    }
+
+    /// Energy of the contacts [J].
+    pub fn energy(&self) -> f64 {
+        self.bodies.iter().flat_map(|list| &list.points).map(|point| point.force.energy).sum()
+    }
+
+    /// The free node farthest from every node that presses on a body, and that distance [m]: about the
+    /// radius of the largest opening that the membrane spans.
+    pub fn widest_span(&self, membrane: &Membrane) -> (usize, f64) {
+        let mut rests = vec![false; self.positions.len()];
+        for point in self.bodies.iter().flat_map(|list| &list.points) {
+            point.contact.site.on_b.iter().for_each(|&n| rests[n as usize] = true);
+        }
+        (0..rests.len()).filter(|&n| membrane.is_glued(n)).for_each(|n| rests[n] = true);
+        let held: Vec<Vec3> =
+            self.positions.iter().zip(&rests).filter(|(_, r)| **r).map(|(x, _)| *x).collect();
+        let mut widest = (0, 0.0);
+        for node in (0..rests.len()).filter(|&n| !rests[n]) {
+            let x = self.positions[node];
+            let nearest = held.iter().map(|y| (y - x).norm()).fold(f64::INFINITY, f64::min);
+            if nearest > widest.1 {
+                widest = (node, nearest);
+            }
+        }
+        widest
+    }
+
+    /// The largest share of a step in which no node and body come closer than half their distance, and no
+    /// node leaves its lists; `travel` is how far each carrier goes [m].
+    pub fn largest_factor(&self, membrane: &Membrane, travel: &[f64]) -> f64 {
+        let farthest =
+            travel.iter().skip(travel.len() - membrane.free_nodes()).fold(0.0, |m: f64, &t| m.max(t));
+        let mut factor = (self.skin / farthest.max(f64::MIN_POSITIVE)).min(1.0);
+        for list in &self.bodies {
+            let of_nodes = list.named.iter().map(|&n| travel[membrane.nodes[n as usize].body]);
+            let both = travel[list.body] + of_nodes.fold(0.0, f64::max);
+            factor = factor.min(0.5 * list.nearest / both.max(f64::MIN_POSITIVE));
+        }
+        factor
+    }
+
+    fn is_valid(&self, model: &Model, poses: &[Pose]) -> bool {
+        let farthest = |moved: &mut dyn Iterator<Item = f64>| moved.fold(0.0, f64::max);
+        if self.listed_at.len() != self.positions.len() {
+            return false;
+        }
+        let nodes =
+            farthest(&mut self.positions.iter().zip(&self.listed_at).map(|(x, old)| (x - old).norm()));
+        let bodies = farthest(&mut model.shapes.iter().zip(poses).zip(&self.listed_poses).map(
+            |((shape, now), old)| {
+                // A chord c between unit quaternions turns by at most 2.1 c for turns up to a radian.
+                let (p, q) = (now.rotation.coords, old.rotation.coords);
+                let turn = (p - q).norm().min((p + q).norm());
+                (now.position - old.position).norm() + 2.1 * turn * shape.bounding_radius
+            },
+        ));
+        nodes + bodies <= self.skin
+    }
+
+    fn list(&mut self, model: &Model, membrane: &Membrane, corners: &[Vec<Vec3>], poses: &[Pose]) {
+        let smallest = model.smallest_rounding();
+        self.skin = SKIN * (smallest + membrane.rounding());
+        let positions = &self.positions;
+        let mut grid = BallGrid::new(2.0 * membrane.parameters.mesh_size);
+        for facet in &membrane.facets {
+            let x = facet.map(|n| positions[n]);
+            let centre = (x[0] + x[1] + x[2]) / 3.0;
+            let radius = x.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+            grid.push(Ball { centre, radius });
+        }
+        let skin = self.skin;
+        self.bodies = (0..model.bodies.len())
+            .into_par_iter()
+            .filter_map(|body| {
+                let shape = &model.shapes[body];
+                let radii = shape.rounded.radius + membrane.rounding();
+                let ball = Ball { centre: poses[body].position, radius: shape.bounding_radius };
+                let facets = grid.near(&ball, radii + skin);
+                let is_plate = model.bodies[body].kind == BodyKind::Plate;
+                let list = BodyContacts::list(
+                    (body, is_plate),
+                    membrane,
+                    shape,
+                    &corners[body],
+                    positions,
+                    &facets,
+                    skin,
+                );
+                (!list.named.is_empty()).then_some(list)
+            })
+            .collect();
+        self.listed_at.clone_from(positions);
+        self.listed_poses = poses[..model.bodies.len()].to_vec();
+    }
+}
+
+fn bounds(points: impl Iterator<Item = Vec3>, margin: f64) -> (Vec3, Vec3) {
+    let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let (low, high) = points.fold(start, |(low, high), p| (low.inf(&p), high.sup(&p)));
+    (low - Vec3::repeat(margin), high + Vec3::repeat(margin))
+}
+
+fn overlap(a: &(Vec3, Vec3), b: &(Vec3, Vec3)) -> bool {
+    (0..3).all(|k| a.0[k] <= b.1[k] && b.0[k] <= a.1[k])
+}
+
+impl BodyContacts {
+    fn list(
+        (body, is_plate): (usize, bool),
+        membrane: &Membrane,
+        shape: &ContactShape,
+        corners: &[Vec3],
+        positions: &[Vec3],
+        facets: &[usize],
+        skin: f64,
+    ) -> Self {
+        let core = &shape.rounded.core;
+        let radii = shape.rounded.radius + membrane.rounding();
+        let reach = radii + skin;
+        let around = bounds(corners.iter().copied(), reach);
+        // What is glued to a plate is beside it, not in contact with it.
+        let counts = |nodes: &[usize]| !(is_plate && nodes.iter().any(|&n| membrane.is_glued(n)));
+        let near: Vec<usize> = facets
+            .iter()
+            .copied()
+            .filter(|&f| {
+                let x = membrane.facets[f].map(|n| positions[n]);
+                overlap(&around, &bounds(x.into_iter(), 0.0))
+            })
+            .collect();
+
+        let mut nodes = Vec::new();
+        let mut candidates: Vec<usize> = near.iter().flat_map(|&f| membrane.facets[f]).collect();
+        candidates.sort_unstable();
+        candidates.dedup();
+        for &node in candidates.iter().filter(|&&node| counts(&[node])) {
+            let x = &positions[node];
+            if core.facets.is_empty() {
+                if (x - corners[0]).norm() < reach {
+                    nodes.push(NodeReach { node: node as u32, facets: Vec::new() });
+                }
+                continue;
+            }
+            if !overlap(&around, &(*x, *x)) {
+                continue;
+            }
+            let distances: Vec<f64> = core
+                .facets
+                .iter()
+                .map(|f| (closest_on_triangle(x, f.map(|v| &corners[v])).0 - x).norm())
+                .collect();
+            let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+            if nearest < reach {
+                let may_be_closest = |&f: &u32| distances[f as usize] <= nearest + 2.0 * skin;
+                let facets = (0..distances.len() as u32).filter(may_be_closest).collect();
+                nodes.push(NodeReach { node: node as u32, facets });
+            }
+        }
+
+        let (mut vertices, mut edges) = (Vec::new(), Vec::new());
+        for &f in near.iter().filter(|&&f| counts(&membrane.facets[f])) {
+            let x = membrane.facets[f].map(|n| positions[n]);
+            let boxed = bounds(x.into_iter(), reach);
+            for (v, p) in corners.iter().enumerate() {
+                if overlap(&boxed, &(*p, *p))
+                    && (closest_on_triangle(p, [&x[0], &x[1], &x[2]]).0 - p).norm() < reach
+                {
+                    vertices.push((v as u32, f as u32));
+                }
+            }
+        }
+        let mut own: Vec<u32> = near
+            .iter()
+            .flat_map(|&f| {
+                let [a, b, c] = membrane.facets[f];
+                [[a, b], [b, c], [c, a]].map(|[i, j]| [i.min(j), i.max(j)])
+            })
+            .filter(|edge| counts(edge))
+            .filter_map(|edge| membrane.edges.binary_search(&edge).ok().map(|e| e as u32))
+            .collect();
+        own.sort_unstable();
+        own.dedup();
+        let boxes: Vec<(Vec3, Vec3)> =
+            core.edges.iter().map(|edge| bounds(edge.vertices.iter().map(|&v| corners[v]), reach)).collect();
+        for &e in &own {
+            let [q0, q1] = membrane.edges[e as usize].map(|n| positions[n]);
+            let boxed = bounds([q0, q1].into_iter(), 0.0);
+            for (i, edge) in core.edges.iter().enumerate() {
+                if shape.edge_weight[i] == 0.0 || !overlap(&boxes[i], &boxed) {
+                    continue;
+                }
+                let [p0, p1] = edge.vertices.map(|v| corners[v]);
+                let (s, t) = closest_on_segments(&p0, &p1, &q0, &q1);
+                if ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm() < reach {
+                    edges.push((i as u32, e));
+                }
+            }
+        }
+        let mut named: Vec<u32> = nodes.iter().map(|n| n.node).collect();
+        named.extend(vertices.iter().flat_map(|&(_, f)| membrane.facets[f as usize].map(|n| n as u32)));
+        named.extend(edges.iter().flat_map(|&(_, e)| membrane.edges[e as usize].map(|n| n as u32)));
+        named.sort_unstable();
+        named.dedup();
+        BodyContacts {
+            body,
+            nodes,
+            vertices,
+            edges,
+            radii,
+            named,
+            points: Vec::new(),
+            tangents: Vec::new(),
+            nearest: f64::INFINITY,
+        }
+    }
+
+    fn evaluate(
+        &mut self,
+        membrane: &Membrane,
+        shape: &ContactShape,
+        corners: &[Vec3],
+        position: &Vec3,
+        positions: &[Vec3],
+    ) {
+        let BodyContacts { nodes, vertices, edges, radii, points, nearest, .. } = self;
+        let (core, radii) = (&shape.rounded.core, *radii);
+        points.clear();
+        *nearest = f64::INFINITY;
+        let mut add = |site: Site, sharpness: f64| {
+            let contact = MembraneContact { site, radii, sharpness };
+            let on_body = site.on_a.map(|v| corners[v as usize]);
+            let on_membrane = site.on_b.map(|n| positions[n as usize]);
+            let force = membrane::evaluate(&membrane.contact, &contact, position, &on_body, &on_membrane);
+            if force.pressure > 0.0 {
+                points.push(MembranePoint { contact, force });
+            }
+        };
+        for NodeReach { node, facets } in nodes.iter() {
+            let x = &positions[*node as usize];
+            let mut best = ((x - corners[0]).norm(), [0; 3], 1);
+            if !facets.is_empty() {
+                best.0 = f64::INFINITY;
+            }
+            for &f in facets {
+                let of_facet = core.facets[f as usize];
+                let (closest, spans) = closest_on_triangle(x, of_facet.map(|v| &corners[v]));
+                let distance = (closest - x).norm();
+                if distance < best.0 {
+                    let (piece, count) = spanned(of_facet.map(|v| v as u32), spans);
+                    best = (distance, piece, count);
+                }
+            }
+            *nearest = nearest.min(best.0);
+            if best.0 < radii {
+                let feature = Feature::VertexOfB(*node);
+                add(Site { feature, on_a: best.1, on_b: [*node; 3], count_a: best.2, count_b: 1 }, 1.0);
+            }
+        }
+        for &(v, f) in vertices.iter() {
+            let of_facet = membrane.facets[f as usize];
+            let p = &corners[v as usize];
+            let (closest, spans) = closest_on_triangle(p, of_facet.map(|n| &positions[n]));
+            let distance = (closest - p).norm();
+            *nearest = nearest.min(distance);
+            if distance < radii {
+                let (piece, count) = spanned(of_facet.map(|n| n as u32), spans);
+                let feature = Feature::VertexOfA(v);
+                add(Site { feature, on_a: [v; 3], on_b: piece, count_a: 1, count_b: count }, 1.0);
+            }
+        }
+        for &(i, e) in edges.iter() {
+            let [p, q] = core.edges[i as usize].vertices.map(|v| v as u32);
+            let [m, n] = membrane.edges[e as usize].map(|n| n as u32);
+            let ends = [p, q].map(|v| &corners[v as usize]);
+            let others = [m, n].map(|n| &positions[n as usize]);
+            let (s, t) = closest_on_segments(ends[0], ends[1], others[0], others[1]);
+            let between = (ends[0] + (ends[1] - ends[0]) * s) - (others[0] + (others[1] - others[0]) * t);
+            let distance = between.norm();
+            *nearest = nearest.min(distance);
+            let inside = |s: f64| s > 1e-12 && s < 1.0 - 1e-12;
+            if distance < radii && inside(s) && inside(t) {
+                let feature = Feature::Edges(i, e);
+                let site = Site { feature, on_a: [p, q, p], on_b: [m, n, m], count_a: 2, count_b: 2 };
+                add(site, shape.edge_weight[i as usize]);
+            }
+        }
+    }
+}
+
+/// The corners that span the feature a closest point lies on; unused places repeat the first.
+fn spanned(corners: [u32; 3], spans: [bool; 3]) -> ([u32; 3], u8) {
+    let mut piece = [0; 3];
+    let mut count = 0;
+    for k in 0..3 {
+        if spans[k] {
+            piece[count] = corners[k];
+            count += 1;
+        }
+    }
+    for k in count..3 {
+        piece[k] = piece[0];
+    }
+    (piece, count as u8)
+}

@@ -1,0 +1,159 @@
+//! The assembled stiffness against differences of the assembled forces.
+
+use super::*;
+use crate::contact::law::Friction;
+use crate::contact::{ContactLaw, ContactShape};
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::material::{Rubber, RubberLaw};
+use crate::model::membrane::Fastening;
+use crate::model::{Body, BodyKind, Committed, Membrane, MembraneParameters};
+use crate::tensor::Rotation;
+
+const ROUNDING: f64 = 1e-3;
+const HEIGHT: f64 = 0.06;
+const RADIUS: f64 = 0.03;
+
+fn block(kind: BodyKind, size: [f64; 3]) -> (Body, ContactShape) {
+    let nominal = Polyhedron::cuboid(size).expect("a box");
+    let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * ROUNDING)).expect("a box");
+    let body = Body {
+        name: "block".into(),
+        kind,
+        stiffness: 1e8,
+        friction: None,
+        mass: 1.0,
+        centre_of_mass: Vec3::zeros(),
+        rotation_scale: 0.02,
+        nominal,
+    };
+    (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+}
+
+/// A turned block between two plates in a membrane that its edges and corners press against.
+fn wrapped_block() -> (Model, Committed, Loads) {
+    // Half diagonal of the core in plan: the membrane's middle less the roundings and 0.15 mm of overlap.
+    let side = std::f64::consts::SQRT_2 * (RADIUS - 2e-3 + 1.5e-4) + 2.0 * ROUNDING;
+    let parts = [
+        block(BodyKind::Grain, [side, side, 0.7 * HEIGHT]),
+        block(BodyKind::Plate, [0.2, 0.2, 0.02]),
+        block(BodyKind::Plate, [0.2, 0.2, 0.02]),
+    ];
+    let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) = parts.into_iter().unzip();
+    let law = ContactLaw {
+        onset: 4e-6,
+        fade_length: 1e-3,
+        parallel_limit: 4e-3,
+        tangential_ratio: 0.9,
+        friction_blend: 0.05,
+    };
+    let mut poses = vec![
+        Pose::new(Vec3::new(0.0, 0.0, 0.5 * HEIGHT), Rotation::from_scaled_axis(Vec3::new(4e-3, 2e-3, 0.3))),
+        Pose::new(Vec3::new(0.0, 0.0, -0.01), Rotation::identity()),
+        Pose::new(Vec3::new(0.0, 0.0, HEIGHT + 0.01), Rotation::identity()),
+    ];
+    let parameters = MembraneParameters {
+        rubber: Rubber::new(0.45e6, RubberLaw::Gent { limit: 20.0 }).expect("allowed"),
+        thickness: 2e-3,
+        mesh_size: 0.012,
+        pressure: 2e5,
+    };
+    let fastening = |body: usize, height: f64| Fastening { body, pose: poses[body], height };
+    let fastenings = [fastening(1, 0.0), fastening(2, HEIGHT)];
+    let (membrane, cover, nodes) =
+        Membrane::new(&parameters, 0.98 * RADIUS, RADIUS, &fastenings, 3, &law).expect("a membrane");
+    poses.extend(nodes);
+    let mut loads = Loads::none(3);
+    loads.prescribed[1] = [true; 6];
+    loads.prescribed[2] = [true, true, false, true, true, true];
+    loads.free_nodes(membrane.free_nodes());
+    loads.pressure = 2e5;
+    let friction = Friction::constant(0.5);
+    let model = Model { bodies, shapes, law, friction, cover: Some(cover), membrane: Some(membrane) };
+    (model, Committed::new(poses), loads)
+}
+
+fn forces_at(
+    model: &Model,
+    committed: &Committed,
+    loads: &Loads,
+    dofs: &Dofs,
+    step: &[f64],
+    factor: f64,
+) -> (Vec<f64>, Contacts, Vec<Pose>) {
+    let mut poses = committed.poses.clone();
+    dofs.move_into(&mut poses, &committed.poses, step, factor);
+    let mut contacts = Contacts::default();
+    contacts.start(model, committed);
+    contacts.evaluate(model, committed, &poses).expect("far enough apart");
+    let mut residual = Vec::new();
+    residual_into(&mut residual, model, dofs, &contacts, loads, &poses);
+    (residual, contacts, poses)
+}
+
+/// A motion without pattern, the same on every machine.
+fn motion(count: usize, seed: usize) -> Vec<f64> {
+    (0..count).map(|k| ((k * 7919 + seed * 104_729 + 13) % 1009) as f64 / 1009.0 - 0.5).collect()
+}
+
+#[test]
+fn membrane_stiffness_is_derivative_of_its_forces() {
+    let (model, committed, loads) = wrapped_block();
+    let dofs = Dofs::new(&model, &loads);
+    // Off the symmetric start, so that no term vanishes by chance.
+    let start = motion(dofs.count(), 1);
+    let (_, mut contacts, poses) = forces_at(&model, &committed, &loads, &dofs, &start, 2e-4);
+    let touching: usize = contacts.membrane.bodies.iter().map(|list| list.points.len()).sum();
+    assert!(touching > 8, "{touching} contacts");
+    contacts.update_tangents(&model, &poses);
+    let membrane = model.membrane.as_ref().expect("there");
+    let cover = model.cover.as_ref().expect("there");
+    let couplings = cover
+        .coupled_bodies()
+        .map(|[a, b]| (a, b))
+        .chain(membrane_couplings(membrane, &contacts))
+        .chain(contacts.pairs.iter().map(|p| (p.a(), p.b())));
+    let pattern = BlockPattern::new(&dofs, couplings);
+    let mut values = vec![0.0; pattern.entries()];
+    contact_stiffness_into(&mut values, &pattern, &dofs, &contacts);
+    cover_stiffness_into(&mut values, &model, &pattern, &dofs, &loads, &poses);
+    membrane_stiffness_into(&mut values, &model, &pattern, &dofs, &contacts);
+    let at = Committed { poses, ..committed };
+    for seed in 2..6 {
+        let direction = motion(dofs.count(), seed);
+        let h = 1e-8;
+        let (plus, ..) = forces_at(&model, &at, &loads, &dofs, &direction, h);
+        let (minus, ..) = forces_at(&model, &at, &loads, &dofs, &direction, -h);
+        let mut product = vec![0.0; dofs.count()];
+        for (column, d) in direction.iter().enumerate() {
+            let range = pattern.pattern.column_starts[column]..pattern.pattern.column_starts[column + 1];
+            for k in range {
+                product[pattern.pattern.rows[k]] += values[k] * d;
+            }
+        }
+        let scale = membrane.contact.stiffness;
+        for (i, exact) in product.iter().enumerate() {
+            let difference = (minus[i] - plus[i]) / (2.0 * h);
+            // Contacts are stiffest; differences of their force are good to 1e-5 of that stiffness.
+            assert!((difference - exact).abs() < 1e-5 * scale, "unknown {i}: {difference} {exact}");
+        }
+    }
+}
+
+#[test]
+fn membrane_contacts_and_sheet_have_no_resultant() {
+    let (model, committed, loads) = wrapped_block();
+    let dofs = Dofs::new(&model, &loads);
+    let (_, contacts, poses) = forces_at(&model, &committed, &loads, &dofs, &motion(dofs.count(), 1), 2e-4);
+    let membrane = model.membrane.as_ref().expect("there");
+    let mut wrenches = vec![Vector6::zeros(); model.carriers()];
+    membrane_forces_into(&mut wrenches, membrane, &contacts, &poses);
+    let (mut force, mut moment, mut largest) = (Vec3::zeros(), Vec3::zeros(), 0.0f64);
+    for (wrench, pose) in wrenches.iter().zip(&poses) {
+        let own = Vec3::new(wrench[0], wrench[1], wrench[2]);
+        force += own;
+        moment += pose.position.cross(&own) + Vec3::new(wrench[3], wrench[4], wrench[5]);
+        largest = largest.max(own.norm());
+    }
+    assert!(largest > 1.0);
+    assert!(force.norm() < 1e-11 * largest && moment.norm() < 1e-12 * largest, "{force:?} {moment:?}");
+}
