@@ -24,6 +24,7 @@ fn block(kind: BodyKind, size: [f64; 3]) -> (Body, ContactShape) {
         mass: 1.0,
         centre_of_mass: Vec3::zeros(),
         rotation_scale: 0.02,
+        grain: None,
         nominal,
     };
     (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
