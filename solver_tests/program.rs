@@ -230,7 +230,7 @@ fn bad_input_names_every_fault() {
 fn what_cannot_be_run_yet_is_refused() {
     let place = Place::new();
     for (pointer, path) in [
-        (r#"/membrane={"kind": "rubber"}"#, "$.membrane.kind"),
+        (r#"/membrane={"kind": "rigid_wall"}"#, "$.membrane.kind"),
         ("/solver/fidelity=full", "$.solver.fidelity"),
     ] {
         let (_, stderr) = place.ends_with(2, &["run", "tiny.json", "--set", pointer]);

@@ -154,7 +154,15 @@ impl Contacts {
             put(pair.a(), spot.on_a, -on_b);
             put(pair.b(), spot.on_b, on_b);
         }
-        if let Some(cover) = &model.cover
+        for list in &self.membrane.bodies {
+            for point in &list.points {
+                let force = Vec3::from_column_slice(&point.force.on_body[..3]);
+                let at = poses[list.body].to_body(&point.force.point);
+                put(list.body, model.bodies[list.body].grain.as_ref().map(|grain| grain.locate(&at)), force);
+            }
+        }
+        // Under a membrane the cover's nodes are the membrane's.
+        if let (Some(cover), None) = (&model.cover, &model.membrane)
             && model.has_condensed()
         {
             let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
