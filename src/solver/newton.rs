@@ -134,7 +134,7 @@ impl<'a> Newton<'a> {
     }
 
     /// The Newton step for `held`, or `None` where the matrix is singular.
-    pub fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
+    pub(super) fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
         let start = std::time::Instant::now();
         self.contacts.update_tangents(self.model, &self.poses);
         self.times.tangents += start.elapsed().as_secs_f64();
@@ -194,7 +194,7 @@ impl<'a> Newton<'a> {
 
     /// The largest share of `step` that moves no body further than the cap, nor any pair further
     /// than half its cores' distance (so that nothing can pass through).
-    pub fn largest_factor(&self, step: &[f64]) -> f64 {
+    pub(super) fn largest_factor(&self, step: &[f64]) -> f64 {
         let reach: Vec<f64> = (0..self.dofs.bodies())
             .map(|i| {
                 let (translation, rotation) = self.dofs.motion(step, 1.0, i);
@@ -297,14 +297,14 @@ impl<'a> Newton<'a> {
         end
     }
 
-    pub fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
+    pub(super) fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
         self.poses = poses;
         self.away = away;
         self.evaluate();
     }
 
     /// Moves to `from + factor * step` and evaluates; `None` if bodies are too close there.
-    pub fn try_step(
+    pub(super) fn try_step(
         &mut self,
         from: &(Vec<Pose>, Vec<f64>),
         step: &[f64],

@@ -118,3 +118,115 @@ impl Rig {
         text
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::Contacts;
+    use crate::contact::law::Friction;
+    use crate::contact::{ContactLaw, ContactShape};
+    use crate::geometry::{Polyhedron, RoundedBody};
+    use crate::material::RubberLaw;
+    use crate::model::{Body, Committed, Model};
+    use crate::solver::Settings;
+    use crate::tensor::{Pose, Rotation};
+
+    const ROUNDING: f64 = 1e-3;
+    const HEIGHT: f64 = 0.06;
+    const SIDE: f64 = 0.05;
+
+    /// A square prism that leaves an opening of `gap` [m] below the top plate.
+    fn prism_between_plates(gap: f64) -> Rig {
+        let block = |name: &str, kind: BodyKind, size: [f64; 3], z: f64| {
+            let nominal = Polyhedron::cuboid(size).expect("a box");
+            let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * ROUNDING)).expect("a box");
+            let body = Body {
+                name: name.into(),
+                kind,
+                stiffness: if kind == BodyKind::Plate { f64::INFINITY } else { 1e8 },
+                friction: None,
+                mass: 0.0,
+                centre_of_mass: Vec3::zeros(),
+                rotation_scale: 0.02,
+                grain: None,
+                nominal,
+            };
+            let shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });
+            (body, shape, Pose::new(Vec3::new(0.0, 0.0, z), Rotation::identity()))
+        };
+        let tall = HEIGHT - gap;
+        let parts = [
+            block("prism", BodyKind::Grain, [SIDE, SIDE, tall], 0.5 * tall),
+            block("bottom plate", BodyKind::Plate, [0.3, 0.3, 0.02], -0.01),
+            block("top plate", BodyKind::Plate, [0.3, 0.3, 0.02], HEIGHT + 0.01),
+        ];
+        let law = ContactLaw {
+            onset: 4e-6,
+            fade_length: ROUNDING,
+            parallel_limit: 4e-3,
+            tangential_ratio: 0.9,
+            friction_blend: 0.05,
+        };
+        let (mut bodies, mut shapes, mut poses) = (vec![], vec![], vec![]);
+        for (body, shape, pose) in parts {
+            bodies.push(body);
+            shapes.push(shape);
+            poses.push(pose);
+        }
+        let friction = Friction::constant(0.5);
+        Rig {
+            model: Model { bodies, shapes, law, friction, cover: None, membrane: None },
+            committed: Committed::new(poses),
+            contacts: Contacts::default(),
+            settings: Settings::default(),
+            bottom: 1,
+            top: 2,
+            solid_volume: SIDE * SIDE * tall,
+            pressure: 0.0,
+        }
+    }
+
+    fn laid(gap: f64, shear_modulus: f64, pressure: f64) -> (Rig, Drape) {
+        let mut rig = prism_between_plates(gap);
+        let rubber = Rubber::new(shear_modulus, RubberLaw::NeoHookean).expect("allowed");
+        let sheet = RubberSheet { rubber, thickness: 2e-3, mesh_size: Some(7e-3), pressure };
+        rig.wrap(&sheet, 1.2 * SIDE).expect("a membrane");
+        let laid = rig.lay_membrane(pressure).expect("clear of the prism");
+        (rig, laid)
+    }
+
+    /// Scene 14 of the ladder: a strip open by 15 mm. A thin membrane under 0.8 MPa says what it cannot do;
+    /// a stiff one spans the opening and rests on the prism.
+    #[test]
+    fn membrane_over_an_opening_holds_or_says_that_it_cannot() {
+        let (rig, soft) = laid(0.015, 0.45e6, 0.8e6);
+        assert!(!soft.converged, "{soft:?}");
+        let text = rig.membrane_trouble(0.8e6);
+        for part in ["cannot bridge", "G = 0.45 MPa", "0.80 MPa press", "up to a radius of 1.4 mm", "Ways out"] {
+            assert!(text.contains(part), "{part}: {text}");
+        }
+        let (rig, stiff) = laid(0.015, 45e6, 0.8e6);
+        assert!(stiff.converged, "{} at {}", stiff.out_of_balance, stiff.worst);
+        let membrane = rig.model.membrane.as_ref().expect("there");
+        let measures = membrane.measures(&rig.contacts.membrane.positions);
+        assert!(measures.largest_stretch < 1.5 && rig.contacts.membrane.energy() > 0.0, "{measures:?}");
+        assert!(!rig.membrane_trouble(0.8e6).contains("cannot"));
+    }
+
+    /// What the membrane and the pressure exert on a held body is in balance with what they exert on the
+    /// plates: the rubber itself is weightless.
+    #[test]
+    fn laid_membrane_hands_on_what_presses_on_it() {
+        let (rig, stiff) = laid(0.002, 2e6, 0.2e6);
+        assert!(stiff.converged);
+        let (model, poses) = (&rig.model, &rig.committed.poses);
+        let mut wrenches = vec![crate::tensor::Vector6::zeros(); model.carriers()];
+        model.cover.as_ref().expect("there").loads_into(&mut wrenches, poses, 0.2e6);
+        let membrane = model.membrane.as_ref().expect("there");
+        crate::assembly::membrane_forces_into(&mut wrenches, membrane, &rig.contacts, poses);
+        let on_bodies: crate::tensor::Vector6<f64> = wrenches[..3].iter().sum();
+        let plate = wrenches[2].fixed_rows::<3>(0).norm();
+        // Nodes are balanced to 1e-2 of their load, some 400 of them: far below the force on a plate.
+        assert!(on_bodies.fixed_rows::<3>(0).norm() < 1e-2 * plate, "{on_bodies:?}");
+    }
+}
