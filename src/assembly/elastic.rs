@@ -15,7 +15,7 @@ use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
 use crate::grain::SurfacePoint;
-use crate::model::{Committed, Loads, Model};
+use crate::model::{Committed, Loads, Model, PressureCover};
 use crate::tensor::{Pose, Vec3};
 
 /// Displacement of the surface nodes of a body in its own frame [m]; empty for a rigid body.
@@ -239,7 +239,9 @@ impl Contacts {
     /// By how much the elastic displacements gained since the last accepted increment change the
     /// volume under the cover [m^3], which moves with the grains' frames.
     pub fn elastic_volume(&self, model: &Model, committed: &Committed, poses: &[Pose]) -> f64 {
-        let Some(cover) = model.cover.as_ref().filter(|_| model.has_condensed()) else { return 0.0 };
+        // A membrane's nodes go with no grain.
+        let glued = |_: &&PressureCover| model.has_condensed() && model.membrane.is_none();
+        let Some(cover) = model.cover.as_ref().filter(glued) else { return 0.0 };
         let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
         cover.node_forces_into(&mut forces, poses, 1.0);
         let mut volume = 0.0;
