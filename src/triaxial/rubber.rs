@@ -202,7 +202,9 @@ mod tests {
         let (rig, soft) = laid(0.015, 0.45e6, 0.8e6);
         assert!(!soft.converged, "{soft:?}");
         let text = rig.membrane_trouble(0.8e6);
-        for part in ["cannot bridge", "G = 0.45 MPa", "0.80 MPa press", "up to a radius of 1.4 mm", "Ways out"] {
+        for part in
+            ["cannot bridge", "G = 0.45 MPa", "0.80 MPa press", "up to a radius of 1.4 mm", "Ways out"]
+        {
             assert!(text.contains(part), "{part}: {text}");
         }
         let (rig, stiff) = laid(0.015, 45e6, 0.8e6);
