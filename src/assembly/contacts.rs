@@ -235,6 +235,7 @@ impl Default for Contacts {
 impl Contacts {
     /// Starts an increment from the committed memory.
     pub fn start(&mut self, model: &Model, committed: &Committed) {
+        self.membrane.start();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
         for pair in &mut self.pairs {

@@ -61,6 +61,11 @@ pub struct MembraneContacts {
 }
 
 impl MembraneContacts {
+    /// Forgets the lists, so that an increment depends on nothing but the committed state.
+    pub fn start(&mut self) {
+        self.listed_at.clear();
+    }
+
     /// Evaluates every contact; `corners` are the core vertices of every body in space [m].
     pub fn evaluate(
         &mut self,
