@@ -51,7 +51,7 @@ pub fn drape(increment: &Increment<'_>, contacts: &mut Contacts) -> Option<Drape
     let mut converged = false;
     for _ in 0..MOST_ITERATIONS {
         converged = newton.dofs.largest_force(&newton.residual).0 < TOLERANCE * reference;
-        if converged || weight > WEIGHTS[1] {
+        if converged || weight > WEIGHTS[1] || settings.stop.is_raised() {
             break;
         }
         newton.counters.newton_iterations += 1;
