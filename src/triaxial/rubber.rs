@@ -5,7 +5,6 @@ use crate::material::Rubber;
 use crate::model::membrane::Fastening;
 use crate::model::{BodyKind, Membrane, MembraneParameters};
 use crate::solver::{Drape, Increment, drape};
-use crate::tensor::Vec3;
 use crate::triaxial::rig::Rig;
 
 /// A rubber membrane as the case asks for it.
@@ -88,20 +87,24 @@ impl Rig {
     pub fn membrane_trouble(&self, pressure: f64) -> String {
         let Some(membrane) = &self.model.membrane else { return String::new() };
         let contacts = &self.contacts.membrane;
-        let (node, span) = contacts.widest_span(membrane);
-        let at = contacts.positions.get(node).copied().unwrap_or_else(Vec3::zeros);
+        let (node, seen) = contacts.widest_span(membrane);
         let stretch = membrane.measures(&contacts.positions).largest_stretch;
-        let MembraneParameters { rubber, thickness, .. } = membrane.parameters;
+        let MembraneParameters { rubber, thickness, mesh_size, .. } = membrane.parameters;
+        // Openings between nodes that all rest on something are not seen: half an edge is as fine as it gets.
+        let span = seen.max(0.5 * mesh_size);
         let holds = rubber.balloon_limit(thickness, span);
         let bridges = rubber.balloon_limit(thickness, 1.0) / pressure;
-        let mut text = format!(
-            "its widest opening, at ({:.1}, {:.1}, {:.1}) mm, has a radius of about {:.1} mm; the largest stretch \
-             is {stretch:.2}",
-            1e3 * at.x,
-            1e3 * at.y,
-            1e3 * at.z,
-            1e3 * span
-        );
+        let mut text = match contacts.positions.get(node).filter(|_| seen > 0.0) {
+            Some(at) => format!(
+                "its widest opening, at ({:.1}, {:.1}, {:.1}) mm, has a radius of about {:.1} mm",
+                1e3 * at.x,
+                1e3 * at.y,
+                1e3 * at.z,
+                1e3 * span
+            ),
+            None => format!("its openings are finer than its mesh, {:.1} mm in radius", 1e3 * span),
+        };
+        text += &format!("; the largest stretch is {stretch:.2}");
         if holds < pressure {
             text += &format!(
                 ". The membrane cannot bridge that: {:.1} mm of rubber with G = {:.2} MPa hold {:.3} MPa there (limit \
@@ -129,7 +132,7 @@ mod tests {
     use crate::material::RubberLaw;
     use crate::model::{Body, Committed, Model};
     use crate::solver::Settings;
-    use crate::tensor::{Pose, Rotation};
+    use crate::tensor::{Pose, Rotation, Vec3};
 
     const ROUNDING: f64 = 1e-3;
     const HEIGHT: f64 = 0.06;
