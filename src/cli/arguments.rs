@@ -10,6 +10,7 @@ Examples:
   riprap check cases/quick_start.json               what is wrong with a case, or what it would build
   riprap run my.json --set '/stages/0/pressure=0.4 MPa' --out p0400.h5
   riprap info cases/results/quick_start.h5          what is in a results file
+  riprap report cases/results/quick_start.h5 --out report
   riprap schema > riprap.schema.json                for editors that complete and check JSON
 
 Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 stopped short of the case's end,
@@ -36,6 +37,9 @@ pub enum Command {
     Info(Info),
     /// Export a results file
     Export(Export),
+    /// Draw charts and pictures of results files, with one page that holds them all
+    #[command(after_help = REPORT_EXAMPLES)]
+    Report(Report),
     /// Print the JSON Schema of case files
     Schema,
 }
@@ -54,6 +58,15 @@ const CHECK_EXAMPLES: &str = "\
 Examples:
   riprap check cases/quick_start.json
   riprap check cases/quick_start.json --full        every value in force, defaults included";
+
+const REPORT_EXAMPLES: &str = "\
+Examples:
+  riprap report run.h5 --out report                 charts (SVG, PNG) and report/report.html
+  riprap report p0400.h5 p0800.h5 --out report --lab measured.csv
+
+The table of --lab has a header line that names its columns with their units:
+  curve, axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]
+`curve` tells several curves apart; one of the last two columns is enough; compression counts positive.";
 
 #[derive(Debug, Args)]
 pub struct CaseInput {
@@ -139,6 +152,19 @@ pub struct Export {
     /// Writes the fields as a .vtu series into this directory (not built yet)
     #[arg(long, value_name = "DIR")]
     pub vtu: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct Report {
+    /// Results files; several are overlaid
+    #[arg(value_name = "FILE.h5", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Where charts and report.html go
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Laboratory curves to overlay
+    #[arg(long = "lab", value_name = "CURVES.csv")]
+    pub laboratory: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -6,13 +6,14 @@ use std::time::Duration;
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::linalg;
+use crate::report::write_report;
 use crate::results::{Existing, Reader, Summary, write_history_csv};
 use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 
-use super::arguments::{CaseInput, Check, Export, Info, Run, Specimen, Target};
+use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target};
 use super::exit::{Ending, Failure};
 use super::progress::Progress;
-use super::{complain, interrupt, say};
+use super::{complain, interrupt, note, say};
 
 type Ended = Result<Ending, Failure>;
 
@@ -108,6 +109,15 @@ pub fn export(arguments: &Export) -> Ended {
     write_history_csv(&reader, &mut output, &target)?;
     std::io::Write::flush(&mut output).map_err(|e| Error::io("write", &target, e))?;
     say(&target.display().to_string());
+    Ok(Ending::Done)
+}
+
+pub fn report(arguments: &Report) -> Ended {
+    let written = write_report(&arguments.files, arguments.laboratory.as_deref(), &arguments.out)?;
+    for remark in &written.remarks {
+        note(&format!("riprap: {remark}"));
+    }
+    say(&written.page.display().to_string());
     Ok(Ending::Done)
 }
 

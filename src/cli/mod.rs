@@ -33,6 +33,7 @@ pub fn main() -> ExitCode {
         Command::Specimen(specimen) => commands::specimen(specimen),
         Command::Info(info) => commands::info(info),
         Command::Export(export) => commands::export(export),
+        Command::Report(report) => commands::report(report),
         Command::Schema => commands::schema(),
     };
     match ended {
