@@ -28,5 +28,6 @@ pub mod scene;
 pub mod results;
 pub mod report;
 pub mod case;
+pub mod study;
 pub mod simulation;
 pub mod cli;

@@ -15,7 +15,7 @@ use super::exit::{Ending, Failure};
 use super::progress::Progress;
 use super::{complain, interrupt, note, say};
 
-type Ended = Result<Ending, Failure>;
+pub type Ended = Result<Ending, Failure>;
 
 pub fn run(arguments: &Run) -> Ended {
     if arguments.resume {
@@ -127,7 +127,7 @@ pub fn schema() -> Ended {
 }
 
 /// The case as given, overrides applied, and checked.
-fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
+pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
     let mut source = read(&input.case).map_err(Failure::of_input)?;
     let (mut overrides, mut faults) = (Vec::new(), Vec::new());
     for argument in input.overrides.iter().chain(&extra) {
