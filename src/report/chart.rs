@@ -391,12 +391,15 @@ fn name_inside(drawing: &mut Drawing, layer: &Layer, place: &impl Fn(&[f64; 2]) 
         (bottom - top, 0.5 * (top + bottom))
     };
     let (from, to) = (first.0[0] + half, last.0[0] - half);
+    let middle = 0.5 * (from + to);
+    // Nearly as thick will do, if it is nearer to the middle.
+    let merit = |thick: f64, x: f64| thick.min(60.0) - 0.02 * (x - middle).abs();
     let best = (0..=40)
         .map(|k| from + (to - from) * f64::from(k) / 40.0)
         .filter(|&x| x >= from && x <= to)
         .map(|x| (room(x), x))
         .filter(|((thick, _), _)| thick.is_finite())
-        .max_by(|a, b| a.0.0.total_cmp(&b.0.0));
+        .max_by(|a, b| merit(a.0.0, a.1).total_cmp(&merit(b.0.0, b.1)));
     if let Some(((thick, y), x)) = best
         && thick >= 17.0
     {

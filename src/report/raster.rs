@@ -89,7 +89,7 @@ pub fn picture(
     }
     let lights: [(Vec3, f64); 2] =
         [(Vec3::new(-0.55, 0.65, 0.60).normalize(), 0.70), (Vec3::new(0.90, 0.15, 0.35).normalize(), 0.26)];
-    let radius = 0.016 * height as f64;
+    let looks = looks(0.016 * height as f64);
     let shown = |x: isize, y: isize| -> Option<&Pixel> {
         let inside = x >= 0 && y >= 0 && x < width as isize && y < height as isize;
         inside.then(|| &pixels[y as usize * width + x as usize])
@@ -111,7 +111,7 @@ pub fn picture(
                     1.0
                 } else {
                     let lit: f64 = lights.iter().map(|(l, strength)| strength * normal.dot(l).max(0.0)).sum();
-                    let hidden = hidden(pixel, normal, [x, y], radius, &shown);
+                    let hidden = hidden(pixel, normal, [x, y], &looks, &shown);
                     (AMBIENT + lit) * (1.0 - 0.85 * hidden.powf(0.8))
                 };
                 let own = owner(pixel);
@@ -163,30 +163,45 @@ fn fill(pixels: &mut [Pixel], [width, height]: [usize; 2], number: u32, p: &[Vec
     }
 }
 
+/// Where one looks about a pixel [px].
+#[derive(Debug, Clone, Copy, Default)]
+struct Look {
+    right: isize,
+    up: isize,
+    reach: f64,
+}
+
+/// Looks up to `radius` [px]; the golden angle spreads any number of them evenly.
+fn looks(radius: f64) -> [Look; LOOKS] {
+    std::array::from_fn(|look| {
+        let reach = radius * ((look + 1) as f64 / LOOKS as f64).powf(1.2);
+        let angle = 2.399_963 * look as f64;
+        let [right, up] = [angle.cos(), angle.sin()].map(|part| (reach * part).round() as isize);
+        Look { right, up, reach }
+    })
+}
+
 /// How much of the sky over a pixel its neighbours hide, 0 to 1: what stands out of the pixel's own plane.
 fn hidden<'a>(
     pixel: &Pixel,
     normal: &Vec3,
     [x, y]: [usize; 2],
-    radius: f64,
+    looks: &[Look; LOOKS],
     shown: &impl Fn(isize, isize) -> Option<&'a Pixel>,
 ) -> f64 {
     let steep = normal.z.max(0.2);
     let mut sum = 0.0;
-    for look in 0..LOOKS {
-        let reach = radius * ((look + 1) as f64 / LOOKS as f64).powf(1.2);
-        // The golden angle spreads any number of looks evenly.
-        let angle = 2.399_963 * look as f64;
-        let (dx, dy) = ((reach * angle.cos()).round(), (reach * angle.sin()).round());
-        let Some(there) = shown(x as isize + dx as isize, y as isize - dy as isize) else { continue };
+    let farthest = looks[LOOKS - 1].reach;
+    for look in looks {
+        let Some(there) = shown(x as isize + look.right, y as isize - look.up) else { continue };
         if there.depth == f64::NEG_INFINITY {
             continue;
         }
-        let plane = pixel.depth - (normal.x * dx + normal.y * dy) / steep;
+        let plane = pixel.depth - (normal.x * look.right as f64 + normal.y * look.up as f64) / steep;
         let above = there.depth - plane;
         // Distant things in front of a pixel do not darken it.
-        if above < 3.0 * radius {
-            sum += (above / (0.5 * reach + 1.0)).clamp(0.0, 1.0);
+        if above < 3.0 * farthest {
+            sum += (above / (0.5 * look.reach + 1.0)).clamp(0.0, 1.0);
         }
     }
     sum / LOOKS as f64
