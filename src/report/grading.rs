@@ -1,7 +1,8 @@
 //! Gradings: mass passing over sieve size, asked, achieved and, where grains broke, after the test.
 //!
-//! What broke is read from `/breakage`: `size` [m] with the shares of the mass finer than it, `passing_before` and
-//! `passing_after` [1].
+//! What broke is read from `/breakage/grading`: `size` [m] with the shares of the mass finer than it, `passing_before` and
+//! `passing_after` [1]. Those sizes are of square openings; a generated grain's own is the intermediate diameter of its
+//! ellipsoid, so that the two need not agree.
 
 use crate::error::Result;
 use crate::results::Reader;
@@ -39,14 +40,34 @@ pub fn gradings(run: &Run) -> Result<Vec<(&'static str, Grading)>> {
 }
 
 fn broken(reader: &Reader, name: &str) -> Result<Option<Grading>> {
-    let place = format!("breakage/{name}");
-    if !reader.has("breakage/size") || !reader.has(&place) {
+    let place = format!("breakage/grading/{name}");
+    if !reader.has("breakage/grading/size") || !reader.has(&place) {
         return Ok(None);
     }
-    let (sizes, shares) = (reader.floats("breakage/size")?, reader.floats(&place)?);
+    let (sizes, shares) = (reader.floats("breakage/grading/size")?, reader.floats(&place)?);
     let mut points: Grading = sizes.into_iter().zip(shares).map(|(size, share)| [size, share]).collect();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     Ok(Some(points))
+}
+
+/// Indices of breakage that the file has, each with its name.
+pub fn indices(run: &Run) -> Result<Vec<(&'static str, f64)>> {
+    let mut found = Vec::new();
+    for (dataset, name) in [
+        ("marsal", "Marsal's B_g"),
+        ("hardin", "Hardin's B_r"),
+        ("einav", "Einav's B"),
+        ("crushed_share", "crushed share of the solids"),
+        ("fragments", "fragments"),
+    ] {
+        let place = format!("breakage/{dataset}");
+        if run.reader.has(&place)
+            && let Some(&value) = run.reader.floats(&place)?.first()
+        {
+            found.push((name, value));
+        }
+    }
+    Ok(found)
 }
 
 /// Mass passing over size of grains, each grain a step: at its size all of it has passed.

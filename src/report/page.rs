@@ -6,6 +6,7 @@ use crate::error::Result;
 
 use super::axis::short;
 use super::cost::Cost;
+use super::grading;
 use super::run::Run;
 
 /// A part of the page.
@@ -184,6 +185,9 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
             line("volume strain there", format!("{} %", of(&shearing.volumetric_strain, 100.0)));
             line("q there", format!("{} MPa", of(&shearing.deviatoric_stress, 1e-6)));
         }
+    }
+    for (name, value) in grading::indices(run)? {
+        line(name, short(value));
     }
     line("increments", cost.increments.to_string());
     let each =
