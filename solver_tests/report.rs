@@ -375,3 +375,49 @@ fn a_member_that_fails_is_told_and_the_others_are_run() {
         "{stderr}"
     );
 }
+
+/// The fitting recipe returns the parameters of curves that the model itself makes. Their points are 2000 to a curve, so
+/// that interpolation between them is good to 1e-6.
+#[test]
+fn duncan_chang_parameters_of_synthetic_curves_are_found() {
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts");
+    let program = r#"
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy
+from fit_duncan_chang import ATMOSPHERE, Curve, fit
+given = {"K": 1200, "n": 0.45, "Rf": 0.78, "Kb": 600, "m": 0.2, "phi0 [deg]": 52, "dphi [deg]": 9}
+curves = []
+for pressure in (0.4e6, 0.8e6, 1.6e6, 2.5e6):
+    ratio = pressure / ATMOSPHERE
+    angle = numpy.radians(given["phi0 [deg]"] - given["dphi [deg]"] * numpy.log10(ratio))
+    strength = 2 * pressure * numpy.sin(angle) / (1 - numpy.sin(angle))
+    modulus = given["K"] * ATMOSPHERE * ratio ** given["n"]
+    bulk = given["Kb"] * ATMOSPHERE * ratio ** given["m"]
+    strain = numpy.linspace(0, strength / modulus / (1 - given["Rf"]), 2000)
+    q = strain / (1 / modulus + given["Rf"] * strain / strength)
+    curves.append(Curve(pressure, strain, q, q / 3 / bulk))
+_, found = fit(curves)
+assert found.keys() == given.keys(), found
+for name, value in given.items():
+    assert abs(found[name] / value - 1) < 1e-6, (name, value, found[name])
+print("found")
+"#;
+    // Needs numpy and h5py. Where they cannot be had the test is skipped with the reason, but never in CI.
+    let environment = Command::new("sh").arg(scripts.join("python_env")).output().expect("sh runs");
+    if !environment.status.success() {
+        let reason = String::from_utf8_lossy(&environment.stderr).trim().to_string();
+        assert!(std::env::var("CI").as_deref() != Ok("true"), "CI needs Python: {reason}");
+        eprintln!("SKIPPED: {reason}");
+        return;
+    }
+    let python = String::from_utf8_lossy(&environment.stdout).trim().to_string();
+    let output = Command::new(python)
+        .args(["-c", program])
+        .arg(&scripts)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .output()
+        .expect("Python starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && output.stdout.starts_with(b"found"), "{said}");
+}
