@@ -64,7 +64,7 @@ def read_curve(path):
         if consolidated:
             # The last row of the consolidation is the zero of the strains.
             strain[0] = volume[0] = 0
-        return Curve(float(numpy.median(column("confining_pressure"))), strain, q, volume, results.title or path)
+        return Curve(float(numpy.median(column("confining_pressure"))), strain, q, volume, path)
 
 
 def hyperbola(curve):

@@ -85,10 +85,11 @@ impl Scale {
         // The data end inside the panel, not on its edge.
         let room = 0.04 * (high - low);
         if axis.low.is_none() {
-            low = if low >= 0.0 && low <= room { 0.0 } else { low - room };
+            // What rounding leaves below zero is no reason to leave it.
+            low = if low >= -0.01 * room && low <= room { 0.0 } else { low - room };
         }
         if axis.high.is_none() {
-            high = if high <= 0.0 && high >= -room { 0.0 } else { high + room };
+            high = if high <= 0.01 * room && high >= -room { 0.0 } else { high + room };
         }
         let first = (low / step - 1e-6).ceil();
         let last = (high / step + 1e-6).floor();

@@ -343,7 +343,9 @@ impl Panel {
                 }
             }
         }
-        for layer in &self.layers {
+        // Where there are curves a name would lie on one.
+        let curves = self.layers.iter().any(|layer| matches!(layer, Layer::Curve { .. }));
+        for layer in self.layers.iter().filter(|_| !curves) {
             name_inside(drawing, layer, &place);
         }
         let axis = Stroke { width: 1.2, ..Stroke::thin(AXIS) };
