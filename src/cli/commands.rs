@@ -6,15 +6,16 @@ use std::time::Duration;
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::linalg;
+use crate::report::write_report;
 use crate::results::{Existing, Reader, Summary, write_history_csv, write_vtu_series};
 use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 
-use super::arguments::{CaseInput, Check, Export, Info, Run, Specimen, Target};
+use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target};
 use super::exit::{Ending, Failure};
 use super::progress::Progress;
-use super::{complain, interrupt, say};
+use super::{complain, interrupt, note, say};
 
-type Ended = Result<Ending, Failure>;
+pub type Ended = Result<Ending, Failure>;
 
 pub fn run(arguments: &Run) -> Ended {
     let threads = set_threads(arguments.target.threads)?;
@@ -108,13 +109,22 @@ pub fn export(arguments: &Export) -> Ended {
     Ok(Ending::Done)
 }
 
+pub fn report(arguments: &Report) -> Ended {
+    let written = write_report(&arguments.files, arguments.laboratory.as_deref(), &arguments.out)?;
+    for remark in &written.remarks {
+        note(&format!("riprap: {remark}"));
+    }
+    say(&written.page.display().to_string());
+    Ok(Ending::Done)
+}
+
 pub fn schema() -> Ended {
     say(&format!("{:#}", case::schema()));
     Ok(Ending::Done)
 }
 
 /// The case as given, overrides applied, and checked.
-fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
+pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
     let mut source = read(&input.case).map_err(Failure::of_input)?;
     let (mut overrides, mut faults) = (Vec::new(), Vec::new());
     for argument in input.overrides.iter().chain(&extra) {
