@@ -105,6 +105,7 @@ mod tests {
             Form::Named(form) => {
                 vec![examples(form).into_iter().enumerate().map(|(i, v)| (format!("name {i}"), v)).collect()]
             }
+            Form::Either(forms) => forms.iter().flat_map(examples).collect(),
             Form::Scattered(keys) => {
                 let mean = examples(&keys[0].form).remove(0);
                 let laws = [

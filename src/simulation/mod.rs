@@ -30,7 +30,7 @@ use crate::mesh::{Mesh, grain_mesh};
 use crate::results::{Existing, Outcome as FileOutcome};
 use crate::scene::Scene;
 use crate::specimen::{Phase, Specimen, generate};
-use crate::triaxial::{Rig, Stage, StageEnd, Test};
+use crate::triaxial::{Path as StagePath, Rig, StageEnd, Test};
 use recorder::Recorder;
 use seating::seat;
 
@@ -128,6 +128,7 @@ fn triaxial_test(
     drop((specimen, meshes));
 
     let mut test = Test::new(&rig);
+    test.energy_gate = plan::energy_gate(&case.solver);
     let mut end = match observer.stop_requested() {
         true => StageEnd::Interrupted,
         false => StageEnd::Finished,
@@ -139,15 +140,14 @@ fn triaxial_test(
             break;
         }
         if planned.index == 0
-            && let Stage::Consolidate { pressure, .. } = *stage
+            && let StagePath::Stress { axial, radial } = stage.path
         {
-            let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
+            let seating = seat(&mut test, &mut rig, axial.min(radial), &|| observer.stop_requested());
             observer.seated(seating.out_of_balance, seating.factorisations);
         }
-        if consolidated && !matches!(stage, Stage::Consolidate { .. }) {
+        if consolidated && !planned.consolidates() {
             // Strains count from the end of the consolidation; the energies go on.
-            test.rig_height = rig.height(&rig.committed.poses);
-            test.rig_volume = rig.volume(&rig.committed.poses);
+            test.zero_strains(&rig);
             consolidated = false;
         }
         observer.stage_begun(planned);

@@ -51,7 +51,6 @@ pub struct Recorder {
     grains: usize,
     fields_every: f64,
     with_contacts: bool,
-    energy_gate: f64,
     increments: u64,
     /// External work and energy error of the last accepted increment [J].
     last: [f64; 2],
@@ -106,7 +105,6 @@ impl Recorder {
             grains: 0,
             fields_every: case.output.fields_every,
             with_contacts: case.output.contacts,
-            energy_gate: case.solver.energy_gate,
             increments: 0,
             last: [0.0; 2],
             unsaved: None,
@@ -168,11 +166,10 @@ impl Recorder {
     pub fn accept(&mut self, stage: &PlannedStage, rig: &Rig, report: &StepReport<'_>) -> Result<HistoryRow> {
         self.increments += 1;
         let row = self.row(stage, report);
-        let [work, error] = [row.energy_external - self.last[0], row.energy_error - self.last[1]];
         self.last = [row.energy_external, row.energy_error];
         self.stage.increments += 1;
         self.stage.factorisations += row.factorisations;
-        self.stage.poorly_closed += usize::from(error.abs() > self.energy_gate * work.abs());
+        self.stage.poorly_closed += usize::from(report.row.poorly_closed);
         self.writer.append(&row, &[])?;
         let poses = &rig.committed.poses;
         let state = State {

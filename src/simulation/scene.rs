@@ -270,6 +270,7 @@ fn load_stage((index, stage): (usize, &StageCase)) -> Result<LoadStage> {
         StageCase::Hold { increments } => Ok(LoadStage { increments: *increments, ..LoadStage::default() }),
         StageCase::Consolidate { .. }
         | StageCase::Shear { .. }
+        | StageCase::StressShear { .. }
         | StageCase::Unload { .. }
         | StageCase::Reload { .. }
         | StageCase::Oedometer { .. }

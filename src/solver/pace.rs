@@ -13,6 +13,7 @@ pub struct Pace {
     size: f64,
     smallest: f64,
     largest: f64,
+    growth: f64,
     cuts: usize,
 }
 
@@ -24,8 +25,15 @@ impl Pace {
             size: nominal,
             smallest: smallest.min(nominal),
             largest: largest.max(nominal),
+            growth: GROWTH,
             cuts: 0,
         }
+    }
+
+    /// Grows by this factor after an easy increment.
+    pub fn growing_by(mut self, growth: f64) -> Self {
+        self.growth = growth.max(1.0);
+        self
     }
 
     /// Share of the stage that is done.
@@ -46,7 +54,7 @@ impl Pace {
         let rest = 1.0 - self.done;
         self.done = if share >= rest { 1.0 } else { self.done + share };
         if augmentations <= EASY {
-            self.size = (GROWTH * self.size).min(self.largest);
+            self.size = (self.growth * self.size).min(self.largest);
         }
         std::mem::take(&mut self.cuts)
     }

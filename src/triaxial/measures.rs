@@ -1,5 +1,9 @@
 //! Stress, strain and energy of the specimen as a whole. Compression positive.
 
+use crate::solver::IncrementReport;
+use crate::triaxial::drive::Origin;
+use crate::triaxial::rig::Rig;
+
 /// Stresses and strains of an accepted increment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measures {
@@ -19,22 +23,27 @@ pub struct Measures {
     pub coordination_number: f64,
 }
 
-/// Energies since the start of the test [J].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Ledger {
-    /// Work of the ram and of the pressure.
-    pub external: f64,
-    /// Stored in contacts (and grains), less what was stored at the start.
-    pub elastic: f64,
-    pub friction: f64,
-    /// Set free in increments that snapped to another equilibrium, where the stabilising term
-    /// stands in for motion and its damping. Known by balance only: what these increments leave over.
-    pub stabilisation: f64,
-}
-
-impl Ledger {
-    /// External work that no row accounts for [J].
-    pub fn error(&self) -> f64 {
-        self.external - self.elastic - self.friction - self.stabilisation
+impl Measures {
+    /// `state` is that of the increment; strains count from the height [m] and volume [m^3] of `zero`.
+    pub fn of(rig: &Rig, report: &IncrementReport, state: &Origin, zero: [f64; 2]) -> Self {
+        let axial_strain = 1.0 - state.height / zero[0];
+        let volumetric_strain = 1.0 - state.volume / zero[1];
+        let grains = rig.model.bodies.len() - 2;
+        let mut ends = 0;
+        for (a, b) in report.memory.keys() {
+            ends += usize::from((*a as usize) < grains) + usize::from((*b as usize) < grains);
+        }
+        let (p, q) = (state.pressure, state.deviatoric_stress);
+        Measures {
+            axial_strain,
+            radial_strain: 0.5 * (volumetric_strain - axial_strain),
+            volumetric_strain,
+            axial_stress: p + q,
+            confining_pressure: p,
+            deviatoric_stress: q,
+            mean_stress: p + q / 3.0,
+            void_ratio: state.volume / rig.solid_volume - 1.0,
+            coordination_number: ends as f64 / grains as f64,
+        }
     }
 }

@@ -24,6 +24,8 @@ pub struct RigParameters {
     pub poissons_ratio: f64,
     pub friction: Friction,
     pub plate_friction: Friction,
+    /// Whether the top plate is free to tilt; else it stays level.
+    pub tilting: bool,
 }
 
 /// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
@@ -43,6 +45,8 @@ pub struct Rig {
     pub solid_volume: f64,
     /// Pressure in force [Pa].
     pub pressure: f64,
+    /// Whether the top plate is free to tilt.
+    pub tilting: bool,
 }
 
 impl Rig {
@@ -110,6 +114,7 @@ impl Rig {
             top,
             solid_volume,
             pressure: 0.0,
+            tilting: parameters.tilting,
         };
         rig.drape(specimen.diameter)?;
         Ok(rig)
@@ -159,11 +164,12 @@ impl Rig {
         PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * median)
     }
 
-    /// Everything held but the grains; the top plate's vertical free where `top_free`.
+    /// Everything held but the grains; the top plate's vertical free where `top_free`, its tilt
+    /// where it may.
     pub fn loads(&self, top_free: bool, pressure: f64) -> Loads {
         let mut loads = Loads::none(self.model.bodies.len());
         loads.prescribed[self.bottom] = [true; 6];
-        loads.prescribed[self.top] = [true, true, !top_free, true, true, true];
+        loads.prescribed[self.top] = [true, true, !top_free, !self.tilting, !self.tilting, true];
         loads.pressure = pressure;
         loads
     }
