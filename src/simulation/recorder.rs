@@ -16,7 +16,7 @@ use crate::triaxial::{Rig, StageEnd, StepReport};
 use super::Options;
 use super::contact_table::ContactTable;
 use super::fields::{Points, field_mesh};
-use super::grain_stress::mean_stresses;
+use super::grain_stress::{components, mean_stresses};
 use super::observer::StageReport;
 use super::plan::PlannedStage;
 use super::specimen_table;
@@ -208,7 +208,7 @@ impl Recorder {
             increments: self.stage.increments,
             factorisations: self.stage.factorisations,
             poorly_closed: self.stage.poorly_closed,
-            energy_error: (self.last[1] - self.stage.start[1]) / work,
+            energy_error: if work == 0.0 { 0.0 } else { (self.last[1] - self.stage.start[1]) / work },
             wall_time: self.stage.begun.elapsed(),
             states: self.states,
         }
@@ -249,6 +249,8 @@ impl Recorder {
     fn row(&self, stage: &PlannedStage, report: &StepReport<'_>) -> HistoryRow {
         let row = &report.row;
         let (m, ledger, counters) = (&row.measures, &row.ledger, &row.counters);
+        let (picture, network) = (&row.picture, &row.picture.network);
+        let fabric = components(&network.fabric);
         HistoryRow {
             stage: stage.index as i64,
             increment: self.increments as i64,
@@ -260,9 +262,42 @@ impl Recorder {
             confining_pressure: m.confining_pressure,
             deviatoric_stress: m.deviatoric_stress,
             mean_stress: m.mean_stress,
+            stress_ratio: m.deviatoric_stress / m.mean_stress,
             void_ratio: m.void_ratio,
-            coordination_number: m.coordination_number,
+            void_ratio_nominal: m.void_ratio_nominal,
+            axial_stress_contacts: picture.contact_stress.axial,
+            radial_stress_contacts: picture.contact_stress.radial,
+            stress_disagreement: picture.contact_stress.disagreement,
+            control_error: row.control_error,
+            tangent_modulus: row.response.tangent_modulus,
+            secant_modulus: row.response.secant_modulus,
+            dilatancy_angle: row.response.dilatancy_angle,
+            friction_angle: row.response.friction_angle,
+            peak_friction_angle: row.response.peak_friction_angle,
+            coordination_number: network.coordination_number,
+            mechanical_coordination_number: network.mechanical_coordination_number,
+            rattlers: network.rattlers as i64,
             sliding_fraction: row.sliding_fraction,
+            fabric_xx: fabric[0],
+            fabric_yy: fabric[1],
+            fabric_zz: fabric[2],
+            fabric_xy: fabric[3],
+            fabric_yz: fabric[4],
+            fabric_xz: fabric[5],
+            fabric_anisotropy: network.fabric_anisotropy(),
+            contact_force_mean: network.force_mean,
+            contact_force_max: network.force_max,
+            contact_force_variation: network.force_variation,
+            strong_fraction: network.strong_fraction,
+            radial_strain_1: picture.slices[0],
+            radial_strain_2: picture.slices[1],
+            radial_strain_3: picture.slices[2],
+            radial_strain_4: picture.slices[3],
+            radial_strain_5: picture.slices[4],
+            mean_rotation: picture.unevenness.mean_rotation,
+            strain_localisation: picture.unevenness.localisation,
+            dead_fraction: picture.unevenness.dead_fraction,
+            plate_tilt: picture.tilt,
             failed_points: 0,
             deleted_cells: 0,
             fragments: 0,
@@ -280,6 +315,7 @@ impl Recorder {
             energy_stabilisation: ledger.stabilisation,
             energy_membrane: 0.0,
             energy_error: ledger.error(),
+            energy_gap: row.energy_gap,
         }
     }
 }

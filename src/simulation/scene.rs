@@ -93,14 +93,6 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         stage: count(row.stage),
         increment: count(row.increment),
         time: row.stage as f64 + row.progress,
-        axial_strain: f64::NAN,
-        radial_strain: f64::NAN,
-        volumetric_strain: f64::NAN,
-        axial_stress: f64::NAN,
-        confining_pressure: f64::NAN,
-        deviatoric_stress: f64::NAN,
-        mean_stress: f64::NAN,
-        void_ratio: f64::NAN,
         coordination_number: 2.0 * row.measures.pairs as f64 / row.bodies.len().max(1) as f64,
         sliding_fraction: row.measures.sliding_fraction,
         failed_points: 0,
@@ -120,6 +112,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         energy_stabilisation: row.ledger.stabilisation,
         energy_membrane: 0.0,
         energy_error: row.ledger.error(),
+        ..HistoryRow::UNKNOWN
     }
 }
 

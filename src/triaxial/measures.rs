@@ -1,10 +1,15 @@
-//! Stress, strain and energy of the specimen as a whole. Compression positive.
+//! Stress and strain of the specimen as a whole, and what else is measured on an accepted increment.
+//! Compression positive.
 
-use crate::solver::IncrementReport;
+use crate::assembly::Contacts;
+use crate::model::BodyKind;
+use crate::tensor::{Pose, Vec3};
+use crate::triaxial::deformation::{Neighbourhood, SLICES, Unevenness, slice_strains};
 use crate::triaxial::drive::Origin;
+use crate::triaxial::network::{Network, mean_stress, pair_forces};
 use crate::triaxial::rig::Rig;
 
-/// Stresses and strains of an accepted increment.
+/// Stresses and strains of an increment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measures {
     pub axial_strain: f64,
@@ -18,21 +23,77 @@ pub struct Measures {
     pub deviatoric_stress: f64,
     /// `p = (axial + 2 confining) / 3` [Pa]
     pub mean_stress: f64,
+    /// Of the volume that the cover encloses.
     pub void_ratio: f64,
-    /// Contacts per grain: touching pairs, plates included once.
-    pub coordination_number: f64,
+    /// The void ratio between the walls that the specimen was compacted in, carried on with the change of the
+    /// cover's volume since it was draped.
+    pub void_ratio_nominal: f64,
+}
+
+/// Stress from contact forces, beside what plates and pressure say.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactStress {
+    /// [Pa]
+    pub axial: f64,
+    /// Mean over the horizontal directions [Pa].
+    pub radial: f64,
+    /// The larger difference to the axial stress of the plate and to the pressure, over the mean stress.
+    pub disagreement: f64,
+}
+
+/// What else is known of an accepted increment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Picture {
+    pub contact_stress: ContactStress,
+    pub network: Network,
+    pub unevenness: Unevenness,
+    /// Radial strain of slices of equal height, from the bottom.
+    pub slices: [f64; SLICES],
+    /// Angle of the top plate's axis to the specimen's [rad].
+    pub tilt: f64,
+}
+
+/// The state at which strains are zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zero {
+    /// [m]
+    pub height: f64,
+    /// [m^3]
+    pub volume: f64,
+    /// Cross-sections of the slices [m^2].
+    areas: [f64; SLICES],
+    pub neighbourhood: Neighbourhood,
+}
+
+impl Zero {
+    /// The rig as it stands.
+    pub fn of(rig: &Rig) -> Self {
+        let poses = &rig.committed.poses;
+        let grains = rig.model.bodies.iter().filter(|body| body.kind == BodyKind::Grain);
+        let diameter = |volume: f64| (6.0 * volume / std::f64::consts::PI).cbrt();
+        let diameters: Vec<f64> = grains.map(|body| diameter(body.nominal.volume())).collect();
+        Zero {
+            height: rig.height(poses),
+            volume: rig.volume(poses),
+            areas: section_areas(rig, poses),
+            neighbourhood: Neighbourhood::new(poses, &diameters),
+        }
+    }
+}
+
+fn section_areas(rig: &Rig, poses: &[Pose]) -> [f64; SLICES] {
+    let mut areas = [f64::NAN; SLICES];
+    if let Some(cover) = &rig.model.cover {
+        cover.section_areas_into(&mut areas, poses);
+    }
+    areas
 }
 
 impl Measures {
-    /// `state` is that of the increment; strains count from the height [m] and volume [m^3] of `zero`.
-    pub fn of(rig: &Rig, report: &IncrementReport, state: &Origin, zero: [f64; 2]) -> Self {
-        let axial_strain = 1.0 - state.height / zero[0];
-        let volumetric_strain = 1.0 - state.volume / zero[1];
-        let grains = rig.model.bodies.len() - 2;
-        let mut ends = 0;
-        for (a, b) in report.memory.keys() {
-            ends += usize::from((*a as usize) < grains) + usize::from((*b as usize) < grains);
-        }
+    /// `state` is that of the increment.
+    pub fn of(rig: &Rig, state: &Origin, zero: &Zero) -> Self {
+        let axial_strain = 1.0 - state.height / zero.height;
+        let volumetric_strain = 1.0 - state.volume / zero.volume;
         let (p, q) = (state.pressure, state.deviatoric_stress);
         Measures {
             axial_strain,
@@ -43,7 +104,27 @@ impl Measures {
             deviatoric_stress: q,
             mean_stress: p + q / 3.0,
             void_ratio: state.volume / rig.solid_volume - 1.0,
-            coordination_number: ends as f64 / grains as f64,
+            void_ratio_nominal: rig.nominal_ratio * state.volume / rig.solid_volume - 1.0,
+        }
+    }
+}
+
+impl Picture {
+    /// `contacts` were last evaluated at `poses`, under what `measures` says.
+    pub fn of(rig: &Rig, contacts: &Contacts, poses: &[Pose], measures: &Measures, zero: &Zero) -> Self {
+        let pairs = pair_forces(contacts);
+        let volume = rig.volume(poses);
+        let stress = mean_stress(&rig.model, &pairs, poses, measures.confining_pressure, volume);
+        let (axial, radial) = (stress[(2, 2)], 0.5 * (stress[(0, 0)] + stress[(1, 1)]));
+        let off = (axial - measures.axial_stress).abs().max((radial - measures.confining_pressure).abs());
+        let is_grain: Vec<bool> = rig.model.bodies.iter().map(|body| body.kind == BodyKind::Grain).collect();
+        let upright = poses[rig.top].rotation * Vec3::z();
+        Picture {
+            contact_stress: ContactStress { axial, radial, disagreement: off / measures.mean_stress.abs() },
+            network: Network::of(&pairs, &is_grain),
+            unevenness: Unevenness::of(&zero.neighbourhood.local_strains(poses)),
+            slices: slice_strains(&zero.areas, &section_areas(rig, poses)),
+            tilt: upright.angle(&Vec3::z()),
         }
     }
 }

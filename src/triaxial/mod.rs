@@ -1,15 +1,18 @@
 //! The triaxial rig: a specimen between plates under a cover, its stages, its measures and its
 //! energy ledger. Measures count compression positive; forces and poses underneath do not.
 
+pub mod deformation;
 mod drive;
 pub mod ledger;
 pub mod measures;
+pub mod network;
+pub mod response;
 pub mod rig;
 pub mod stage;
 pub mod test;
 
 pub use ledger::{EnergyGate, Ledger};
-pub use measures::Measures;
+pub use measures::{Measures, Picture};
 pub use rig::{Rig, RigParameters};
 pub use stage::{Lateral, Path, Stage, StageEnd, Steps, Until};
 pub use test::{Row, StepReport, Test};

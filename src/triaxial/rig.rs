@@ -43,6 +43,8 @@ pub struct Rig {
     pub top: usize,
     /// Volume of all grains [m^3].
     pub solid_volume: f64,
+    /// Volume between the walls of the compaction over that of the cover as it was draped.
+    pub nominal_ratio: f64,
     /// Pressure in force [Pa].
     pub pressure: f64,
     /// Whether the top plate is free to tilt.
@@ -113,10 +115,13 @@ impl Rig {
             bottom,
             top,
             solid_volume,
+            nominal_ratio: 1.0,
             pressure: 0.0,
             tilting: parameters.tilting,
         };
         rig.drape(specimen.diameter)?;
+        let between_walls = std::f64::consts::PI * radius * radius * height;
+        rig.nominal_ratio = between_walls / rig.volume(&rig.committed.poses);
         Ok(rig)
     }
 

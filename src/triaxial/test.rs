@@ -5,7 +5,8 @@ use crate::solver::{Increment, IncrementReport, StepStatus, advance, motion_betw
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
 use crate::triaxial::ledger::{EnergyGate, Ledger};
-use crate::triaxial::measures::Measures;
+use crate::triaxial::measures::{Measures, Picture, Zero};
+use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd, Until};
 
@@ -13,6 +14,8 @@ use crate::triaxial::stage::{Path, Stage, StageEnd, Until};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     pub measures: Measures,
+    pub picture: Picture,
+    pub response: Response,
     pub ledger: Ledger,
     /// Energy of the increment that no row of the ledger accounts for, over the work that ram and
     /// pressure exchanged in it.
@@ -48,9 +51,8 @@ const LANDING_TOLERANCE: f64 = 1e-3;
 /// References and running sums of a test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Test {
-    /// Height [m] and enclosed volume [m^3] at which strains are zero.
-    pub rig_height: f64,
-    pub rig_volume: f64,
+    /// Where strains count from.
+    pub zero: Zero,
     pub ledger: Ledger,
     /// Whether increments whose energy does not close are cut.
     pub energy_gate: EnergyGate,
@@ -62,6 +64,8 @@ pub struct Test {
     loaded: bool,
     /// Height at which the last drive upwards began [m].
     turning: Option<f64>,
+    /// Largest friction angle since strains count [rad].
+    peak_friction_angle: f64,
 }
 
 /// An accepted increment, for the next one to go on from.
@@ -74,31 +78,33 @@ struct Last {
 
 /// An increment tried, not committed.
 struct Trial {
-    row: Row,
+    measures: Measures,
     ledger: Ledger,
+    energy_gap: f64,
+    poorly_closed: bool,
+    control_error: f64,
     ram: f64,
+    pressure: f64,
 }
 
 impl Test {
     pub fn new(rig: &Rig) -> Self {
-        let mut test = Test {
-            rig_height: 0.0,
-            rig_volume: 0.0,
+        Test {
+            zero: Zero::of(rig),
             ledger: Ledger::default(),
             energy_gate: EnergyGate::default(),
             start_elastic: 0.0,
             ram: 0.0,
             loaded: true,
             turning: None,
-        };
-        test.zero_strains(rig);
-        test
+            peak_friction_angle: f64::NEG_INFINITY,
+        }
     }
 
     /// Counts strains from the present state on.
     pub fn zero_strains(&mut self, rig: &Rig) {
-        self.rig_height = rig.height(&rig.committed.poses);
-        self.rig_volume = rig.volume(&rig.committed.poses);
+        self.zero = Zero::of(rig);
+        self.peak_friction_angle = f64::NEG_INFINITY;
     }
 
     /// Starts strains and the ledger anew from the present state.
@@ -123,6 +129,9 @@ impl Test {
         if matches!(stage.path, Path::Return { .. }) && drive.axial_strain() <= 0.0 {
             return StageEnd::Finished;
         }
+        let mut curve = Curve::new(self.peak_friction_angle);
+        let start = Measures::of(rig, &origin, &self.zero);
+        curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
         let mut watch = Watch::new(&stage.until, origin.deviatoric_stress);
         let mut pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
         let mut last: Option<Last> = None;
@@ -141,19 +150,36 @@ impl Test {
                     return StageEnd::Stopped { reason };
                 }
             };
-            let pressure = drive.pressure(to, report.factor);
-            let trial = self.weigh(rig, &drive, &report, share, to, pressure);
-            if watch.overshoots(share, &trial.row.measures) {
+            let trial = self.weigh(rig, &drive, &report, share, to);
+            if watch.overshoots(share, &trial.measures) {
                 continue;
             }
-            if trial.row.poorly_closed && self.energy_gate.cuts && pace.cut(share) {
+            if trial.poorly_closed && self.energy_gate.cuts && pace.cut(share) {
                 watch.limit = None;
                 continue;
             }
             report.counters.cuts = pace.accept(share, report.history.len());
-            let row = Row { counters: report.counters, ..trial.row };
-            watch.accept(&row.measures);
-            last = Some(self.commit(rig, &drive, &report, trial.ledger, trial.ram, pressure, share));
+            let m = &trial.measures;
+            watch.accept(m);
+            let response =
+                curve.push(m.axial_strain, m.volumetric_strain, m.deviatoric_stress, m.confining_pressure);
+            self.peak_friction_angle = curve.peak();
+            let row = Row {
+                measures: *m,
+                picture: Picture::of(rig, &rig.contacts, &report.poses, m, &self.zero),
+                response,
+                ledger: trial.ledger,
+                energy_gap: trial.energy_gap,
+                poorly_closed: trial.poorly_closed,
+                control_error: trial.control_error,
+                counters: report.counters,
+                out_of_balance: report.balance.out_of_balance,
+                sliding_fraction: report.measures.sliding_fraction,
+                max_penetration: report.measures.max_penetration,
+                mean_contact_force: report.measures.mean_force,
+                progress: pace.done(),
+            };
+            last = Some(self.commit(rig, &drive, &report, &trial, share));
             if !observe(rig, &StepReport { row, increment: &report }) {
                 return StageEnd::Interrupted;
             }
@@ -162,15 +188,12 @@ impl Test {
     }
 
     /// Makes the increment the committed state; what it came from goes to the next one.
-    #[allow(clippy::too_many_arguments)]
     fn commit(
         &mut self,
         rig: &mut Rig,
         drive: &Drive,
         report: &IncrementReport,
-        ledger: Ledger,
-        ram: f64,
-        pressure: f64,
+        trial: &Trial,
         share: f64,
     ) -> Last {
         let area = |rig: &Rig| rig.volume(&rig.committed.poses) / rig.height(&rig.committed.poses);
@@ -182,9 +205,9 @@ impl Test {
         };
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);
-        rig.pressure = pressure;
-        self.ledger = ledger;
-        self.ram = ram;
+        rig.pressure = trial.pressure;
+        self.ledger = trial.ledger;
+        self.ram = trial.ram;
         self.loaded = drive.is_loaded();
         last
     }
@@ -297,15 +320,8 @@ impl Test {
     }
 
     /// Measures an increment and enters it into a copy of the ledger.
-    fn weigh(
-        &self,
-        rig: &Rig,
-        drive: &Drive,
-        report: &IncrementReport,
-        share: f64,
-        to: f64,
-        pressure: f64,
-    ) -> Trial {
+    fn weigh(&self, rig: &Rig, drive: &Drive, report: &IncrementReport, share: f64, to: f64) -> Trial {
+        let pressure = drive.pressure(to, report.factor);
         let (old, new) = (&rig.committed.poses, &report.poses);
         let mut loads = vec![Vector6::zeros(); rig.model.bodies.len()];
         if let Some(cover) = &rig.model.cover {
@@ -325,20 +341,15 @@ impl Test {
         }
         let gap = ledger.error() - self.ledger.error();
         let turnover = ram_work.abs() + pressure_work.abs();
-        let row = Row {
-            measures: Measures::of(rig, report, &state, [self.rig_height, self.rig_volume]),
+        Trial {
+            measures: Measures::of(rig, &state, &self.zero),
             ledger,
             energy_gap: if turnover > 0.0 { gap / turnover } else { 0.0 },
             poorly_closed: self.energy_gate.is_breached(gap, turnover, &ledger),
             control_error: drive.miss(share, to, &state),
-            counters: report.counters,
-            out_of_balance: report.balance.out_of_balance,
-            sliding_fraction: report.measures.sliding_fraction,
-            max_penetration: report.measures.max_penetration,
-            mean_contact_force: report.measures.mean_force,
-            progress: to,
-        };
-        Trial { row, ledger, ram }
+            ram,
+            pressure,
+        }
     }
 }
 
