@@ -45,6 +45,8 @@ const SEATING_SHARE: f64 = 0.5;
 /// Trials of a load whose cross-section is not known before, and of an increment that is to land.
 const AREA_TRIALS: usize = 5;
 const LANDING_TRIALS: usize = 8;
+/// A pressure that follows from something else may not fall below this share of that at the start of the stage.
+const LEAST_PRESSURE: f64 = 1e-3;
 /// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
 const LANDING_TOLERANCE: f64 = 1e-3;
 
@@ -289,8 +291,10 @@ impl Test {
                 return Err(describe(rig, &report));
             }
             let pressure = drive.pressure(to, report.factor);
-            if pressure <= 0.0 {
-                return Err(format!("the pressure would have to fall to {pressure:.3e} Pa"));
+            if pressure < LEAST_PRESSURE * drive.origin.pressure {
+                return Err(format!(
+                    "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
+                ));
             }
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
             let depends = loads.applied[rig.top].z != 0.0
@@ -345,7 +349,12 @@ impl Test {
             measures: Measures::of(rig, &state, &self.zero),
             ledger,
             energy_gap: if turnover > 0.0 { gap / turnover } else { 0.0 },
-            poorly_closed: self.energy_gate.is_breached(gap, turnover, &ledger),
+            poorly_closed: self.energy_gate.is_breached(
+                gap,
+                turnover,
+                report.energy.elastic,
+                rig.settings.force_tolerance,
+            ),
             control_error: drive.miss(share, to, &state),
             ram,
             pressure,
