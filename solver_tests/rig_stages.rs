@@ -5,8 +5,12 @@
 use std::sync::OnceLock;
 
 use riprap::contact::law::Friction;
+use riprap::geometry::{Polyhedron, RoundedBody};
 use riprap::solver::Settings;
-use riprap::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, generate};
+use riprap::specimen::shape::GrainShape;
+use riprap::specimen::statistics::Statistics;
+use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
+use riprap::tensor::{Pose, Rotation, Vec3};
 use riprap::triaxial::{
     EnergyGate, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until,
 };
@@ -21,7 +25,7 @@ fn consolidated() -> (Rig, Test, &'static [Row]) {
     let (rig, test, rows) = READY.get_or_init(|| {
         let specimen = SpecimenParameters {
             grading: vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }],
-            size: SpecimenSize::GrainsAspect { grains: 16, aspect: 1.5 },
+            size: SpecimenSize::Grains { count: 16, aspect: 1.5 },
             void_ratio: 0.6,
             unreachable: Unreachable::Nearest,
             vertices: [8, 16],
@@ -135,11 +139,8 @@ fn drained_shear_lands_on_a_stress_and_unloads_and_reloads() {
     }
     assert!((1.0 - rig.height(&rig.committed.poses) / height - loaded.axial_strain).abs() < 1e-12);
 
-    let unloading = Stage {
-        steps: steps(2e-5),
-        until: to(0.1 * PRESSURE, true),
-        ..drive(-0.01, Lateral::Pressure)
-    };
+    let unloading =
+        Stage { steps: steps(2e-5), until: to(0.1 * PRESSURE, true), ..drive(-0.01, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &unloading);
     finished(&rows, &end, 2);
     let unloaded = rows[rows.len() - 1].measures;
@@ -197,11 +198,8 @@ fn constant_mean_stress_is_constant() {
 fn stress_control_reaches_what_strain_control_reaches() {
     let (mut rig, mut test, _) = consolidated();
     let deviatoric_stress = 0.2 * PRESSURE;
-    let stage = Stage {
-        path: Path::Shear { deviatoric_stress },
-        steps: Steps::Count(10),
-        until: Until::default(),
-    };
+    let stage =
+        Stage { path: Path::Shear { deviatoric_stress }, steps: Steps::Count(10), until: Until::default() };
     let (rows, end) = run(&mut rig, &mut test, &stage);
     finished(&rows, &end, 10);
     let loaded = rows[rows.len() - 1].measures;
@@ -270,5 +268,71 @@ fn an_energy_gate_that_cuts_keeps_increments_closed() {
         before = row.measures.axial_strain;
         assert!(row.energy_gap.abs() <= 5e-3 || row.poorly_closed, "{row:?}");
         assert!(!row.poorly_closed || increment < 1.01 * smallest, "{increment}: {row:?}");
+    }
+}
+
+/// A column of three cubes, 60, 50 and 60 mm, rounded with 1 mm, between the plates: each joint is four
+/// corners of the smaller face on the larger one, each corner a spring `k` (two cubes in series; a plate gives
+/// none) beyond the onset. The column's stiffness is `1 / (2 / (4 k60) + 2 / (4 k))`.
+///
+/// Tolerance: 1e-3 of the force, of which the confining pressure on the slanted cover between the cubes takes
+/// `p l` over the stiffness, 5e-5; and what the solver may leave out of balance in each of the two states that the
+/// force is the difference of, 1e-3 of the mean contact force on each of four corners.
+#[test]
+fn column_of_cubes_has_the_stiffness_of_its_joints() {
+    let (e, nu, rounding) = (3e10, 0.2, 1e-3);
+    let sizes = [0.06, 0.05, 0.06];
+    let (mut grains, mut poses, mut base) = (Vec::new(), Vec::new(), 0.0);
+    for size in sizes {
+        let nominal = Polyhedron::cuboid([size; 3]).expect("a cube");
+        let rounded = RoundedBody::inset(&nominal, rounding).expect("rounded");
+        grains.push(GrainShape { nominal, rounded, sieve_size: size, class: 0, semi_axes: [0.5 * size; 3] });
+        poses.push(Pose::new(Vec3::new(0.0, 0.0, base + 0.5 * size), Rotation::identity()));
+        base += size;
+    }
+    let specimen =
+        Specimen { grains, poses, diameter: 0.09, height: base, statistics: Statistics::default() };
+    let friction = Friction::constant(0.65);
+    let parameters = RigParameters {
+        density: 2700.0,
+        youngs_modulus: e,
+        poissons_ratio: nu,
+        friction,
+        plate_friction: friction,
+        tilting: false,
+    };
+    let mut rig = Rig::new(&specimen, &parameters, Settings::default()).expect("a rig");
+    let mut test = Test::new(&rig);
+    test.energy_gate = EnergyGate { tolerance: 1e-3, cuts: false };
+    assert!(test.seat(&mut rig, PRESSURE).converged());
+    let consolidate = Stage {
+        path: Path::Stress { axial: PRESSURE, radial: PRESSURE },
+        steps: Steps::Count(2),
+        until: Until::default(),
+    };
+    let (rows, end) = run(&mut rig, &mut test, &consolidate);
+    finished(&rows, &end, 2);
+    test.zero_strains(&rig);
+
+    let spring = |size: f64| 0.1 * e / (1.0 - nu * nu) * size * (6.0 / std::f64::consts::PI).cbrt();
+    let joint = 1.0 / (1.0 / spring(0.06) + 1.0 / spring(0.05));
+    let stiffness = 1.0 / (2.0 / (4.0 * spring(0.06)) + 2.0 / (4.0 * joint));
+    let height = rig.height(&rig.committed.poses);
+    let force = |rig: &Rig, row: &Row| {
+        row.measures.deviatoric_stress * rig.volume(&rig.committed.poses) / rig.height(&rig.committed.poses)
+    };
+    for (strain, from_zero) in [(1e-5, 1.0), (-1e-5, 0.0)] {
+        let stage = Stage { steps: steps(2e-6), ..drive(strain, Lateral::Pressure) };
+        let (rows, end) = run(&mut rig, &mut test, &stage);
+        finished(&rows, &end, 5);
+        let last = &rows[rows.len() - 1];
+        let expected = from_zero * stiffness * 1e-5 * height;
+        let scale = stiffness * 1e-5 * height;
+        let is = force(&rig, last);
+        let left = 2.0 * 4.0 * 1e-3 * last.mean_contact_force;
+        assert!((is - expected).abs() < 1e-3 * scale + left, "{is} N, not {expected} N");
+        assert!(!rows.iter().any(|row| row.poorly_closed), "elastic: the ledger closes");
+        let stress = &last.picture.contact_stress;
+        assert!((stress.axial / last.measures.axial_stress - 1.0).abs() < 1e-3, "{stress:?}");
     }
 }

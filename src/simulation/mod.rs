@@ -165,7 +165,7 @@ fn triaxial_test(
             return Err(error);
         }
         // The observer's wish at the last increment of a stage is no interruption of that stage.
-        recorder.end_stage()?;
+        recorder.end_stage(planned)?;
         observer.stage_ended(&recorder.stage_report(planned, &end));
         if end == StageEnd::Finished && observer.stop_requested() && planned.index + 1 < stages.len() {
             end = StageEnd::Interrupted;

@@ -7,11 +7,11 @@ use crate::case::{Case, RawCase};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::results::{
-    CaseRecord, Existing, FieldState, GrainRow, HistoryRow, Outcome as FileOutcome, Writer,
+    CaseRecord, Column, Existing, FieldState, GrainRow, HistoryRow, Outcome as FileOutcome, Writer,
 };
 use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
-use crate::triaxial::{Rig, StageEnd, StepReport};
+use crate::triaxial::{LocalStrain, Rig, StageCurve, StageEnd, StepReport};
 
 use super::Options;
 use super::contact_table::ContactTable;
@@ -27,6 +27,7 @@ struct State {
     increment: u64,
     poses: Vec<Pose>,
     stress: Vec<Mat3>,
+    local_strains: Vec<LocalStrain>,
     contacts: ContactTable,
 }
 
@@ -58,6 +59,7 @@ pub struct Recorder {
     unsaved: Option<State>,
     states: usize,
     stage: StageSums,
+    curve: StageCurve,
 }
 
 /// Whether the results file can be written, before anything is computed.
@@ -117,6 +119,7 @@ impl Recorder {
                 start: [0.0; 2],
                 due: 0,
             },
+            curve: StageCurve::default(),
         })
     }
 
@@ -146,6 +149,7 @@ impl Recorder {
             increment: 0,
             poses: rig.committed.poses.clone(),
             stress: vec![Mat3::zeros(); self.grains],
+            local_strains: Vec::new(),
             contacts: ContactTable::default(),
         })?;
         self.writer.commit()
@@ -160,6 +164,7 @@ impl Recorder {
             start: self.last,
             due: 0,
         };
+        self.curve = StageCurve::default();
     }
 
     /// Takes down an accepted increment; it is in the file when this returns.
@@ -170,6 +175,7 @@ impl Recorder {
         self.stage.increments += 1;
         self.stage.factorisations += row.factorisations;
         self.stage.poorly_closed += usize::from(report.row.poorly_closed);
+        self.curve.push(&report.row);
         self.writer.append(&row, &[])?;
         let poses = &rig.committed.poses;
         let state = State {
@@ -177,6 +183,7 @@ impl Recorder {
             increment: self.increments,
             poses: poses.clone(),
             stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure, self.grains),
+            local_strains: report.local_strains.to_vec(),
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
         };
         let position = report.row.progress * stage.axial_strain().unwrap_or(1.0);
@@ -191,8 +198,37 @@ impl Recorder {
         Ok(row)
     }
 
-    /// Saves the last accepted state if it isn't saved.
-    pub fn end_stage(&mut self) -> Result<()> {
+    /// Saves the last accepted state if it isn't saved, and sums the stage up in `/stages`.
+    pub fn end_stage(&mut self, stage: &PlannedStage) -> Result<()> {
+        let s = self.curve.summary();
+        let number = |name: &str, units: &str, long_name: &str, value: f64| {
+            Column::floats(name, units, long_name, vec![value])
+        };
+        let half = "secant modulus to half the rise of the deviatoric stress (E50)";
+        let residual = "mean mobilised friction angle over the last tenth of the stage's axial strain, where q has lost 2 % of its peak by then";
+        self.writer.write_table(
+            &format!("stages/{}", stage.index),
+            &[
+                number("peak_deviatoric_stress", "Pa", "largest deviatoric stress of the stage", s.peak[0]),
+                number("peak_axial_strain", "1", "axial strain at the largest deviatoric stress", s.peak[1]),
+                number(
+                    "peak_friction_angle",
+                    "rad",
+                    "largest mobilised friction angle",
+                    s.peak_friction_angle,
+                ),
+                number("residual_friction_angle", "rad", residual, s.residual_friction_angle),
+                number("initial_modulus", "Pa", "first tangent modulus of the stage", s.initial_modulus),
+                number("half_modulus", "Pa", half, s.half_modulus),
+                number(
+                    "largest_dilatancy_angle",
+                    "rad",
+                    "largest dilatancy angle",
+                    s.largest_dilatancy_angle,
+                ),
+            ],
+        )?;
+        self.writer.commit()?;
         if let Some(state) = self.unsaved.take() {
             self.save(state)?;
             self.writer.commit()?;
@@ -229,15 +265,22 @@ impl Recorder {
             failed: &vec![false; cells],
             stress: &self.points.cell_stresses(&state.stress),
         })?;
-        let grain = |pose: &Pose| GrainRow {
-            position: pose.position,
-            rotation: pose.rotation.scaled_axis(),
-            damage_mean: 0.0,
-            damage_max: 0.0,
-            failed_fraction: 0.0,
-            fragments: 1,
+        let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
+        let grain = |(index, pose): (usize, &Pose)| {
+            let local = state.local_strains.get(index).unwrap_or(&none);
+            GrainRow {
+                position: pose.position,
+                rotation: pose.rotation.scaled_axis(),
+                damage_mean: 0.0,
+                damage_max: 0.0,
+                failed_fraction: 0.0,
+                fragments: 1,
+                local_shear_strain: local.shear,
+                local_volumetric_strain: local.volumetric,
+                turn: local.rotation,
+            }
         };
-        let grains: Vec<GrainRow> = state.poses.iter().take(self.grains).map(grain).collect();
+        let grains: Vec<GrainRow> = state.poses.iter().take(self.grains).enumerate().map(grain).collect();
         self.writer.save_grains(&grains)?;
         if self.with_contacts {
             self.writer.write_table(&format!("contacts/{saved}"), &state.contacts.columns())?;

@@ -49,10 +49,14 @@ impl Pace {
         (rest > 1e-12).then_some(share)
     }
 
+    /// Share of the stage that is done after an increment of `share`.
+    pub fn after(&self, share: f64) -> f64 {
+        if share >= 1.0 - self.done { 1.0 } else { self.done + share }
+    }
+
     /// Takes note of an accepted increment; returns how often it was cut.
     pub fn accept(&mut self, share: f64, augmentations: usize) -> usize {
-        let rest = 1.0 - self.done;
-        self.done = if share >= rest { 1.0 } else { self.done + share };
+        self.done = self.after(share);
         if augmentations <= EASY {
             self.size = (self.growth * self.size).min(self.largest);
         }

@@ -4,7 +4,7 @@
 use crate::assembly::Contacts;
 use crate::model::BodyKind;
 use crate::tensor::{Pose, Vec3};
-use crate::triaxial::deformation::{Neighbourhood, SLICES, Unevenness, slice_strains};
+use crate::triaxial::deformation::{LocalStrain, Neighbourhood, SLICES, Unevenness, slice_strains};
 use crate::triaxial::drive::Origin;
 use crate::triaxial::network::{Network, mean_stress, pair_forces};
 use crate::triaxial::rig::Rig;
@@ -111,7 +111,14 @@ impl Measures {
 
 impl Picture {
     /// `contacts` were last evaluated at `poses`, under what `measures` says.
-    pub fn of(rig: &Rig, contacts: &Contacts, poses: &[Pose], measures: &Measures, zero: &Zero) -> Self {
+    pub fn of(
+        rig: &Rig,
+        contacts: &Contacts,
+        poses: &[Pose],
+        measures: &Measures,
+        zero: &Zero,
+        local_strains: &[LocalStrain],
+    ) -> Self {
         let pairs = pair_forces(contacts);
         let volume = rig.volume(poses);
         let stress = mean_stress(&rig.model, &pairs, poses, measures.confining_pressure, volume);
@@ -122,7 +129,7 @@ impl Picture {
         Picture {
             contact_stress: ContactStress { axial, radial, disagreement: off / measures.mean_stress.abs() },
             network: Network::of(&pairs, &is_grain),
-            unevenness: Unevenness::of(&zero.neighbourhood.local_strains(poses)),
+            unevenness: Unevenness::of(local_strains),
             slices: slice_strains(&zero.areas, &section_areas(rig, poses)),
             tilt: upright.angle(&Vec3::z()),
         }

@@ -9,10 +9,13 @@ pub mod network;
 pub mod response;
 pub mod rig;
 pub mod stage;
+pub mod summary;
 pub mod test;
 
+pub use deformation::LocalStrain;
 pub use ledger::{EnergyGate, Ledger};
 pub use measures::{Measures, Picture};
 pub use rig::{Rig, RigParameters};
 pub use stage::{Lateral, Path, Stage, StageEnd, Steps, Until};
+pub use summary::{StageCurve, StageSummary};
 pub use test::{Row, StepReport, Test};

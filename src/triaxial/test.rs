@@ -1,8 +1,9 @@
 //! A triaxial test in progress: stages, increments, landings, and the books kept over them.
 
 use crate::model::Counters;
-use crate::solver::{Increment, IncrementReport, StepStatus, advance, motion_between};
+use crate::solver::{Increment, IncrementReport, Pace, StepStatus, advance, motion_between};
 use crate::tensor::{Pose, Vec3, Vector6};
+use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
 use crate::triaxial::ledger::{EnergyGate, Ledger};
 use crate::triaxial::measures::{Measures, Picture, Zero};
@@ -37,6 +38,10 @@ pub struct Row {
 pub struct StepReport<'a> {
     pub row: Row,
     pub increment: &'a IncrementReport,
+    /// What happened around each grain since strains count.
+    pub local_strains: &'a [LocalStrain],
+    /// The test as the increment left it.
+    pub test: &'a Test,
 }
 
 /// Share of the consolidation pressure under which grains are seated. Under a small share the
@@ -68,9 +73,33 @@ pub struct Test {
     turning: Option<f64>,
     /// Largest friction angle since strains count [rad].
     peak_friction_angle: f64,
+    under_way: Option<UnderWay>,
+}
+
+/// A stage after its last accepted increment: with the rig's state all that it takes to go on with it.
+#[derive(Debug, Clone, PartialEq)]
+struct UnderWay {
+    drive: Drive,
+    pace: Pace,
+    watch: Watch,
+    curve: Curve,
+    last: Option<Last>,
+}
+
+impl UnderWay {
+    /// Share of the next increment; `None` where the stage is over.
+    fn next(&self) -> Option<f64> {
+        let next = self.pace.next().filter(|_| !self.watch.done)?;
+        Some(self.watch.limit.map_or(next, |limit| limit.min(next)))
+    }
+
+    fn is_over(&self) -> bool {
+        self.next().is_none()
+    }
 }
 
 /// An accepted increment, for the next one to go on from.
+#[derive(Debug, Clone, PartialEq)]
 struct Last {
     poses: Vec<Pose>,
     share: f64,
@@ -100,6 +129,7 @@ impl Test {
             loaded: true,
             turning: None,
             peak_friction_angle: f64::NEG_INFINITY,
+            under_way: None,
         }
     }
 
@@ -116,59 +146,52 @@ impl Test {
         self.start_elastic = elastic;
     }
 
-    /// Runs a stage; `observe` is called after each accepted increment and says whether to go on.
+    /// Whether a stage was interrupted; the next [`Test::run`] goes on with it.
+    pub fn is_under_way(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    /// Runs a stage, or the rest of the one that was interrupted; `observe` is called after each accepted
+    /// increment and says whether to go on. A wish to stop at the last increment interrupts nothing.
     pub fn run(
         &mut self,
         rig: &mut Rig,
         stage: &Stage,
         observe: &mut dyn FnMut(&Rig, &StepReport<'_>) -> bool,
     ) -> StageEnd {
-        let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
-        let drive = Drive::new(stage, origin, self.turning);
-        if drive.axial_strain() < 0.0 {
-            self.turning = Some(origin.height);
-        }
-        if matches!(stage.path, Path::Return { .. }) && drive.axial_strain() <= 0.0 {
+        let Some(mut way) = self.under_way.take().or_else(|| self.begin(rig, stage)) else {
             return StageEnd::Finished;
-        }
-        let mut curve = Curve::new(self.peak_friction_angle);
-        let start = Measures::of(rig, &origin, &self.zero);
-        curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
-        let mut watch = Watch::new(&stage.until, origin.deviatoric_stress);
-        let mut pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
-        let mut last: Option<Last> = None;
-        while !watch.done
-            && let Some(next) = pace.next()
-        {
-            let share = watch.limit.map_or(next, |limit| limit.min(next));
-            let to = if share < 1.0 - pace.done() { pace.done() + share } else { 1.0 };
-            let mut report = match self.attempt(rig, &drive, share, to, last.as_ref()) {
+        };
+        while let Some(share) = way.next() {
+            let to = way.pace.after(share);
+            let mut report = match self.attempt(rig, &way.drive, share, to, way.last.as_ref()) {
                 Ok(report) => report,
-                Err(reason) => {
-                    watch.limit = None;
-                    if pace.cut(share) {
-                        continue;
-                    }
-                    return StageEnd::Stopped { reason };
-                }
+                Err(_) if way.watch.gives_up_landing() => continue,
+                Err(_) if way.pace.cut(share) => continue,
+                Err(reason) => return StageEnd::Stopped { reason },
             };
-            let trial = self.weigh(rig, &drive, &report, share, to);
-            if watch.overshoots(share, &trial.measures) {
+            let trial = self.weigh(rig, &way.drive, &report, share, to);
+            if way.watch.overshoots(share, &trial.measures) {
                 continue;
             }
-            if trial.poorly_closed && self.energy_gate.cuts && pace.cut(share) {
-                watch.limit = None;
+            if trial.poorly_closed && self.energy_gate.cuts && way.pace.cut(share) {
+                way.watch.limit = None;
                 continue;
             }
-            report.counters.cuts = pace.accept(share, report.history.len());
+            report.counters.cuts = way.pace.accept(share, report.history.len());
             let m = &trial.measures;
-            watch.accept(m);
-            let response =
-                curve.push(m.axial_strain, m.volumetric_strain, m.deviatoric_stress, m.confining_pressure);
-            self.peak_friction_angle = curve.peak();
+            way.watch.accept(m);
+            let response = way.curve.push(
+                m.axial_strain,
+                m.volumetric_strain,
+                m.deviatoric_stress,
+                m.confining_pressure,
+            );
+            self.peak_friction_angle = way.curve.peak();
+            let local_strains = self.zero.neighbourhood.local_strains(&report.poses);
             let row = Row {
                 measures: *m,
-                picture: Picture::of(rig, &rig.contacts, &report.poses, m, &self.zero),
+                picture: Picture::of(rig, &rig.contacts, &report.poses, m, &self.zero, &local_strains),
                 response,
                 ledger: trial.ledger,
                 energy_gap: trial.energy_gap,
@@ -179,14 +202,39 @@ impl Test {
                 sliding_fraction: report.measures.sliding_fraction,
                 max_penetration: report.measures.max_penetration,
                 mean_contact_force: report.measures.mean_force,
-                progress: pace.done(),
+                progress: way.pace.done(),
             };
-            last = Some(self.commit(rig, &drive, &report, &trial, share));
-            if !observe(rig, &StepReport { row, increment: &report }) {
-                return StageEnd::Interrupted;
+            way.last = Some(self.commit(rig, &way.drive, &report, &trial, share));
+            self.under_way = Some(way);
+            let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
+            let goes_on = observe(rig, &step);
+            match self.under_way.take() {
+                Some(left) if goes_on || left.is_over() => way = left,
+                left => {
+                    self.under_way = left;
+                    return StageEnd::Interrupted;
+                }
             }
         }
-        watch.end(stage)
+        way.watch.end(stage)
+    }
+
+    /// Resolves a stage against the present state; `None` where there is nothing to do.
+    fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<UnderWay> {
+        let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
+        let drive = Drive::new(stage, origin, self.turning);
+        if drive.axial_strain() < 0.0 {
+            self.turning = Some(origin.height);
+        }
+        if matches!(stage.path, Path::Return { .. }) && drive.axial_strain() <= 0.0 {
+            return None;
+        }
+        let mut curve = Curve::new(self.peak_friction_angle);
+        let start = Measures::of(rig, &origin, &self.zero);
+        curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
+        let watch = Watch::new(&stage.until, origin.deviatoric_stress);
+        let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
+        Some(UnderWay { drive, pace, watch, curve, last: None })
     }
 
     /// Makes the increment the committed state; what it came from goes to the next one.
@@ -363,6 +411,7 @@ impl Test {
 }
 
 /// Watches for what ends a stage before its path does.
+#[derive(Debug, Clone, PartialEq)]
 struct Watch {
     until: Until,
     start: f64,
@@ -413,6 +462,16 @@ impl Watch {
         let fraction = (to - self.before) / (q - self.before);
         self.limit = Some(share * fraction.clamp(0.05, 0.98));
         true
+    }
+
+    /// After a failed increment that was short in order to land: goes on as if there were nothing to
+    /// land on, and past it.
+    fn gives_up_landing(&mut self) -> bool {
+        let landing = self.limit.take().is_some();
+        if landing {
+            self.trials = LANDING_TRIALS;
+        }
+        landing
     }
 
     fn accept(&mut self, measures: &Measures) {
