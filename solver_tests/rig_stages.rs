@@ -275,9 +275,8 @@ fn an_energy_gate_that_cuts_keeps_increments_closed() {
 /// corners of the smaller face on the larger one, each corner a spring `k` (two cubes in series; a plate gives
 /// none) beyond the onset. The column's stiffness is `1 / (2 / (4 k60) + 2 / (4 k))`.
 ///
-/// Tolerance: 1e-3 of the force, of which the confining pressure on the slanted cover between the cubes takes
-/// `p l` over the stiffness, 5e-5; and what the solver may leave out of balance in each of the two states that the
-/// force is the difference of, 1e-3 of the mean contact force on each of four corners.
+/// At 2 MPa every corner carries more than the 460 N at which the onset (4 um) ends. Tolerance: the confining
+/// pressure on the slanted cover between the cubes adds about `p l`, 1.2e5 N/m to 1.4e8 N/m; forces balance to 1e-6.
 #[test]
 fn column_of_cubes_has_the_stiffness_of_its_joints() {
     let (e, nu, rounding) = (3e10, 0.2, 1e-3);
@@ -301,12 +300,14 @@ fn column_of_cubes_has_the_stiffness_of_its_joints() {
         plate_friction: friction,
         tilting: false,
     };
-    let mut rig = Rig::new(&specimen, &parameters, Settings::default()).expect("a rig");
+    let settings = Settings { force_tolerance: 1e-6, ..Settings::default() };
+    let mut rig = Rig::new(&specimen, &parameters, settings).expect("a rig");
     let mut test = Test::new(&rig);
     test.energy_gate = EnergyGate { tolerance: 1e-3, cuts: false };
-    assert!(test.seat(&mut rig, PRESSURE).converged());
+    let pressure = 2e6;
+    assert!(test.seat(&mut rig, pressure).converged());
     let consolidate = Stage {
-        path: Path::Stress { axial: PRESSURE, radial: PRESSURE },
+        path: Path::Stress { axial: pressure, radial: pressure },
         steps: Steps::Count(2),
         until: Until::default(),
     };
@@ -329,8 +330,7 @@ fn column_of_cubes_has_the_stiffness_of_its_joints() {
         let expected = from_zero * stiffness * 1e-5 * height;
         let scale = stiffness * 1e-5 * height;
         let is = force(&rig, last);
-        let left = 2.0 * 4.0 * 1e-3 * last.mean_contact_force;
-        assert!((is - expected).abs() < 1e-3 * scale + left, "{is} N, not {expected} N");
+        assert!((is - expected).abs() < 2e-3 * scale, "{is} N, not {expected} N");
         assert!(!rows.iter().any(|row| row.poorly_closed), "elastic: the ledger closes");
         let stress = &last.picture.contact_stress;
         assert!((stress.axial / last.measures.axial_stress - 1.0).abs() < 1e-3, "{stress:?}");

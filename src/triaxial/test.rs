@@ -23,7 +23,8 @@ pub struct Row {
     pub energy_gap: f64,
     /// Whether that is beyond the gate.
     pub poorly_closed: bool,
-    /// By how much what the stage prescribes is missed, relative (see [`Drive::miss`]).
+    /// By how much what the stage prescribes is missed: stresses relative to the larger of their value and the
+    /// pressure, the volume to what an increment sweeps, the top plate to its travel in it.
     pub control_error: f64,
     pub counters: Counters,
     pub out_of_balance: f64,
