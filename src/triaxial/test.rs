@@ -384,7 +384,8 @@ impl Test {
         let state = self.state(rig, new, pressure, ram);
         let lift = new[rig.top].position.z - old[rig.top].position.z;
         let ram_work = 0.5 * (self.ram + ram) * lift;
-        let pressure_work = -0.5 * (rig.pressure + pressure) * (state.volume - rig.volume(old));
+        let swelling = state.volume - rig.volume(old) + report.elastic_volume;
+        let pressure_work = -0.5 * (rig.pressure + pressure) * swelling;
         let mut ledger = self.ledger;
         ledger.external += ram_work + pressure_work;
         ledger.elastic = report.energy.elastic - self.start_elastic;
