@@ -212,8 +212,12 @@ impl Observer for Progress {
                 if r.increments == 0 {
                     return format!("{kind:<15} {end} without an increment in {time}");
                 }
+                let poor = match r.poorly_closed {
+                    0 => String::new(),
+                    count => format!(", {count} increments worse than solver.energy_tolerance"),
+                };
                 format!(
-                    "{kind:<15} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}",
+                    "{kind:<15} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}{poor}",
                     r.increments,
                     r.factorisations as f64 / r.increments as f64,
                     r.energy_error.abs(),
