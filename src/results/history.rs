@@ -136,8 +136,8 @@ history! {
     energy_damage: f64, "J", "energy dissipated by damage, since the start";
     energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";
-    energy_error: f64, "J", "external work minus all other energies";
     energy_gap: f64, "1", "energy error of this increment over the work that ram and pressure exchanged in it";
+    energy_error: f64, "J", "external work minus all other energies";
 }
 
 #[cfg(test)]

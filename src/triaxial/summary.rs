@@ -9,8 +9,8 @@ pub struct StageSummary {
     pub peak: [f64; 2],
     /// Of the largest ratio of principal stresses.
     pub peak_friction_angle: f64,
-    /// Mean over the last tenth of the stage's axial strain, if the deviatoric stress has lost 2 % of its
-    /// peak by then.
+    /// Mean over the last tenth of the stage's axial strain, if the deviatoric stress stays
+    /// 2 % below its peak there.
     pub residual_friction_angle: f64,
     /// First tangent modulus of the stage [Pa].
     pub initial_modulus: f64,
@@ -75,7 +75,7 @@ impl StageCurve {
         let from = last.axial_strain - LAST_PART * (last.axial_strain - first.axial_strain);
         let end: Vec<&Point> = self.points.iter().filter(|p| p.axial_strain >= from).collect();
         let count = end.len() as f64;
-        let stress = end.iter().map(|p| p.deviatoric_stress).sum::<f64>() / count;
+        let stress = end.iter().map(|p| p.deviatoric_stress).fold(f64::NAN, f64::max);
         let peak = self.points.iter().map(|p| p.deviatoric_stress).fold(f64::NAN, f64::max);
         (stress < (1.0 - LOST) * peak).then(|| end.iter().map(|p| p.friction_angle).sum::<f64>() / count)
     }
