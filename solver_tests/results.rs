@@ -119,6 +119,9 @@ fn grain_row(grain: usize, state: usize) -> GrainRow {
         damage_max: 0.2,
         failed_fraction: 0.0,
         fragments: 1,
+        local_shear_strain: 0.01,
+        local_volumetric_strain: -0.001,
+        turn: 0.1,
     }
 }
 

@@ -32,7 +32,7 @@ use crate::mesh::{Mesh, grain_mesh};
 use crate::results::{Existing, Outcome as FileOutcome, Reader};
 use crate::scene::Scene;
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
-use crate::triaxial::{Rig, Stage, StageEnd, Test};
+use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
 use recorder::{Recorder, TestPoint};
 use resume::Found;
 use scene::ScenePoint;
@@ -142,13 +142,15 @@ fn triaxial_test(
         Some(found) => continued_test(case, wanted, options, &found, clock, observer)?,
         None => begun_test(case, wanted, source, options, clock, observer)?,
     };
+    test.energy_gate = plan::energy_gate(&case.solver);
     let mut end = match observer.stop_requested() {
         true => StageEnd::Interrupted,
         false => StageEnd::Finished,
     };
     if !recorder.at.seated && end == StageEnd::Finished {
-        if let Some(Stage::Consolidate { pressure }) = stages.first().and_then(|planned| planned.stage) {
-            let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
+        let path = stages.first().and_then(|planned| planned.stage).map(|stage| stage.path);
+        if let Some(StagePath::Stress { axial, radial }) = path {
+            let seating = seat(&mut test, &mut rig, axial.min(radial), &|| observer.stop_requested());
             observer.seated(seating.out_of_balance, seating.factorisations);
         }
         if observer.stop_requested() {
@@ -166,10 +168,9 @@ fn triaxial_test(
         if end != StageEnd::Finished {
             break;
         }
-        if !recorder.at.strains_restarted && !matches!(stage, Stage::Consolidate { .. }) {
+        if !recorder.at.strains_restarted && !planned.consolidates() {
             // Strains count from the end of the consolidation; the energies go on.
-            test.rig_height = rig.height(&rig.committed.poses);
-            test.rig_volume = rig.volume(&rig.committed.poses);
+            test.zero_strains(&rig);
             recorder.at.strains_restarted = true;
         }
         observer.stage_begun(planned);
@@ -189,6 +190,7 @@ fn triaxial_test(
             return Err(error);
         }
         recorder.end_stage()?;
+        recorder.sum_up(planned)?;
         observer.stage_ended(&recorder.stage_report(planned, &end));
         if end == StageEnd::Finished && observer.stop_requested() && planned.index + 1 < stages.len() {
             end = StageEnd::Interrupted;
@@ -248,7 +250,7 @@ fn continued_test(
     let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
     observer.resumed(&found.continuation(&kept, version));
     recorder.begin(case, &first, &specimen, &meshes)?;
-    recorder.restore(point.sums, kept.states);
+    recorder.restore(point.sums, point.curve.into_owned(), kept.states);
     recorder.at = point.at;
     Ok((recorder, rig, point.test.into_owned()))
 }
@@ -298,7 +300,7 @@ fn scene_run(
             let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
             observer.resumed(&found.continuation(&kept, version));
             recorder.begin_scene(case, &first, &parameters, folder)?;
-            recorder.restore(point.sums, kept.states);
+            recorder.restore(point.sums, StageCurve::default(), kept.states);
             recorder.at = point.at;
             recorder
         }

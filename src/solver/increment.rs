@@ -53,6 +53,8 @@ pub struct IncrementReport {
     /// Out-of-balance at each augmentation, for the dossier.
     pub history: Vec<f64>,
     pub measures: ContactMeasures,
+    /// The load factor that the loads' control was found to need; zero without one.
+    pub factor: f64,
 }
 
 impl IncrementReport {
@@ -129,6 +131,7 @@ pub fn advance(
             times: PhaseTimes::default(),
             history: Vec::new(),
             measures: ContactMeasures::default(),
+            factor: 0.0,
         };
     };
     let outcome = newton.equilibrate();
@@ -184,6 +187,7 @@ pub fn advance(
         times: newton.times(),
         history: outcome.history,
         measures,
+        factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
     };
     *contacts = newton.contacts;
     report

@@ -7,13 +7,17 @@ use crate::assembly::{self, BlockPattern, Contacts, Dofs};
 use crate::linalg::lu::LuSymbolic;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
+use crate::solver::control::Steering;
 use crate::tensor::Pose;
 
 /// The state of a solve and its buffers.
 pub struct Newton<'a> {
     pub model: &'a Model,
     pub committed: &'a Committed,
-    pub loads: &'a Loads,
+    /// With the control's load factor as it is at `poses`.
+    pub loads: Loads,
+    /// The loads' control; its unknown and residual come last in `away` and `residual`.
+    pub steering: Option<Steering>,
     pub settings: &'a Settings,
     pub dofs: Dofs,
     pub contacts: Contacts,
@@ -61,7 +65,7 @@ impl<'a> Newton<'a> {
     pub fn new(
         model: &'a Model,
         committed: &'a Committed,
-        loads: &'a Loads,
+        loads: &Loads,
         settings: &'a Settings,
         mut contacts: Contacts,
         poses: Vec<Pose>,
@@ -71,18 +75,28 @@ impl<'a> Newton<'a> {
         if contacts.evaluate(model, committed, &poses).is_err() {
             return Err(Box::new(contacts));
         }
+        let typical_stiffness = model.typical_stiffness();
+        let mut loads = loads.clone();
+        let steering = loads
+            .control
+            .as_ref()
+            .map(|control| Steering::new(control, model, &dofs, &loads, &poses, typical_stiffness));
+        if let Some(steering) = &steering {
+            steering.apply(&mut loads);
+        }
         let mut newton = Newton {
             model,
             committed,
             loads,
+            away: vec![0.0; dofs.count() + usize::from(steering.is_some())],
+            steering,
             settings,
-            away: vec![0.0; dofs.count()],
             dofs,
             contacts,
             poses,
             residual: Vec::new(),
             counters: Counters::default(),
-            typical_stiffness: model.typical_stiffness(),
+            typical_stiffness,
             system: None,
             values: Vec::new(),
             times: PhaseTimes::default(),
@@ -101,9 +115,17 @@ impl<'a> Newton<'a> {
             self.model,
             &self.dofs,
             &self.contacts,
-            self.loads,
+            &self.loads,
             &self.poses,
         );
+        if let Some(steering) = &self.steering {
+            self.residual.push(steering.residual(self.model, &self.poses));
+        }
+    }
+
+    /// Whether the loads' control has reached its target.
+    pub fn control_is_met(&self) -> bool {
+        self.steering.as_ref().is_none_or(|steering| steering.is_met(self.model, &self.poses))
     }
 
     pub(super) fn evaluate(&mut self) -> bool {
@@ -124,7 +146,14 @@ impl<'a> Newton<'a> {
     /// The residual with the proximal term.
     fn held_residual(&self, weight: f64) -> Vec<f64> {
         let hold = weight * self.typical_stiffness;
-        self.residual.iter().zip(&self.away).map(|(r, d)| r - hold * d).collect()
+        let mut held: Vec<f64> = self.residual.iter().zip(&self.away).map(|(r, d)| r - hold * d).collect();
+        // Nothing holds the load factor back.
+        if self.steering.is_some()
+            && let (Some(held), Some(lack)) = (held.last_mut(), self.residual.last())
+        {
+            *held = *lack;
+        }
+        held
     }
 
     /// The Newton step for `held`, or `None` where the matrix is singular.
@@ -153,7 +182,7 @@ impl<'a> Newton<'a> {
             self.model,
             &system.pattern,
             &self.dofs,
-            self.loads,
+            &self.loads,
             &self.poses,
         );
         assembly::cover_stiffness_into(
@@ -161,7 +190,7 @@ impl<'a> Newton<'a> {
             self.model,
             &system.pattern,
             &self.dofs,
-            self.loads,
+            &self.loads,
             &self.poses,
         );
         system.pattern.add_diagonal(&mut self.values, &self.dofs, weight * self.typical_stiffness);
@@ -169,9 +198,15 @@ impl<'a> Newton<'a> {
         let start = std::time::Instant::now();
         let mut step = held.to_vec();
         self.counters.factorisations += 1;
-        let solved = system.symbolic.factorise(&self.values).and_then(|f| f.solve_in_place(&mut step));
+        let motion = ..self.dofs.count();
+        let factor = system.symbolic.factorise(&self.values).ok()?;
+        factor.solve_in_place(&mut step[motion]).ok()?;
+        if let Some(steering) = &mut self.steering {
+            steering.update_border(self.model, &self.dofs, &self.poses);
+            steering.complete(&mut step, |right| factor.solve_in_place(right).ok())?;
+        }
         self.times.factor += start.elapsed().as_secs_f64();
-        solved.ok().map(|()| step)
+        Some(step)
     }
 
     /// The largest share of `step` that moves no body further than the cap, nor any pair further
@@ -198,7 +233,9 @@ impl<'a> Newton<'a> {
         let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let centre = self.poses.clone();
+        let unmoved = vec![0.0; self.away.len()];
         self.away.iter_mut().for_each(|d| *d = 0.0);
+        self.steering.iter_mut().for_each(Steering::recentre);
         let mut held = self.held_residual(weight);
         let first = merit(&held);
         let mut merits = vec![first];
@@ -269,7 +306,7 @@ impl<'a> Newton<'a> {
             }
         }
         if end == NewtonEnd::Stalled {
-            self.go_to(centre, vec![0.0; self.dofs.count()]);
+            self.go_to(centre, unmoved);
         }
         end
     }
@@ -277,7 +314,15 @@ impl<'a> Newton<'a> {
     fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
         self.poses = poses;
         self.away = away;
+        self.steer();
         self.evaluate();
+    }
+
+    /// Sets the loads to those of the control's unknown in `away`.
+    fn steer(&mut self) {
+        if let (Some(steering), Some(away)) = (&mut self.steering, self.away.last()) {
+            steering.move_to(*away, &mut self.loads);
+        }
     }
 
     /// Moves to `from + factor * step` and evaluates; `None` if bodies are too close there.
@@ -292,6 +337,7 @@ impl<'a> Newton<'a> {
         for (d, (old, s)) in self.away.iter_mut().zip(from.1.iter().zip(step)) {
             *d = old + factor * s;
         }
+        self.steer();
         if !self.evaluate() {
             return None;
         }

@@ -27,6 +27,8 @@ pub struct RigParameters {
     pub poissons_ratio: f64,
     pub friction: Friction,
     pub plate_friction: Friction,
+    /// Whether the top plate is free to tilt; else it stays level.
+    pub tilting: bool,
 }
 
 /// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
@@ -44,8 +46,12 @@ pub struct Rig {
     pub top: usize,
     /// Volume of all grains [m^3].
     pub solid_volume: f64,
+    /// Volume between the walls of the compaction over that of the cover as it was draped.
+    pub nominal_ratio: f64,
     /// Pressure in force [Pa].
     pub pressure: f64,
+    /// Whether the top plate is free to tilt.
+    pub tilting: bool,
 }
 
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
@@ -60,7 +66,7 @@ impl Rig {
     /// The state to store, so that a test can go on from here to the same bits.
     pub fn state(&self) -> RigState<'_> {
         // Every field by name: a new one is either rebuilt by `new` or has to be stored.
-        let Rig { model: _, committed, contacts, settings: _, bottom: _, top: _, solid_volume: _, pressure } =
+        let Rig { model: _, committed, contacts, settings: _, bottom: _, top: _, solid_volume: _, pressure, nominal_ratio: _, tilting: _ } =
             self;
         RigState {
             committed: Cow::Borrowed(committed),
@@ -145,9 +151,13 @@ impl Rig {
             bottom,
             top,
             solid_volume,
+            nominal_ratio: 1.0,
             pressure: 0.0,
+            tilting: parameters.tilting,
         };
         rig.drape(specimen.diameter)?;
+        let between_walls = std::f64::consts::PI * radius * radius * height;
+        rig.nominal_ratio = between_walls / rig.volume(&rig.committed.poses);
         Ok(rig)
     }
 
@@ -195,11 +205,12 @@ impl Rig {
         PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * median)
     }
 
-    /// Everything held but the grains; the top plate's vertical free where `top_free`.
+    /// Everything held but the grains; the top plate's vertical free where `top_free`, its tilt
+    /// where it may.
     pub fn loads(&self, top_free: bool, pressure: f64) -> Loads {
         let mut loads = Loads::none(self.model.bodies.len());
         loads.prescribed[self.bottom] = [true; 6];
-        loads.prescribed[self.top] = [true, true, !top_free, true, true, true];
+        loads.prescribed[self.top] = [true, true, !top_free, !self.tilting, !self.tilting, true];
         loads.pressure = pressure;
         loads
     }
