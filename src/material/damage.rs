@@ -313,6 +313,16 @@ impl DamageLaw {
         Principal { theta_t: part(1.0), theta_c: part(-1.0), values, axes: eigen.eigenvectors, r, stresses }
     }
 
+    /// Whether a sound point certainly stays sound: theta_t and theta_c are at most the norm of the strain tensor.
+    fn cannot_damage(&self, strain: &Vector6<f64>, old: &DamageState) -> bool {
+        let least = self.tension.onset.min(self.compression.onset);
+        let sound = old.tension <= self.tension.onset && old.compression <= self.compression.onset;
+        let e = strain;
+        let squared =
+            e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
+        sound && squared < least * least
+    }
+
     /// `1 - d` for histories and stress state.
     fn integrity(&self, theta_t: f64, theta_c: f64, r: f64) -> f64 {
         let [w_c, w_t] = self.recovery;
@@ -338,7 +348,7 @@ impl DamageLaw {
 
     /// The state at a new strain. Not a number where the strain is not.
     pub fn advance(&self, strain: &Vector6<f64>, old: &DamageState) -> DamageState {
-        if old.failed {
+        if old.failed || self.cannot_damage(strain, old) {
             return DamageState { strain: *strain, ..*old };
         }
         let new = self.principal(strain);
@@ -351,46 +361,53 @@ impl DamageLaw {
         DamageState { strain: *strain, tension, compression, failed }
     }
 
-    /// As [`Self::advance`], but neither `d_t` nor `d_c` grows by more than `max_change`, and a point that this limit
-    /// holds below the threshold does not fail yet. Also returns the largest growth that was asked for.
-    pub fn advance_limited(
-        &self,
-        strain: &Vector6<f64>,
-        old: &DamageState,
-        max_change: f64,
-    ) -> (DamageState, f64) {
-        if old.failed {
-            return (DamageState { strain: *strain, ..*old }, 0.0);
+    /// Growth of `d_t` or `d_c`, the larger, that a strain asks for.
+    pub fn growth(&self, strain: &Vector6<f64>, old: &DamageState) -> f64 {
+        if old.failed || self.cannot_damage(strain, old) {
+            return 0.0;
         }
         let new = self.principal(strain);
-        let mut asked = 0.0_f64;
-        let mut limited = |branch: &Branch, before: f64, theta: f64| {
-            if theta <= before {
-                return before;
-            }
-            let (from, to) = (branch.damage(before), branch.damage(theta));
-            asked = asked.max(to - from);
-            if to - from > max_change { branch.history(from + max_change).min(theta) } else { theta }
-        };
-        let tension = limited(&self.tension, old.tension, new.theta_t);
-        let compression = limited(&self.compression, old.compression, new.theta_c);
-        let failed = 1.0 - self.integrity(tension, compression, new.r) > self.threshold;
-        (DamageState { strain: *strain, tension, compression, failed }, asked)
+        let grown = |branch: &Branch, before: f64, theta: f64| branch.damage(theta) - branch.damage(before);
+        grown(&self.tension, old.tension, new.theta_t)
+            .max(grown(&self.compression, old.compression, new.theta_c))
+            .max(0.0)
     }
 
-    /// Energy per volume [J/m^3] that damage sets free between two states of a point, the strain going straight from one to
-    /// the other: `integral of Y dd`, `Y = e : C e / 2`, which is the work of the stress less the change of stored energy.
+    /// As [`Self::advance`], but `d_t` and `d_c` grow only by `share` (0 to 1) of what the strain asks for, and a point that this
+    /// holds below the threshold does not fail yet. (A history below the onset need not be kept: nothing depends on it.)
+    pub fn advance_partly(&self, strain: &Vector6<f64>, old: &DamageState, share: f64) -> DamageState {
+        if share >= 1.0 {
+            return self.advance(strain, old);
+        }
+        if old.failed || self.cannot_damage(strain, old) {
+            return DamageState { strain: *strain, ..*old };
+        }
+        let new = self.principal(strain);
+        let part = |branch: &Branch, before: f64, theta: f64| {
+            if theta <= before || theta <= branch.onset {
+                return before.max(theta);
+            }
+            let (from, to) = (branch.damage(before), branch.damage(theta));
+            branch.history(from + share * (to - from)).clamp(before, theta)
+        };
+        let tension = part(&self.tension, old.tension, new.theta_t);
+        let compression = part(&self.compression, old.compression, new.theta_c);
+        let failed = 1.0 - self.integrity(tension, compression, new.r) > self.threshold;
+        DamageState { strain: *strain, tension, compression, failed }
+    }
+
+    /// Work of the stress per volume [J/m^3] between two states of a point, the strain going straight from one to the
+    /// other and the histories growing with it from those of the one to at most those of the other.
     ///
-    /// By Gauss quadrature, with panels of at most 1/16 of damage each; exact where d does not change. Changes of d by
-    /// recovery count too: a closing crack takes energy up that opening sets free, so this can be negative for a step of that kind.
-    pub fn dissipation(&self, from: &DamageState, to: &DamageState) -> f64 {
+    /// By Gauss quadrature, with panels of at most 1/16 of damage each.
+    pub fn work(&self, from: &DamageState, to: &DamageState) -> f64 {
         if from.failed {
             return 0.0;
         }
-        if to.tension <= self.tension.onset && to.compression <= self.compression.onset {
-            return 0.0;
-        }
         let change = to.strain - from.strain;
+        if to.tension <= self.tension.onset && to.compression <= self.compression.onset {
+            return self.elastic.energy_density(&to.strain) - self.elastic.energy_density(&from.strain);
+        }
         let [dt, dc] = self.parts(from);
         let [dt_end, dc_end] = self.parts(to);
         let panels = 1 + (PANELS * (dt_end - dt).max(dc_end - dc).max(0.0)) as usize;
@@ -408,7 +425,19 @@ impl DamageLaw {
                 }
             }
         }
-        work - (self.stored_energy(to) - self.stored_energy(from))
+        work
+    }
+
+    /// Energy per volume [J/m^3] that damage sets free between two states of a point, the strain going straight from one to
+    /// the other: `integral of Y dd`, `Y = e : C e / 2`, which is the work of the stress less the change of stored energy.
+    ///
+    /// Changes of d by recovery count too: a crack that opens sets energy free that its closing takes up again, so this can be
+    /// negative for a step in which cracks close under load.
+    pub fn dissipation(&self, from: &DamageState, to: &DamageState) -> f64 {
+        if from.failed || (to.tension <= self.tension.onset && to.compression <= self.compression.onset) {
+            return 0.0;
+        }
+        self.work(from, to) - (self.stored_energy(to) - self.stored_energy(from))
     }
 
     /// Stress, tangent, new state and dissipation at a new strain.
@@ -628,7 +657,7 @@ mod tests {
     }
 
     #[test]
-    fn limited_growth_reaches_the_same_state_in_pieces() {
+    fn growth_in_parts_reaches_the_same_state() {
         let law = law(&DamageParameters::default());
         let strain = Vector6::new(2.5e-3, -1e-3, 3e-4, 1e-3, 0.0, 2e-4);
         let whole = law.advance(&strain, &DamageState::default());
@@ -637,12 +666,14 @@ mod tests {
         let mut rounds = 0;
         loop {
             let before = law.parts(&state);
-            let (next, asked) = law.advance_limited(&strain, &state, 0.1);
-            let after = law.parts(&next);
-            assert!(after[0] - before[0] < 0.1 + 1e-12 && after[1] - before[1] < 0.1 + 1e-12);
-            state = next;
+            let asked = law.growth(&strain, &state);
+            let share = (0.1 / asked).min(1.0);
+            state = law.advance_partly(&strain, &state, share);
+            let after = law.parts(&state);
+            let grown = (after[0] - before[0]).max(after[1] - before[1]);
+            assert!((grown - share * asked).abs() < 1e-12, "{grown} {asked}");
             rounds += 1;
-            if asked <= 0.1 {
+            if share == 1.0 {
                 break;
             }
         }
