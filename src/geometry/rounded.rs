@@ -89,6 +89,14 @@ pub fn facet_planes(shape: &Polyhedron) -> Vec<HalfSpace> {
     planes
 }
 
+/// The part of a convex polyhedron inside all `planes`, or why there is none.
+pub fn intersection(shape: &Polyhedron, planes: &[HalfSpace]) -> Result<Polyhedron, String> {
+    let mut all = facet_planes(shape);
+    all.extend_from_slice(planes);
+    let size = shape.vertices.iter().map(|v| (v - shape.vertices[0]).norm()).fold(0.0, f64::max);
+    polytope(&all, shape.vertices[0], size)
+}
+
 /// The bounded polytope of `planes`, which lies within `size` [m] of `near`.
 ///
 /// Each plane's polygon is cut out of a large square by all other planes; corners of different
@@ -229,6 +237,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn box_cut_by_planes() {
+        let shape = Polyhedron::cuboid([2.0, 3.0, 4.0]).expect("a box");
+        let half = intersection(&shape, &[HalfSpace { normal: Vec3::z(), offset: -0.5 }]).expect("a part");
+        assert!((half.volume() - 9.0).abs() < 1e-12);
+        // Off one corner: a tetrahedron of edges 0.3 sqrt 3 along the axes.
+        let normal = Vec3::repeat(1.0 / 3.0_f64.sqrt());
+        let corner = normal.dot(&Vec3::new(1.0, 1.5, 2.0));
+        let rest = intersection(&shape, &[HalfSpace { normal, offset: corner - 0.3 }]).expect("a part");
+        assert!((24.0 - rest.volume() - (0.3 * 3.0_f64.sqrt()).powi(3) / 6.0).abs() < 1e-12);
+        assert!(intersection(&shape, &[HalfSpace { normal: Vec3::x(), offset: -1.5 }]).is_err());
     }
 
     #[test]
