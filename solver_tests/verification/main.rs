@@ -9,6 +9,7 @@ mod block_pushed_along_plane;
 mod card_tent;
 mod condensed_grain;
 mod crossed_edges;
+mod crushed_bodies;
 mod cube_on_cube;
 mod damage_law;
 mod damaged_grain;

@@ -89,12 +89,43 @@ pub fn facet_planes(shape: &Polyhedron) -> Vec<HalfSpace> {
     planes
 }
 
-/// The part of a convex polyhedron inside all `planes`, or why there is none.
-pub fn intersection(shape: &Polyhedron, planes: &[HalfSpace]) -> Result<Polyhedron, String> {
-    let mut all = facet_planes(shape);
-    all.extend_from_slice(planes);
+/// Corners of a cut body closer than this, over its size, are one.
+const SAME_CORNER: f64 = 1e-8;
+
+/// The part of a convex polyhedron inside all `planes`: the hull of its corners inside and of the points where its edges
+/// cross, plane after plane.
+///
+/// # Errors
+/// `Error::Mesh` where nothing is left that has volume.
+pub fn intersection(shape: &Polyhedron, planes: &[HalfSpace]) -> Result<Polyhedron> {
     let size = shape.vertices.iter().map(|v| (v - shape.vertices[0]).norm()).fold(0.0, f64::max);
-    polytope(&all, shape.vertices[0], size)
+    let mut rest = shape.clone();
+    for plane in planes {
+        let heights: Vec<f64> = rest.vertices.iter().map(|v| plane.normal.dot(v) - plane.offset).collect();
+        if heights.iter().all(|h| *h <= SAME_CORNER * size) {
+            continue;
+        }
+        let inside = rest.vertices.iter().zip(&heights).filter(|(_, h)| **h <= 0.0).map(|(v, _)| *v);
+        let crossings = rest.edges.iter().filter_map(|edge| {
+            let ([a, b], [p, q]) =
+                (edge.vertices.map(|v| rest.vertices[v]), edge.vertices.map(|v| heights[v]));
+            (p * q < 0.0).then(|| a + (b - a) * (p / (p - q)))
+        });
+        let mut corners: Vec<Vec3> = vec![];
+        for corner in inside.chain(crossings) {
+            if corners.iter().all(|other| (other - corner).norm() > SAME_CORNER * size) {
+                corners.push(corner);
+            }
+        }
+        if corners.len() < 4 {
+            return Err(fault("nothing is left on one side of a plane".into()));
+        }
+        rest = Polyhedron::convex_hull(&corners)?;
+        if !(rest.volume() > (SAME_CORNER * size).powi(3)) {
+            return Err(fault("what is left on one side of a plane has no volume".into()));
+        }
+    }
+    Ok(rest)
 }
 
 /// The bounded polytope of `planes`, which lies within `size` [m] of `near`.

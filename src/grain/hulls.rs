@@ -8,7 +8,7 @@
 //! takes material away that lies behind the plane ([`ContactShape::cut_off`]). The plane between two parts is the one of those tried that has least of their material
 //! on the wrong side; material counts at cell corners, a quarter of the cell each.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::Polyhedron;
 use crate::geometry::RoundedBody;
 use crate::geometry::rounded::{HalfSpace, facet_planes, intersection};
@@ -72,14 +72,7 @@ pub fn contact_shapes(parts: &[&Mesh]) -> Vec<Result<ContactShape>> {
             let hull = hull?;
             let own = mesh.volume();
             let hull_over_own = hull.volume() / own;
-            let nominal = if planes.is_empty() {
-                hull
-            } else {
-                intersection(&hull, &planes).map_err(|reason| Error::Mesh {
-                    name: "grain part".into(),
-                    message: format!("nothing of its hull is left between the other parts: {reason}"),
-                })?
-            };
+            let nominal = if planes.is_empty() { hull } else { intersection(&hull, &planes)? };
             let behind = |x: &Vec3| planes.iter().any(|plane| plane.normal.dot(x) > plane.offset);
             let cut_off = cloud.iter().filter(|(x, _)| behind(x)).map(|(_, v)| v).sum::<f64>() / own;
             Ok(ContactShape {
