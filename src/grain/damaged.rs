@@ -141,7 +141,7 @@ pub(super) fn condense(
     let elastic: Vec<Elastic> = laws.iter().map(|law| *law.elastic()).collect();
     let held: Vec<[f64; POINT_COUNT]> =
         intact.iter().map(|points| points.map(|share| share.max(HELD))).collect();
-    CondensedGrain::with_damage(mesh, &elastic, density, &held)
+    CondensedGrain::with_damage_on_demand(mesh, &elastic, density, &held)
 }
 
 fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {

@@ -245,8 +245,7 @@ impl Test {
         let area = volume / height;
         let before = self.ledger;
         let swelling = volume - old_volume + report.elastic_volume;
-        self.ledger.external +=
-            0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * swelling;
+        self.ledger.external += 0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * swelling;
         self.ram = ram;
         self.ledger.elastic = report.energy.elastic - self.start_elastic;
         self.ledger.friction += report.energy.friction;
