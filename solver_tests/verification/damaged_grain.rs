@@ -291,7 +291,7 @@ fn push(
     steps: usize,
 ) -> f64 {
     let mut work = 0.0;
-    let mut last: Option<(Vec<(SurfacePoint, Vec3)>, Vec<Vec3>)> = None;
+    let (mut before, mut u_before): (Vec<(SurfacePoint, Vec3)>, Vec<Vec3>) = (vec![], vec![]);
     for k in 1..=steps {
         let now = loads(most * k as f64 / steps as f64);
         let mut rounds = 0;
@@ -307,11 +307,12 @@ fn push(
         let at: Vec<SurfacePoint> = now.iter().map(|(point, _)| *point).collect();
         let mut u = vec![Vec3::zeros(); at.len()];
         grain.condensed().surface_displacement_into(&mut u, &now, &at);
-        for (j, u_now) in u.iter().enumerate() {
-            let (f, u_before) = last.as_ref().map_or((Vec3::zeros(), Vec3::zeros()), |(f, u)| (f[j].1, u[j]));
-            work += 0.5 * (f + now[j].1).dot(&(u_now - u_before));
+        for (j, (u_now, (_, f_now))) in u.iter().zip(&now).enumerate() {
+            let f = before.get(j).map_or(Vec3::zeros(), |(_, f)| *f);
+            let u = u_before.get(j).copied().unwrap_or_default();
+            work += 0.5 * (f + f_now).dot(&(u_now - u));
         }
-        last = Some((now, u));
+        (before, u_before) = (now, u);
     }
     work
 }
