@@ -6,10 +6,12 @@
 pub mod damage;
 pub mod elastic;
 pub mod field;
+pub mod softening;
 
-pub use damage::{DamageLaw, DamageParameters, DamageState, Response, Softening, crack_band_size};
+pub use damage::{DamageLaw, DamageParameters, DamageState, Response};
 pub use elastic::Elastic;
 pub use field::{Field, Law, Property, Quantity, sample_field};
+pub use softening::{Softening, crack_band_size};
 
 /// A material value that physics or a statistical law does not allow.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
