@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use riprap::results::{
     BodyRow, CaseRecord, CellKind, Column, Existing, FieldMesh, FieldState, GrainRow, HistoryRow, Outcome,
-    Reader, Summary, Writer, journal, write_history_csv,
+    Reader, Summary, Writer, journal, write_history_csv, write_vtu_series,
 };
 use riprap::tensor::Vec3;
 
@@ -260,6 +260,116 @@ print('read')
 }
 
 #[test]
+fn vtk_reads_the_exported_series() {
+    let Some(python) = python() else { return };
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("two.h5");
+    write_small_file(&path);
+    let reader = Reader::open(&path).expect("opens");
+    let series = write_vtu_series(&reader, &dir.path().join("out"), "a <b> & \"c\"").expect("exported");
+    // Every file against the temporary grid that VTK reads from the results file itself.
+    let program = r#"
+import sys, os, xml.etree.ElementTree
+import numpy
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+from vtkmodules.util.numpy_support import vtk_to_numpy as numpy_of
+path, series = sys.argv[1:3]
+sets = xml.etree.ElementTree.parse(series).getroot().findall('Collection/DataSet')
+assert len(sets) == 3
+reader = vtkHDFReader()
+reader.SetFileName(path)
+reader.UpdateInformation()
+for state, entry in enumerate(sets):
+    reader.SetStep(state)
+    reader.Update()
+    expected = reader.GetOutputDataObject(0)
+    assert float(entry.get('timestep')) == reader.GetTimeValue()
+    one = vtkXMLUnstructuredGridReader()
+    one.SetFileName(os.path.join(os.path.dirname(series), entry.get('file')))
+    one.Update()
+    grid = one.GetOutput()
+    assert one.GetErrorCode() == 0
+    counts = lambda g: (g.GetNumberOfPoints(), g.GetNumberOfCells())
+    assert counts(grid) == counts(expected), (counts(grid), counts(expected))
+    for cell in range(grid.GetNumberOfCells()):
+        assert grid.GetCellType(cell) == expected.GetCellType(cell)
+        ids = lambda g: [g.GetCell(cell).GetPointId(k) for k in range(g.GetCell(cell).GetNumberOfPoints())]
+        assert ids(grid) == ids(expected)
+    u = numpy_of(expected.GetPointData().GetArray('displacement'))
+    places = lambda g: numpy_of(g.GetPoints().GetData())
+    assert (places(grid) == places(expected) + u).all()
+    for of in ['GetPointData', 'GetCellData']:
+        there, here = getattr(expected, of)(), getattr(grid, of)()
+        assert there.GetNumberOfArrays() == here.GetNumberOfArrays() > 0
+        for k in range(there.GetNumberOfArrays()):
+            a, b = there.GetArray(k), here.GetArray(there.GetArrayName(k))
+            assert a.GetDataType() == b.GetDataType(), there.GetArrayName(k)
+            numpy.testing.assert_array_equal(numpy_of(a), numpy_of(b))
+print('read')
+"#;
+    let arguments = [&path, &series].map(|path| path.to_str().expect("path"));
+    assert_eq!(run_python(&python, program, &arguments).trim(), "read");
+}
+
+/// The bodies of a scene in `/VTKHDF`: meshes of their volume that move as `/bodies` says.
+#[test]
+fn vtk_reads_the_bodies_of_a_scene() {
+    let Some(python) = python() else { return };
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("scene.h5");
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/scenes/card_tent_stands.json");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_riprap"));
+    run.arg("run").arg(&case).args(["--quiet", "--out"]).arg(&path);
+    assert!(run.status().expect("riprap starts").success());
+    let program = r#"
+import sys
+import numpy
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+from vtkmodules.util.numpy_support import vtk_to_numpy as numpy_of
+from riprap_results import Results
+from read_results import bodies, contacts, history, states
+path = sys.argv[1]
+with Results(path) as results:
+    parts, increments = results.parts, results.state_increments
+tables = bodies(path, plain=True)
+assert sorted(parts) == sorted(tables), (parts, sorted(tables))
+reader = vtkHDFReader()
+reader.SetFileName(path)
+reader.UpdateInformation()
+assert reader.GetNumberOfSteps() == len(increments) > 2
+reader.SetStep(len(increments) - 1)
+reader.Update()
+grid = reader.GetOutputDataObject(0)
+u = numpy_of(grid.GetPointData().GetArray('displacement'))
+points = numpy_of(grid.GetPoints().GetData())
+part = numpy_of(grid.GetCellData().GetArray('part'))
+sizes = vtkCellSizeFilter()
+sizes.SetInputData(grid)
+sizes.Update()
+volume = numpy_of(sizes.GetOutput().GetCellData().GetArray('Volume'))
+for number, name in enumerate(parts):
+    cells = numpy.flatnonzero(part == number)
+    ids = sorted({grid.GetCell(c).GetPointId(k) for c in cells for k in range(grid.GetCell(c).GetNumberOfPoints())})
+    expected = 0.1 if name == 'ground' else 2e-4
+    assert abs(volume[cells].sum() / expected - 1) < 1e-9, (name, volume[cells].sum())
+    # A rigid motion: distances stay. The nodes of these boxes lie evenly about the reference point.
+    moved = points[ids] + u[ids]
+    distances = [numpy.linalg.norm(places[0] - places, axis=1) for places in (points[ids], moved)]
+    assert abs(distances[0] - distances[1]).max() < 1e-12
+    end = [tables[name][f'displacement_{axis}'][increments[-1] - 1] for axis in 'xyz']
+    assert abs(u[ids].mean(axis=0) - end).max() < 1e-12, (name, u[ids].mean(axis=0), end)
+    assert (abs(u[ids]).max() == 0) == (name == 'ground'), name
+assert len(contacts(path, plain=True)['slip']) > 0
+assert states(path, plain=True)['displacement'].shape == (len(increments), len(points), 3)
+assert len(history(path, plain=True)['increment']) == increments[-1]
+print('read')
+"#;
+    assert_eq!(run_python(&python, program, &[path.to_str().expect("path")]).trim(), "read");
+}
+
+#[test]
 fn vtk_reads_after_each_state() {
     let Some(python) = python() else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
@@ -437,7 +547,7 @@ fn python_reader_rolls_back_as_riprap_does() {
         with riprap_results.Results(sys.argv[1]) as results: print(len(results.history), len(results.states))";
     for whole_journal in [true, false] {
         let snapshot = journal::snapshot(&path, good.len() as u64, &[(4096, 1000)]).expect("snapshot");
-        journal::write(&path, &snapshot).expect("journal");
+        journal::write(&path, &snapshot, false).expect("journal");
         if whole_journal {
             let mut torn = good.clone();
             torn[..2000].fill(0);

@@ -5,9 +5,9 @@
 use std::path::{Path, PathBuf};
 
 use riprap::error::Error;
-use riprap::results::{CaseRecord, Existing, Reader, Writer};
+use riprap::results::{Existing, Reader};
 use riprap::scene::{Row, deepest_overlap};
-use riprap::simulation::scene;
+use riprap::simulation::{End, Observer, Options, run, scene};
 use riprap::triaxial::StageEnd;
 
 fn folder() -> PathBuf {
@@ -36,7 +36,7 @@ impl Ran {
         let case = riprap::case::read(&file).and_then(|raw| raw.check())?;
         let (mut rows, mut bodies): (Vec<Row>, Vec<String>) = (vec![], vec![]);
         let start = std::time::Instant::now();
-        let end = scene::run(&case, &folder(), None, |scene, row| {
+        let end = scene::run(&case, &folder(), |scene, row| {
             let overlap = deepest_overlap(&scene.model, &scene.committed.poses).map_or(0.0, |o| o.depth);
             assert!(overlap <= row.measures.max_penetration + 1e-9, "{name}: overlap {overlap} m");
             bodies = scene.model.bodies.iter().map(|body| body.name.clone()).collect();
@@ -157,15 +157,18 @@ fn results_hold_every_body() {
     let case = riprap::case::read(&file).and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}"));
     let results = tempfile::tempdir().expect("a folder");
     let path = results.path().join("push.h5");
-    let mut writer =
-        Writer::create(&path, &CaseRecord::default(), Existing::Refuse).unwrap_or_else(|e| panic!("{e}"));
     let mut pushes = vec![];
-    let end = scene::run(&case, &folder(), Some(&mut writer), |_, row| {
+    let end = scene::run(&case, &folder(), |_, row| {
         pushes.push(row.bodies[1].reaction_force.x);
         true
     });
     assert_eq!(end.unwrap_or_else(|e| panic!("{e}")), StageEnd::Finished);
-    drop(writer);
+    struct Nobody;
+    impl Observer for Nobody {}
+    let raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
+    let options = Options { out: path.clone(), existing: Existing::Refuse, threads: 1 };
+    let outcome = run(&case, &raw, &options, &mut Nobody).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(outcome.end, End::Finished);
     let reader = Reader::open(&path).unwrap_or_else(|e| panic!("{e}"));
     let read = reader.floats("bodies/block/reaction_force").unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(read.iter().step_by(3).copied().collect::<Vec<_>>(), pushes);

@@ -27,6 +27,8 @@ pub mod solver;
 pub mod triaxial;
 pub mod scene;
 pub mod results;
+pub mod report;
 pub mod case;
+pub mod study;
 pub mod simulation;
 pub mod cli;

@@ -14,6 +14,8 @@ mod cube_on_cube;
 mod damage_law;
 mod damaged_grain;
 mod grain_meshes;
+mod hertz;
+mod penalty_independence;
 mod rattler;
 mod sliding_over_facets;
 mod softening_bar;

@@ -8,6 +8,7 @@ use crate::contact::{Feature, Site};
 use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Two cores have come closer than the floor (or overlap): the configuration is refused.
@@ -37,23 +38,30 @@ pub struct ContactPoint {
 }
 
 /// A pair of bodies: what it carries, and its contact points now.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PairWork {
     features: PairFeatures,
     skin: f64,
     stiffness: f64,
-    /// Friction coefficient in force.
+    /// Friction coefficient in force; set anew for each increment, like all that is not stored below.
+    #[serde(skip)]
     pub coefficient: f64,
     /// The committed memory.
+    #[serde(skip)]
     pub carried: PairMemory,
     /// Forces of the last augmentation, by feature.
+    #[serde(skip)]
     pub held: Vec<Held>,
     /// Places seen since the last augmentation; empty for two rigid bodies.
+    #[serde(skip)]
     pub spots: Vec<Spot>,
+    #[serde(skip)]
     pub points: Vec<ContactPoint>,
     /// Tangents of the active points, in their order.
+    #[serde(skip)]
     pub tangents: Vec<Tangent>,
     /// Smallest distance between the cores' features [m].
+    #[serde(skip)]
     pub nearest: f64,
 }
 
@@ -85,6 +93,8 @@ impl PairWork {
         self.held.clear();
         self.held.extend(self.carried.points.iter().map(Held::committed));
         self.spots.clear();
+        // Their offsets would count in the next search, and a continued run does not have them.
+        self.points.clear();
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
@@ -183,15 +193,19 @@ fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
     SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) }
 }
 
-/// All pairs within reach.
-#[derive(Debug, Clone)]
+/// All pairs within reach. What is stored with a restart point is the search: which features are listed
+/// decides how far a Newton step may go, so a continued run needs the lists of the run it continues.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Contacts {
     pub pairs: Vec<PairWork>,
     neighbours: Neighbours,
+    #[serde(skip)]
     kinematics: Vec<Kinematics>,
     /// Core vertices of every body in space [m].
+    #[serde(skip)]
     corners: Vec<Vec<Vec3>>,
     /// Surface displacement of every body in its own frame, from the forces of the last augmentation.
+    #[serde(skip)]
     pub fields: Vec<SurfaceField>,
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
@@ -321,6 +335,11 @@ impl Contacts {
             })
             .collect();
         old.clear();
+    }
+
+    /// Whether all pairs are of the first `bodies` bodies.
+    pub fn fit(&self, bodies: usize) -> bool {
+        self.pairs.iter().all(|pair| pair.a().max(pair.b()) < bodies)
     }
 
     /// Every active contact point with its pair.

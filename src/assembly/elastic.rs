@@ -61,15 +61,16 @@ impl Held {
     }
 
     /// The scale for the next augmentation, which `left` [m] of the gap now: swinging wants a softer
-    /// contact, creeping a stiffer one (after Bussetta, Marceau & Ponthot 2012).
+    /// contact, creeping a stiffer one (after Bussetta, Marceau & Ponthot 2012), but never stiffer than
+    /// the bodies' own flexibility there allows.
     fn adapted(&self, left: f64, tolerance: f64) -> f64 {
         let ratio = left / self.left;
         if self.left == 0.0 || left.abs() < tolerance {
             self.scale
         } else if ratio < -0.5 {
-            2.0 * self.scale
-        } else if ratio > 0.9 && ratio < 1.2 {
-            (0.5 * self.scale).max(1e-6)
+            (1.0 - ratio).min(2.0) * self.scale
+        } else if ratio > 0.5 && ratio < 1.1 {
+            (0.5 * self.scale).max(self.scale.min(1.0 / OVERESTIMATE))
         } else {
             self.scale
         }
@@ -191,35 +192,34 @@ impl Contacts {
             let (a, b) = (pair.a(), pair.b());
             let mut held = Vec::with_capacity(pair.held.len());
             let mut largest: f64 = 0.0;
-            for point in pair.points.iter().filter(|p| p.evaluation.is_active()) {
+            for point in &pair.points {
                 let e = &point.evaluation;
                 let feature = point.site.feature;
                 let old = pair.held(feature).copied();
-                let (load, traction) = (e.load, e.friction / e.weight);
-                let scale = old.map_or(self.first_scale, |h| h.scale);
-                let mut new = Held { feature, load, traction, scale, left: 0.0 };
-                let Some(spot) = pair.spot(feature) else {
-                    held.push(new);
-                    continue;
-                };
+                let Some(spot) = pair.spot(feature) else { continue };
                 let at = |body: usize, place: &Option<SurfacePoint>| {
-                    place
-                        .as_ref()
-                        .map_or(Vec3::zeros(), |p| poses[body].rotation * interpolate(p, &fields[body]))
+                    let turned = |p: &SurfacePoint| poses[body].rotation * interpolate(p, &fields[body]);
+                    place.as_ref().map_or(Vec3::zeros(), turned)
                 };
                 let moved = at(b, &spot.on_b) - at(a, &spot.on_a) - spot.elastic;
                 let along = moved.dot(&e.normal);
-                let gained = spot.compliance * (new.load - old.map_or(0.0, |h| h.load));
-                let slid = moved
-                    - e.normal * along
-                    - (new.traction - old.map_or(Vec3::zeros(), |h| h.traction)) * (spot.compliance / ratio);
+                if !e.is_active() && old.is_none() {
+                    // Open now, and closed by what has moved since.
+                    largest = largest.max(-(e.gap + along));
+                    continue;
+                }
+                let traction = if e.is_active() { e.friction / e.weight } else { Vec3::zeros() };
+                let before = old.map_or((0.0, Vec3::zeros()), |h| (h.load, h.traction));
+                let left = along - spot.compliance * (e.load - before.0);
+                let slid = moved - e.normal * along - (traction - before.1) * (spot.compliance / ratio);
                 // A sliding contact's stretch follows its normal force, whatever it does.
-                let sticks =
-                    e.friction.norm() < (1.0 - model.law.friction_blend) * point.state.friction * e.pressure;
-                new.left = along - gained;
-                new.scale = old.map_or(scale, |h| h.adapted(new.left, tolerance));
-                held.push(new);
-                largest = largest.max((along - gained).abs()).max(if sticks { slid.norm() } else { 0.0 });
+                let bound = (1.0 - model.law.friction_blend) * point.state.friction * e.pressure;
+                let sticks = e.friction.norm() < bound;
+                largest = largest.max(left.abs()).max(if sticks { slid.norm() } else { 0.0 });
+                if e.is_active() {
+                    let scale = old.map_or(self.first_scale, |h| h.adapted(left, tolerance));
+                    held.push(Held { feature, load: e.load, traction, scale, left });
+                }
             }
             pair.held = held;
             pair.spots.clear();

@@ -26,6 +26,7 @@ pub use schema::schema;
 pub use source::{RawCase, parse_override, read};
 pub use support::unsupported;
 pub use types::*;
+pub use walk::{child as path_of_key, nearest, shown};
 
 use crate::error::{Error, Fault, Result};
 

@@ -437,4 +437,10 @@ static OUTPUT: &[Key] = &[
         "Axial strain between saved states; in stages without strain, the share of the stage.",
     ),
     Key::default("contacts", Flag, "true", "Whether saved states include the contacts."),
+    Key::default(
+        "restart_every",
+        Count(1, 1_000_000),
+        "10",
+        "Increments between restart points; one is written after 30 s too, and none before 50 times its cost have passed.",
+    ),
 ];

@@ -396,4 +396,6 @@ pub struct OutputCase {
     /// Axial strain between saved states; the share of the stage in stages without strain.
     pub fields_every: f64,
     pub contacts: bool,
+    /// Increments between restart points.
+    pub restart_every: usize,
 }

@@ -6,26 +6,26 @@ use std::time::Duration;
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::linalg;
-use crate::results::{Existing, Reader, Summary, write_history_csv};
+use crate::report::write_report;
+use crate::results::{Existing, Reader, Summary, write_history_csv, write_vtu_series};
 use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 
-use super::arguments::{CaseInput, Check, Export, Info, Run, Specimen, Target};
+use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target};
 use super::exit::{Ending, Failure};
 use super::progress::Progress;
-use super::{complain, interrupt, say};
+use super::{complain, interrupt, note, say};
 
-type Ended = Result<Ending, Failure>;
+pub type Ended = Result<Ending, Failure>;
 
 pub fn run(arguments: &Run) -> Ended {
-    if arguments.resume {
-        let message = "--resume is not built yet; --force runs the case again from its start";
-        return Err(Error::Usage(message.into()).into());
-    }
     let threads = set_threads(arguments.target.threads)?;
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
     let (source, case) = checked(&arguments.input, fidelity)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
-    let options = options(out, &arguments.target, threads);
+    let mut options = options(out, &arguments.target, threads);
+    if arguments.resume {
+        options.existing = Existing::Continue;
+    }
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
     interrupt::listen();
@@ -92,22 +92,29 @@ pub fn info(arguments: &Info) -> Ended {
 }
 
 pub fn export(arguments: &Export) -> Ended {
-    if arguments.vtu.is_some() {
-        let message = "--vtu is not built yet; ParaView opens the results file as it is";
-        return Err(Error::Usage(message.into()).into());
-    }
-    let Some(folder) = &arguments.csv else {
-        return Err(Error::Usage("nothing to export: give --csv DIR".into()).into());
-    };
     let reader = Reader::open(&arguments.file)?;
-    std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
-    let target = folder.join(format!("{stem}.csv"));
-    let file = std::fs::File::create(&target).map_err(|e| Error::io("write", &target, e))?;
-    let mut output = std::io::BufWriter::new(file);
-    write_history_csv(&reader, &mut output, &target)?;
-    std::io::Write::flush(&mut output).map_err(|e| Error::io("write", &target, e))?;
-    say(&target.display().to_string());
+    if let Some(folder) = &arguments.csv {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+        let target = folder.join(format!("{stem}.csv"));
+        let file = std::fs::File::create(&target).map_err(|e| Error::io("write", &target, e))?;
+        let mut output = std::io::BufWriter::new(file);
+        write_history_csv(&reader, &mut output, &target)?;
+        std::io::Write::flush(&mut output).map_err(|e| Error::io("write", &target, e))?;
+        say(&target.display().to_string());
+    }
+    if let Some(folder) = &arguments.vtu {
+        say(&write_vtu_series(&reader, folder, &stem)?.display().to_string());
+    }
+    Ok(Ending::Done)
+}
+
+pub fn report(arguments: &Report) -> Ended {
+    let written = write_report(&arguments.files, arguments.laboratory.as_deref(), &arguments.out)?;
+    for remark in &written.remarks {
+        note(&format!("riprap: {remark}"));
+    }
+    say(&written.page.display().to_string());
     Ok(Ending::Done)
 }
 
@@ -117,7 +124,7 @@ pub fn schema() -> Ended {
 }
 
 /// The case as given, overrides applied, and checked.
-fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
+pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
     let mut source = read(&input.case).map_err(Failure::of_input)?;
     let (mut overrides, mut faults) = (Vec::new(), Vec::new());
     for argument in input.overrides.iter().chain(&extra) {

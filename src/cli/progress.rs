@@ -7,13 +7,16 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 
 use crate::results::{HISTORY, HistoryRow, Value as Number};
-use crate::simulation::{End, Observer, Options, Outcome, PlannedStage, SpecimenReport, StageReport, Step};
+use crate::simulation::{
+    End, Observer, Options, Outcome, PlannedStage, Resumption, SpecimenReport, StageReport, Step,
+};
+use crate::solver::StopSignal;
 use crate::specimen::Phase;
 use crate::triaxial::{Stage, StageEnd};
 
 use super::arguments::{ProgressKind, Target};
 use super::commands::duration;
-use super::{interrupt, note, say};
+use super::{complain, interrupt, note, say};
 
 /// How often lines tell of a specimen being generated.
 const SPECIMEN_PAUSE: Duration = Duration::from_secs(5);
@@ -95,6 +98,7 @@ impl Progress {
 
 impl Observer for Progress {
     fn specimen_progress(&mut self, phase: Phase, share: f64) {
+        interrupt::set_nothing_to_keep(true);
         let new = self.phase != Some(phase);
         self.phase = Some(phase);
         let name = match phase {
@@ -123,6 +127,7 @@ impl Observer for Progress {
     }
 
     fn specimen_ready(&mut self, report: &SpecimenReport) {
+        interrupt::set_nothing_to_keep(false);
         let r = report;
         let [gjk, axis] = r.worst_overlap;
         self.tell(
@@ -232,14 +237,63 @@ impl Observer for Progress {
                     "event": "stage_ended", "stage": r.stage.index, "kind": r.stage.kind, "end": end,
                     "reason": reason, "increments": r.increments, "factorisations": r.factorisations,
                     "energy_error": r.energy_error, "poorly_closed": r.poorly_closed,
-                    "wall_time": r.wall_time.as_secs_f64(), "states": r.states,
+                    "wall_time": r.wall_time.as_secs_f64(), "writing_time": r.writing_time.as_secs_f64(),
+                    "states": r.states,
                 })
             },
         );
     }
 
+    fn resumed(&mut self, how: &Resumption) {
+        match how {
+            Resumption::Anew { reason } => self.tell(
+                || format!("{:<12} from the start: {reason}", "begins"),
+                || json!({"event": "resumed", "increment": 0, "reason": reason}),
+            ),
+            Resumption::Finished { increments } => self.tell(
+                || format!("{:<12} already, {increments} increments: nothing is left to do", "finished"),
+                || json!({"event": "resumed", "increment": increments, "finished": true}),
+            ),
+            Resumption::After { increment, dropped, damaged, host, version } => {
+                // Worth knowing even where no progress is shown.
+                for what in damaged {
+                    complain(&format!("{what}; going on from an older restart point"));
+                }
+                if let Some(host) = host {
+                    complain(&format!(
+                        "the run was begun on {host}: on another kind of processor the last bits may differ"
+                    ));
+                }
+                if let Some(version) = version {
+                    complain(&format!(
+                        "the restart point was written by {version}: this one may compute other bits"
+                    ));
+                }
+                self.tell(
+                    || {
+                        let again = match dropped {
+                            0 => String::new(),
+                            n => format!("; {n} increments behind it are computed again"),
+                        };
+                        format!("{:<12} after increment {increment}{again}", "continues")
+                    },
+                    || {
+                        json!({
+                            "event": "resumed", "increment": increment, "dropped": dropped, "damaged": damaged,
+                            "host": host, "version": version,
+                        })
+                    },
+                );
+            }
+        }
+    }
+
     fn stop_requested(&self) -> bool {
         interrupt::requested()
+    }
+
+    fn stop_signal(&self) -> StopSignal {
+        interrupt::signal()
     }
 }
 

@@ -3,10 +3,11 @@
 use crate::contact::law::ContactLaw;
 use crate::tensor::Vec3;
 use crate::tensor::dual::{Real, Vector};
+use serde::{Deserialize, Serialize};
 
 /// Which features of bodies `a` and `b` a contact joins. It is also the contact's identity:
 /// histories are kept under it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Feature {
     /// A vertex of `a` against the core of `b`.
     VertexOfA(u32),

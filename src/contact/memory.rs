@@ -5,6 +5,7 @@
 
 use crate::contact::features::Feature;
 use crate::tensor::Vec3;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Two bodies in contact, the smaller index first.
@@ -14,23 +15,25 @@ pub type PairKey = (u32, u32);
 pub type ContactKey = (PairKey, Feature);
 
 /// Memory of one contact point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PointMemory {
     pub feature: Feature,
     /// Tangential stretch of the contact's own spring [m], in space.
+    #[serde(with = "crate::tensor::stored")]
     pub stretch: Vec3,
     /// Normal force, weight included [N].
     pub pressure: f64,
     /// Normal force over the weight [N].
     pub load: f64,
     /// Friction force on `b` over the weight [N], in space.
+    #[serde(with = "crate::tensor::stored")]
     pub traction: Vec3,
     /// The contact's compliance in a solve over the first guess, as far as it adapted.
     pub scale: f64,
 }
 
 /// Memory of a pair of bodies.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PairMemory {
     /// Slip of the pair since it touched [m].
     pub slip: f64,

@@ -4,6 +4,7 @@
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::geometry::rounded::RoundedBody;
 use crate::tensor::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Edges between facets whose normals differ by less than this angle [rad] are inside a face and
 /// touch nothing; above [`SHARP_EDGE`] they count in full, in between they fade.
@@ -42,14 +43,14 @@ impl ContactShape {
 }
 
 /// A vertex and the opposite facets that may be closest to it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct VertexReach {
     vertex: u32,
     facets: Vec<u32>,
 }
 
 /// The features of a pair of bodies that are within reach of each other.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PairFeatures {
     pub a: u32,
     pub b: u32,
@@ -96,7 +97,7 @@ impl PairFeatures {
 
 /// The broad phase: pairs whose bounding boxes are within a margin, and where the bodies were when
 /// they were found.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Neighbours {
     pub pairs: Vec<(u32, u32)>,
     margin: f64,

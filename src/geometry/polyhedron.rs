@@ -2,9 +2,10 @@
 
 use crate::error::{Error, Result};
 use crate::tensor::{Mat3, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// An edge with its two end vertices and the two facets beside it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Edge {
     pub vertices: [usize; 2],
     pub facets: [usize; 2],
@@ -12,11 +13,13 @@ pub struct Edge {
 
 /// A closed surface of triangles, counter-clockwise seen from outside. A single vertex without
 /// facets is a point: the core of a sphere.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Polyhedron {
+    #[serde(with = "crate::tensor::stored")]
     pub vertices: Vec<Vec3>,
     pub facets: Vec<[usize; 3]>,
     /// Outward unit normal of each facet.
+    #[serde(with = "crate::tensor::stored")]
     pub normals: Vec<Vec3>,
     /// Sorted by vertices, the smaller vertex first.
     pub edges: Vec<Edge>,

@@ -9,9 +9,10 @@
 use crate::error::{Error, Result};
 use crate::geometry::polyhedron::Polyhedron;
 use crate::tensor::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// A convex core rounded by a ball.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RoundedBody {
     /// The inset polytope; a single point for a sphere.
     pub core: Polyhedron,

@@ -2,14 +2,16 @@
 
 use crate::contact::Memory;
 use crate::tensor::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Poses and contact memory of the last accepted increment. A rejected trial leaves no trace here.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Committed {
     pub poses: Vec<Pose>,
     pub memory: Memory,
     /// Displacement of the surface nodes of every body in its own frame [m]; empty for a rigid body,
     /// or nothing at all before the first increment.
+    #[serde(with = "crate::tensor::stored")]
     pub fields: Vec<Vec<Vec3>>,
 }
 

@@ -7,8 +7,8 @@
 //! the journal, puts the old bytes back and cuts the file to its old length; a journal that is itself
 //! incomplete (wrong checksum) means that the flush had not begun, and is removed.
 //!
-//! A killed process is covered, since the kernel keeps what was written; loss of power is not, beyond
-//! what the file system gives.
+//! A killed process is covered, since the kernel keeps what was written. Loss of power is covered for commits that wait
+//! for the disk: those with a restart point, and all others that come slowly enough for that wait of milliseconds.
 //!
 //! Layout, little-endian: magic, old length, number of blocks; then offset, length and bytes of each
 //! block; then the CRC-32 of all that.
@@ -57,10 +57,21 @@ pub fn snapshot(file: &Path, old_length: u64, fixed: &[(u64, u64)]) -> Result<Ve
     Ok(bytes)
 }
 
-/// Writes a snapshot beside its file.
-pub fn write(file: &Path, snapshot: &[u8]) -> Result<()> {
+/// Writes a snapshot beside its file; `durable` waits until it is on the disk.
+pub fn write(file: &Path, snapshot: &[u8], durable: bool) -> Result<()> {
     let journal = path_of(file);
-    std::fs::write(&journal, snapshot).map_err(|e| Error::io("write", &journal, e))
+    std::fs::write(&journal, snapshot).map_err(|e| Error::io("write", &journal, e))?;
+    if durable { sync(&journal) } else { Ok(()) }
+}
+
+/// Waits until a file and its name are on the disk.
+pub fn sync(file: &Path) -> Result<()> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let synced = File::open(file).and_then(|file| file.sync_all());
+    synced.map_err(|e| Error::io("write", file, e))?;
+    // Some systems cannot open a folder, or not sync one; the file itself is safe then.
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+    Ok(())
 }
 
 /// Puts a file back when it is dropped, if it holds a snapshot. For a writer that is dropped with changes that it did not
@@ -79,7 +90,7 @@ impl Drop for Undo {
             if let Some(Ok(())) = restored {
                 let _ = discard(&file);
             } else {
-                let _ = write(&file, &snapshot);
+                let _ = write(&file, &snapshot, true);
             }
         }
     }
@@ -225,7 +236,7 @@ mod tests {
         let old: Vec<u8> = (0..=255).cycle().take(1000).collect();
         std::fs::write(&file, &old).expect("file");
         let kept = snapshot(&file, 1000, &[(100, 200)]).expect("snapshot");
-        write(&file, &kept).expect("journal");
+        write(&file, &kept, false).expect("journal");
         let mut torn = old.clone();
         torn[50] = 0;
         torn[400..500].fill(7);
@@ -242,7 +253,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("temporary directory");
         let file = dir.path().join("a.h5");
         std::fs::write(&file, [5; 1000]).expect("file");
-        write(&file, &snapshot(&file, 1000, &[]).expect("snapshot")).expect("journal");
+        write(&file, &snapshot(&file, 1000, &[]).expect("snapshot"), false).expect("journal");
         let journal = std::fs::read(path_of(&file)).expect("journal");
         for length in [0, 7, 500, journal.len() - 1] {
             std::fs::write(path_of(&file), &journal[..length]).expect("journal");

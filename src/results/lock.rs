@@ -60,6 +60,14 @@ impl Lock {
     }
 }
 
+/// Refuses a file that another process has open.
+pub fn check_unused(path: &Path) -> Result<()> {
+    match path.exists() {
+        true => Lock::for_writing(path).map(drop),
+        false => Ok(()),
+    }
+}
+
 fn hdf5_locks_by_itself() -> bool {
     std::env::var("HDF5_USE_FILE_LOCKING")
         .is_ok_and(|value| ["TRUE", "1", "BEST_EFFORT"].contains(&value.to_uppercase().as_str()))

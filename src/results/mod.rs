@@ -4,7 +4,7 @@
 //! - [`Writer`] takes plain data (no solver types), keeps `/VTKHDF` valid after every saved state
 //!   and makes every [`Writer::commit`] all or nothing, whatever kills the process (see [`journal`]).
 //! - [`Reader`] opens a finished, killed or still growing file; [`Summary`] is what `riprap info` prints.
-//! - [`write_history_csv`] exports the history.
+//! - [`write_history_csv`] exports the history, [`write_vtu_series`] the saved states.
 //!
 //! SI units. Strains, `deviatoric_stress` and `mean_stress` in `/history` count compression positive;
 //! stresses in `/VTKHDF` count tension positive.
@@ -20,10 +20,12 @@ mod lock;
 mod reader;
 mod record;
 mod resume;
+mod states;
 mod store;
 mod summary;
 mod table;
 mod vtkhdf;
+mod vtu;
 mod writer;
 
 pub use bodies::{BODY_QUANTITIES, BodyRow};
@@ -32,8 +34,11 @@ pub use export::write_history_csv;
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
 pub use grains::{GRAIN_QUANTITIES, GrainRow};
 pub use history::{HISTORY, HistoryRow, Quantity, Value};
-pub use reader::{Reader, Restart};
-pub use record::{CaseRecord, Outcome, Status};
+pub use lock::check_unused;
+pub use reader::{NumberKind, Reader, Restart};
+pub use record::{COMMIT, CaseRecord, Outcome, Status, VERSION, host};
+pub use states::{SavedCells, SavedState};
 pub use summary::{Named, Summary};
 pub use table::{Column, ColumnData};
+pub use vtu::write_vtu_series;
 pub use writer::{Existing, Writer};

@@ -5,17 +5,18 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use hdf5::file::FileAccess;
-use hdf5::types::VarLenUnicode;
-use hdf5::{Dataset, File};
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenUnicode};
+use hdf5::{Dataset, File, Hyperslab, SliceOrIndex};
+use ndarray::IxDyn;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 use super::history::HISTORY;
 use super::journal;
 use super::lock::{Access, Lock};
 use super::record::{Outcome, Status};
 use super::store::{explain, failure};
-use super::writer::RESTART_SLOTS;
+use super::writer::{ORIGIN, RESTART_SLOTS};
 
 /// How often, and after what pause, a file in the middle of a live commit is looked at again.
 const ATTEMPTS: usize = 100;
@@ -33,6 +34,32 @@ pub struct Restart {
     pub written: usize,
     /// What [`super::Writer::save_restart`] was given.
     pub bytes: Vec<u8>,
+    /// Slots that hold a restart point which is not whole, each with what is wrong: a newer one is lost
+    /// where this is not empty.
+    pub damaged: Vec<String>,
+}
+
+/// How the numbers of a dataset are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NumberKind {
+    Float32,
+    Float64,
+    UInt8,
+    Int32,
+    Int64,
+}
+
+impl NumberKind {
+    /// VTK's word for it.
+    pub fn vtk_name(self) -> &'static str {
+        match self {
+            NumberKind::Float32 => "Float32",
+            NumberKind::Float64 => "Float64",
+            NumberKind::UInt8 => "UInt8",
+            NumberKind::Int32 => "Int32",
+            NumberKind::Int64 => "Int64",
+        }
+    }
 }
 
 /// An open results file.
@@ -113,6 +140,33 @@ impl Reader {
         self.named(name, dataset.read_raw::<f64>())
     }
 
+    /// So many rows of a dataset from row `start` on, as floats.
+    pub fn floats_in(&self, name: &str, start: usize, rows: usize) -> Result<Vec<f64>> {
+        let dataset = self.dataset(name)?;
+        let shape = dataset.shape();
+        if shape.first().is_none_or(|&all| start.checked_add(rows).is_none_or(|end| end > all)) {
+            let message = format!("has no rows {start} to {start} + {rows}");
+            return Err(failure(&self.path, name, message));
+        }
+        let mut selection = vec![SliceOrIndex::from(start..start + rows)];
+        selection.extend(shape[1..].iter().map(|&n| SliceOrIndex::from(0..n)));
+        let read = dataset.read_slice::<f64, _, IxDyn>(Hyperslab::from(selection));
+        Ok(self.named(name, read)?.iter().copied().collect())
+    }
+
+    /// How a dataset's numbers are stored.
+    pub fn number_kind(&self, name: &str) -> Result<NumberKind> {
+        let kind = self.dataset(name)?.dtype().and_then(|kind| kind.to_descriptor());
+        match self.named(name, kind)? {
+            TypeDescriptor::Float(FloatSize::U4) => Ok(NumberKind::Float32),
+            TypeDescriptor::Float(FloatSize::U8) => Ok(NumberKind::Float64),
+            TypeDescriptor::Unsigned(IntSize::U1) => Ok(NumberKind::UInt8),
+            TypeDescriptor::Integer(IntSize::U4) => Ok(NumberKind::Int32),
+            TypeDescriptor::Integer(IntSize::U8) => Ok(NumberKind::Int64),
+            other => Err(failure(&self.path, name, format!("is of a kind that is not exported: {other}"))),
+        }
+    }
+
     /// All numbers of a dataset as integers, row after row.
     pub fn integers(&self, name: &str) -> Result<Vec<i64>> {
         let dataset = self.dataset(name)?;
@@ -171,30 +225,58 @@ impl Reader {
         })
     }
 
-    /// The last whole restart point, if there is one.
+    /// The last whole restart point; `None` where none was ever written. Errors where there are some and none is whole.
     pub fn restart(&self) -> Result<Option<Restart>> {
         let mut newest: Option<Restart> = None;
+        let mut damaged = Vec::new();
         for name in RESTART_SLOTS {
             if !self.has(name) {
                 continue;
             }
-            let bytes = self.named(name, self.dataset(name)?.read_raw::<u8>())?;
-            if self.count_attribute(name, "crc32")? != u64::from(journal::crc32(&bytes)) {
-                continue;
-            }
-            let count = |attribute| self.count_attribute(name, attribute);
-            let restart = Restart {
-                increment: count("increment")?,
-                rows: count("rows")? as usize,
-                states: count("states")? as usize,
-                written: count("written")? as usize,
-                bytes,
-            };
-            if newest.as_ref().is_none_or(|found| found.written < restart.written) {
-                newest = Some(restart);
+            match self.restart_in(name) {
+                Ok(found) => {
+                    if newest.as_ref().is_none_or(|newest| newest.written < found.written) {
+                        newest = Some(found);
+                    }
+                }
+                Err(Error::Results { message, .. }) => damaged.push(format!("{name} {message}")),
+                Err(error) => return Err(error),
             }
         }
-        Ok(newest)
+        match newest {
+            Some(restart) => Ok(Some(Restart { damaged, ..restart })),
+            None if damaged.is_empty() => Ok(None),
+            None => {
+                let message = format!("no restart point is whole ({})", damaged.join("; "));
+                Err(failure(&self.path, "restart", message))
+            }
+        }
+    }
+
+    fn restart_in(&self, name: &str) -> Result<Restart> {
+        let count = |attribute| self.count_attribute(name, attribute);
+        Ok(Restart {
+            bytes: self.checked_bytes(name)?,
+            increment: count("increment")?,
+            rows: count("rows")? as usize,
+            states: count("states")? as usize,
+            written: count("written")? as usize,
+            damaged: Vec::new(),
+        })
+    }
+
+    /// What [`super::Writer::save_origin`] was given; `None` where there is none.
+    pub fn origin(&self) -> Result<Option<Vec<u8>>> {
+        self.has(ORIGIN).then(|| self.checked_bytes(ORIGIN)).transpose()
+    }
+
+    /// Bytes with a checksum beside them.
+    fn checked_bytes(&self, name: &str) -> Result<Vec<u8>> {
+        let bytes = self.named(name, self.dataset(name)?.read_raw::<u8>())?;
+        match self.count_attribute(name, "crc32")? == u64::from(journal::crc32(&bytes)) {
+            true => Ok(bytes),
+            false => Err(failure(&self.path, name, "is damaged (its checksum is wrong)")),
+        }
     }
 
     /// Bytes that a dataset takes in the file.
@@ -208,14 +290,14 @@ impl Reader {
         self.named(&place, found.read_scalar::<u64>())
     }
 
-    fn dataset(&self, name: &str) -> Result<Dataset> {
+    pub(super) fn dataset(&self, name: &str) -> Result<Dataset> {
         if !self.has(name) {
             return Err(failure(&self.path, name, "is missing; is this a results file of riprap?"));
         }
         self.named(name, self.file.dataset(name))
     }
 
-    fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
+    pub(super) fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
         result.map_err(|e| failure(&self.path, name, explain(&e)))
     }
 }

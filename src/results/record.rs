@@ -15,16 +15,16 @@ pub struct CaseRecord {
 }
 
 /// riprap's version.
-pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The commit that riprap was built from (environment variable `RIPRAP_COMMIT` at build time), else `unknown`.
-pub(super) const COMMIT: &str = match option_env!("RIPRAP_COMMIT") {
+/// The commit that riprap was built from (see `build.rs`), else `unknown`.
+pub const COMMIT: &str = match option_env!("RIPRAP_COMMIT") {
     Some(commit) => commit,
     None => "unknown",
 };
 
 /// The name of this computer, or `unknown`.
-pub(super) fn host() -> String {
+pub fn host() -> String {
     std::fs::read_to_string("/proc/sys/kernel/hostname")
         .ok()
         .or_else(|| std::env::var("HOSTNAME").ok())

@@ -18,7 +18,7 @@ use super::vtkhdf::VtkHdf;
 use super::writer::{Writer, access};
 
 /// Where datasets lie that are written once.
-const FIXED_GROUPS: [&str; 4] = ["VTKHDF", "grains", "contacts", "breakage"];
+const FIXED_GROUPS: [&str; 6] = ["VTKHDF", "grains", "specimen", "contacts", "breakage", "restart"];
 
 impl Writer {
     /// Opens a file to continue it after its last restart point: rows and states behind that point are

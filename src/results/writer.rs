@@ -1,6 +1,7 @@
 //! Writes a results file as a run goes on.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use hdf5::file::{CacheDecreaseMode, CacheIncreaseMode, FileAccess, FlashIncreaseMode};
 use hdf5::types::VarLenUnicode;
@@ -21,16 +22,22 @@ use super::vtkhdf::VtkHdf;
 
 /// Rows of a chunk of `/history`: a column's chunk is 4 KiB.
 const HISTORY_ROWS: usize = 512;
-/// Bytes of a chunk of a restart slot.
-const RESTART_CHUNK: usize = 1 << 20;
+/// Fewest and most bytes of a chunk of a restart slot.
+const RESTART_CHUNK: [usize; 2] = [1 << 12, 1 << 20];
+/// A commit waits for the disk where the time since the last one is so many times what waiting took last.
+const SYNC_FACTOR: u32 = 50;
 /// The two restart slots, written in turn, so that one of them is always whole.
 pub(super) const RESTART_SLOTS: [&str; 2] = ["restart/a", "restart/b"];
+/// What all restart points have in common.
+pub(super) const ORIGIN: &str = "restart/origin";
 
 /// What to do where the results file exists already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
     Refuse,
     Replace,
+    /// Continue its run; begin one where there is nothing to continue.
+    Continue,
 }
 
 /// A results file being written. What is appended becomes part of the file at the next [`Writer::commit`],
@@ -54,6 +61,11 @@ pub struct Writer {
     pub(super) committed_length: u64,
     /// Whether anything was changed since the last commit.
     dirty: bool,
+    /// Whether the next commit has to survive a loss of power.
+    durable: bool,
+    /// When the last commit was done, and what the last one that waited for the disk took longer for it.
+    committed: Instant,
+    sync_cost: Duration,
     /// Behind all that keeps the file open, so that it acts on the closed file.
     undo: journal::Undo,
     /// Last, so that the file is closed before it is released.
@@ -66,7 +78,7 @@ impl Writer {
     /// cannot be written.
     pub fn create(path: &Path, case: &CaseRecord, existing: Existing) -> Result<Self> {
         if path.exists() {
-            if existing == Existing::Refuse {
+            if existing != Existing::Replace {
                 return Err(failure(path, "/", "exists already; give --force to replace it"));
             }
             Lock::for_writing(path)?;
@@ -150,6 +162,9 @@ impl Writer {
             fixed_changed: false,
             committed_length: 0,
             dirty: true,
+            durable: true,
+            committed: Instant::now(),
+            sync_cost: Duration::ZERO,
             undo: journal::Undo::default(),
             _lock: lock,
         }
@@ -297,16 +312,32 @@ impl Writer {
         Ok(())
     }
 
-    /// Stores what a run needs to continue from here; [`Writer::resume`] returns the bytes as they are.
+    /// Stores what all restart points have in common, once; [`super::Reader::origin`] returns the bytes as they are.
+    pub fn save_origin(&mut self, bytes: &[u8]) -> Result<()> {
+        self.dirty = true;
+        self.store.group("restart")?;
+        let dataset = self.store.whole(ORIGIN, bytes, &[])?;
+        self.store.number_attribute(&dataset, "crc32", u64::from(journal::crc32(bytes)))?;
+        self.fixed.push(dataset);
+        self.fixed_changed = true;
+        Ok(())
+    }
+
+    /// Stores what a run needs to continue from here; [`Writer::resume`] returns the bytes as they are. The commit
+    /// that follows survives a loss of power too.
     pub fn save_restart(&mut self, increment: u64, bytes: &[u8]) -> Result<()> {
         self.dirty = true;
         let name = RESTART_SLOTS[self.restarts % 2];
         let slot = match self.store.file.link_exists(name) {
             true => self.store.grown(name)?,
-            false => self.store.growing::<u8>(name, &[], Layout::Rows(RESTART_CHUNK))?,
+            false => {
+                let [fewest, most] = RESTART_CHUNK;
+                let chunk = bytes.len().next_power_of_two().clamp(fewest, most);
+                self.store.growing::<u8>(name, &[], Layout::Rows(chunk))?
+            }
         };
         slot.put(&self.store, 0, bytes)?;
-        let states = self.fields.as_ref().map_or(0, VtkHdf::states);
+        let states = self.states();
         self.restarts += 1;
         for (attribute, value) in [
             ("increment", increment),
@@ -318,6 +349,7 @@ impl Writer {
             self.store.number_attribute(&slot.dataset, attribute, value)?;
         }
         self.fixed_changed = true;
+        self.durable = true;
         Ok(())
     }
 
@@ -327,12 +359,21 @@ impl Writer {
         if self.undo.armed.is_some() {
             return Err(self.store.fail("/", "an earlier write failed, so nothing more is written"));
         }
+        let durable = self.durable || self.committed.elapsed() >= SYNC_FACTOR * self.sync_cost;
+        let mut waited = Duration::ZERO;
         if self.committed_length > 0 {
             let snapshot = self.snapshot()?;
-            journal::write(&self.store.path, &snapshot)?;
+            let begun = Instant::now();
+            journal::write(&self.store.path, &snapshot, durable)?;
+            waited += begun.elapsed();
             self.undo.armed = Some((self.store.path.clone(), snapshot));
         }
         self.store.hdf5("/", self.store.file.flush())?;
+        if durable {
+            let begun = Instant::now();
+            journal::sync(&self.store.path)?;
+            self.sync_cost = waited + begun.elapsed();
+        }
         if self.fixed_changed || self.committed_length == 0 {
             self.fixed_extents = self.gather_fixed()?;
             self.fixed_changed = false;
@@ -341,13 +382,21 @@ impl Writer {
         journal::discard(&self.store.path)?;
         self.undo.armed = None;
         self.dirty = false;
+        self.durable = false;
+        self.committed = Instant::now();
         Ok(())
     }
 
     /// Notes how the run ended, and commits. The writer can then be dropped.
     pub fn finish(&mut self, outcome: Outcome, reason: &str, last_good_increment: u64) -> Result<()> {
         self.set_status(outcome, reason, last_good_increment)?;
+        self.durable = true;
         self.commit()
+    }
+
+    /// States saved so far.
+    pub fn states(&self) -> usize {
+        self.fields.as_ref().map_or(0, VtkHdf::states)
     }
 
     pub fn path(&self) -> &Path {

@@ -14,4 +14,4 @@ mod sweep;
 pub use audit::{Overlap, deepest_overlap};
 pub use parameters::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
 pub use row::{BodyState, Row};
-pub use run::Scene;
+pub use run::{Scene, SceneState};

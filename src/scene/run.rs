@@ -1,6 +1,9 @@
 //! Builds the model of a scene and takes it through its stages.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
 
 use crate::assembly::Contacts;
 use crate::contact::law::Friction;
@@ -40,16 +43,50 @@ pub struct Scene {
     /// Loads in force, prescribed components and what holds them included.
     loads: Loads,
     reaction: Vec<Vector6<f64>>,
+    /// Stages that are done.
+    stages_done: usize,
+    /// The stage at hand, once an increment of it is accepted.
+    under_way: Option<UnderWay>,
+}
+
+/// A stage after its last accepted increment.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct UnderWay {
+    drive: Drive,
+    pace: Pace,
+    /// The poses before the last increment, and its share.
+    last: Option<(Vec<Pose>, f64)>,
 }
 
 /// What a stage drives and where to.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Drive {
     held: Vec<[bool; 6]>,
     /// Motion of the held components over the stage.
+    #[serde(with = "crate::tensor::stored")]
     travel: Vec<Vector6<f64>>,
     from: Vec<Pose>,
+    #[serde(with = "crate::tensor::stored")]
     applied: [Vec<Vector6<f64>>; 2],
+    #[serde(with = "crate::tensor::stored")]
     gravity: [Vec3; 2],
+}
+
+/// What changes of a scene as it runs. The rest follows from its parameters.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SceneState<'a> {
+    /// To tell whether it is the same scene: shapes and places at the start.
+    shapes: Vec<Cow<'a, Polyhedron>>,
+    start: Cow<'a, [Pose]>,
+    committed: Cow<'a, Committed>,
+    contacts: Cow<'a, Contacts>,
+    ledger: Ledger,
+    increments: usize,
+    loads: Cow<'a, Loads>,
+    #[serde(with = "crate::tensor::stored")]
+    reaction: Vec<Vector6<f64>>,
+    stages_done: usize,
+    under_way: Cow<'a, Option<UnderWay>>,
 }
 
 impl Scene {
@@ -107,7 +144,78 @@ impl Scene {
             increments: 0,
             loads,
             reaction,
+            stages_done: 0,
+            under_way: None,
         })
+    }
+
+    /// The state to store, so that the scene can go on from here to the same bits.
+    pub fn state(&self) -> SceneState<'_> {
+        // Every field by name: a new one is either rebuilt by `new` or has to be stored.
+        let Scene {
+            model,
+            committed,
+            settings: _,
+            ledger,
+            stages: _,
+            increment_range: _,
+            names: _,
+            contacts,
+            start,
+            increments,
+            loads,
+            reaction,
+            stages_done,
+            under_way,
+        } = self;
+        SceneState {
+            shapes: model.bodies.iter().map(|body| Cow::Borrowed(&body.nominal)).collect(),
+            start: Cow::Borrowed(start),
+            committed: Cow::Borrowed(committed),
+            contacts: Cow::Borrowed(contacts),
+            ledger: *ledger,
+            increments: *increments,
+            loads: Cow::Borrowed(loads),
+            reaction: reaction.clone(),
+            stages_done: *stages_done,
+            under_way: Cow::Borrowed(under_way),
+        }
+    }
+
+    /// Takes a stored state; `false`, and nothing is changed, where it belongs to another scene.
+    #[must_use]
+    pub fn restore(&mut self, state: SceneState<'_>) -> bool {
+        let bodies = self.model.bodies.len();
+        let same_shapes = state.shapes.len() == bodies
+            && state.shapes.iter().zip(&self.model.bodies).all(|(shape, body)| **shape == body.nominal);
+        let fits = same_shapes
+            && *state.start == *self.start
+            && state.committed.poses.len() == bodies
+            && state.contacts.fit(bodies)
+            && state.loads.applied.len() == bodies
+            && state.reaction.len() == bodies
+            && state.stages_done <= self.stages.len();
+        if fits {
+            self.committed = state.committed.into_owned();
+            self.contacts = state.contacts.into_owned();
+            self.ledger = state.ledger;
+            self.increments = state.increments;
+            self.loads = state.loads.into_owned();
+            self.reaction = state.reaction;
+            self.stages_done = state.stages_done;
+            self.under_way = state.under_way.into_owned();
+        }
+        fits
+    }
+
+    /// The contacts of the configuration that was evaluated last; in an observer, the accepted one.
+    pub fn contacts(&self) -> &Contacts {
+        &self.contacts
+    }
+
+    /// Whether nothing holds, drives or pushes a body but contacts and gravity.
+    pub fn is_free(&self, body: usize) -> bool {
+        self.loads.prescribed[body] == [false; 6] && self.loads.applied[body] == Vector6::zeros()
     }
 
     /// Index of the body of that name.
@@ -115,12 +223,15 @@ impl Scene {
         self.names.get(name).copied()
     }
 
-    /// Runs all stages; `observe` sees each accepted increment and says whether to go on.
+    /// Runs all stages, or what is left of them; `observe` sees each accepted increment and says whether to
+    /// go on. A wish to stop at the very last increment interrupts nothing.
     pub fn run(&mut self, mut observe: impl FnMut(&Scene, &Row) -> bool) -> StageEnd {
-        for index in 0..self.stages.len() {
-            let stage = self.stages[index].clone();
-            match self.run_stage(index, &stage, &mut observe) {
-                StageEnd::Finished => {}
+        while let Some(stage) = self.stages.get(self.stages_done).cloned() {
+            match self.run_stage(self.stages_done, &stage, &mut observe) {
+                StageEnd::Finished => {
+                    self.stages_done += 1;
+                    self.under_way = None;
+                }
                 end @ (StageEnd::Stopped { .. } | StageEnd::Interrupted) => return end,
             }
         }
@@ -133,11 +244,12 @@ impl Scene {
         stage: &LoadStage,
         observe: &mut impl FnMut(&Scene, &Row) -> bool,
     ) -> StageEnd {
-        let drive = self.drive(stage);
-        let nominal = 1.0 / stage.increments as f64;
-        let [smallest, largest] = self.increment_range;
-        let mut pace = Pace::new(nominal, smallest * nominal, largest * nominal);
-        let mut last: Option<(Vec<Pose>, f64)> = None;
+        let UnderWay { drive, mut pace, mut last } = self.under_way.take().unwrap_or_else(|| {
+            let nominal = 1.0 / stage.increments as f64;
+            let [smallest, largest] = self.increment_range;
+            let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
+            UnderWay { drive: self.drive(stage), pace, last: None }
+        });
         while let Some(share) = pace.next() {
             let to = if share < 1.0 - pace.done() { pace.done() + share } else { 1.0 };
             let loads = drive.loads_at(to);
@@ -164,6 +276,10 @@ impl Scene {
             };
             let mut report = advance(&increment, starts, &mut self.contacts);
             if !report.converged() {
+                if self.settings.stop.is_raised() {
+                    self.under_way = Some(UnderWay { drive, pace, last });
+                    return StageEnd::Interrupted;
+                }
                 if pace.cut(share) {
                     continue;
                 }
@@ -172,7 +288,9 @@ impl Scene {
             report.counters.cuts = pace.accept(share, report.history.len());
             last = Some((self.committed.poses.clone(), share));
             let row = self.commit(index, pace.done(), &report, loads);
-            if !observe(self, &row) {
+            self.under_way = Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone() });
+            let all_done = pace.next().is_none() && index + 1 == self.stages.len();
+            if !observe(self, &row) && !all_done {
                 return StageEnd::Interrupted;
             }
         }
@@ -276,6 +394,7 @@ impl Scene {
         let at = format!("after {:.4} of the stage: ", done);
         at + &match &report.status {
             StepStatus::Converged => "converged".into(),
+            StepStatus::Abandoned => "the increment was given up as asked".into(),
             StepStatus::TooClose => "a driven body would pass into another one".into(),
             StepStatus::OutOfBalance { body, out_of_balance } => format!(
                 "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations; \

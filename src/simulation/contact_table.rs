@@ -44,7 +44,7 @@ impl ContactTable {
 
     pub fn columns(self) -> Vec<Column> {
         let [first, second] = self.bodies;
-        let body = "number of the grain; -1 is the bottom plate, -2 the top plate";
+        let body = "number of the grain, or of a scene's body; -1 is the bottom plate, -2 the top plate";
         vec![
             Column::integers("body_a", body, first),
             Column::integers("body_b", body, second),

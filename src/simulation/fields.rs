@@ -1,8 +1,9 @@
-//! What `/VTKHDF` shows of a specimen in its rig: the grains' meshes, the plates, the cover.
+//! What `/VTKHDF` shows: of a specimen in its rig the grains' meshes, the plates, the cover; of a scene its bodies.
 
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::results::{CellKind, FieldMesh};
+use crate::scene::{Scene, SceneParameters};
 use crate::tensor::{Mat3, Pose, Vec3};
 use crate::triaxial::Rig;
 
@@ -96,6 +97,38 @@ impl Builder<'_> {
         }
         Ok(())
     }
+}
+
+/// The mesh of a scene's bodies as they stand now, which becomes the reference configuration: a part and a
+/// number of its own for each. A body without a mesh is shown by its facets.
+pub fn scene_mesh(
+    scene: &Scene,
+    parameters: &SceneParameters,
+    meshes: &[Option<Mesh>],
+) -> Result<(FieldMesh, Points)> {
+    let poses = &scene.committed.poses;
+    let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
+    for (number, (body, mesh)) in scene.model.bodies.iter().zip(meshes).enumerate() {
+        let part = builder.mesh.add_part(&body.name);
+        let youngs_modulus = parameters.bodies[number].youngs_modulus;
+        let places = mesh.as_ref().map_or(&body.nominal.vertices, |mesh| &mesh.nodes);
+        let nodes: Vec<usize> = places.iter().map(|place| builder.point(number, *place)).collect();
+        match mesh {
+            Some(mesh) => {
+                for cell in &mesh.cells {
+                    let nodes = cell.map(|node| nodes[node.index()]);
+                    builder.cell(CellKind::Tet10, &nodes, part, Some(number), youngs_modulus)?;
+                }
+            }
+            None => {
+                for facet in &body.nominal.facets {
+                    let nodes = facet.map(|node| nodes[node]);
+                    builder.cell(CellKind::Triangle, &nodes, part, Some(number), youngs_modulus)?;
+                }
+            }
+        }
+    }
+    Ok((builder.mesh, builder.points))
 }
 
 /// The mesh of a specimen of `diameter` [m] in its rig as it stands now, which becomes the reference

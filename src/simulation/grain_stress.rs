@@ -5,6 +5,7 @@
 
 use crate::assembly::Contacts;
 use crate::model::Model;
+use crate::scene::{Scene, SceneParameters};
 use crate::tensor::{Mat3, Pose, Vec3};
 
 /// Mean Cauchy stress of the first `grains` bodies [Pa], in the configuration that `contacts` was
@@ -16,14 +17,7 @@ pub fn mean_stresses(
     pressure: f64,
     grains: usize,
 ) -> Vec<Mat3> {
-    let mut moments = vec![Mat3::zeros(); model.bodies.len()];
-    for (pair, point) in contacts.active() {
-        let e = &point.evaluation;
-        let on_b = Vec3::new(e.wrench[6], e.wrench[7], e.wrench[8]);
-        for (body, force) in [(pair.a(), -on_b), (pair.b(), on_b)] {
-            moments[body] += (e.point - poses[body].position) * force.transpose();
-        }
-    }
+    let mut moments = contact_moments(model, contacts, poses);
     if let Some(cover) = &model.cover {
         let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
         cover.node_forces_into(&mut forces, poses, pressure);
@@ -37,6 +31,36 @@ pub fn mean_stresses(
         0.5 * (moment + moment.transpose()) / body.nominal.volume()
     };
     moments.iter().zip(&model.bodies).take(grains).map(mean).collect()
+}
+
+/// Mean Cauchy stress of each body of a scene [Pa], its weight included: gravity acts in its volume. Not a
+/// number for a body that is held, driven or pushed, since where on its surface that acts is not said.
+pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3) -> Vec<Mat3> {
+    let poses = &scene.committed.poses;
+    let mut moments = contact_moments(&scene.model, scene.contacts(), poses);
+    for (i, (moment, body)) in moments.iter_mut().zip(&scene.model.bodies).enumerate() {
+        let weight = gravity * body.mass;
+        *moment += (poses[i].rotation * body.centre_of_mass) * weight.transpose();
+        let volume = body.mass / parameters.bodies[i].density;
+        *moment = match scene.is_free(i) {
+            true => 0.5 * (*moment + moment.transpose()) / volume,
+            false => Mat3::repeat(f64::NAN),
+        };
+    }
+    moments
+}
+
+/// Sums of arm times force of the contacts on each body [N m].
+fn contact_moments(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Mat3> {
+    let mut moments = vec![Mat3::zeros(); model.bodies.len()];
+    for (pair, point) in contacts.active() {
+        let e = &point.evaluation;
+        let on_b = Vec3::new(e.wrench[6], e.wrench[7], e.wrench[8]);
+        for (body, force) in [(pair.a(), -on_b), (pair.b(), on_b)] {
+            moments[body] += (e.point - poses[body].position) * force.transpose();
+        }
+    }
+    moments
 }
 
 /// A symmetric tensor as xx yy zz xy yz xz.

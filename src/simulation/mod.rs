@@ -11,12 +11,14 @@ mod grain_stress;
 mod observer;
 mod plan;
 mod recorder;
+mod restart;
+mod resume;
 mod rock;
 pub mod scene;
 mod seating;
 mod specimen_table;
 
-pub use observer::{Observer, SpecimenReport, StageReport, Step};
+pub use observer::{Observer, Resumption, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
 
 use std::path::{Path, PathBuf};
@@ -27,11 +29,13 @@ use rayon::prelude::*;
 use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
-use crate::results::{Existing, Outcome as FileOutcome};
+use crate::results::{Existing, Outcome as FileOutcome, Reader};
 use crate::scene::Scene;
-use crate::specimen::{Phase, Specimen, generate};
+use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Rig, Stage, StageEnd, Test};
-use recorder::Recorder;
+use recorder::{Recorder, TestPoint};
+use resume::Found;
+use scene::ScenePoint;
 use seating::seat;
 
 /// What a run takes besides its case.
@@ -65,21 +69,38 @@ pub struct Outcome {
     pub wall_time: Duration,
 }
 
-/// Runs a case from its specimen to its last stage. `source` is where the case came from.
+/// Runs a case from its specimen to its last stage, or from the last restart point of its results file where
+/// the options say so: to the same bits. `source` is where the case came from.
 ///
 /// # Errors
-/// `Error::Case` for what riprap cannot run yet, `Error::Specimen` where the specimen cannot be
-/// generated, `Error::Results` and `Error::Io` for trouble with the results file. A run that does
-/// not converge is no error but an [`End`].
+/// `Error::Case` for what riprap cannot run yet and for a results file of another case, `Error::Specimen`
+/// where the specimen cannot be generated, `Error::Results` and `Error::Io` for trouble with the results
+/// file. A run that does not converge is no error but an [`End`].
 pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn Observer) -> Result<Outcome> {
     let faults = unsupported(case);
     if !faults.is_empty() {
         return Err(Error::Case { file: source.file.clone(), faults });
     }
     recorder::check_target(&options.out, options.existing)?;
+    let mut options = options.clone();
+    let mut found = None;
+    if options.existing == Existing::Continue {
+        let there = resume::look(case, source, &options.out)?;
+        if let Some(how) = there.resumption() {
+            observer.resumed(&how);
+        }
+        match there {
+            Found::Finished { increments } => {
+                return Ok(Outcome { end: End::Finished, increments, wall_time: Duration::ZERO });
+            }
+            Found::NoFile => options.existing = Existing::Refuse,
+            Found::NoRestart => options.existing = Existing::Replace,
+            Found::Restart { .. } => found = Some(there),
+        }
+    }
     match &case.geometry {
-        Geometry::Specimen(specimen) => triaxial_test(case, specimen, source, options, observer),
-        Geometry::Scene(_) => scene_run(case, source, options, observer),
+        Geometry::Specimen(specimen) => triaxial_test(case, specimen, source, &options, found, observer),
+        Geometry::Scene(_) => scene_run(case, source, &options, found, observer),
     }
 }
 
@@ -112,46 +133,49 @@ fn triaxial_test(
     wanted: &SpecimenCase,
     source: &RawCase,
     options: &Options,
+    found: Option<Found>,
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let stages = planned_stages(case);
-    let (specimen, meshes) = specimen_of(case, wanted, observer)?;
-    let mut recorder = Recorder::create(case, source, options, clock)?;
-    recorder.write_specimen(case, &specimen, &meshes)?;
-
-    let mut rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
-    recorder.begin(case, &rig, &specimen, &meshes)?;
-    if case.solver.fidelity == Fidelity::Condensed {
-        rig.condense(rock::condensed_grains(&case.rock, &meshes, case.seed)?);
-    }
-    drop((specimen, meshes));
-
-    let mut test = Test::new(&rig);
+    let (mut recorder, mut rig, mut test) = match found {
+        Some(found) => continued_test(case, wanted, options, &found, clock, observer)?,
+        None => begun_test(case, wanted, source, options, clock, observer)?,
+    };
     let mut end = match observer.stop_requested() {
         true => StageEnd::Interrupted,
         false => StageEnd::Finished,
     };
-    let mut consolidated = true;
-    for planned in &stages {
+    if !recorder.at.seated && end == StageEnd::Finished {
+        if let Some(Stage::Consolidate { pressure }) = stages.first().and_then(|planned| planned.stage) {
+            let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
+            observer.seated(seating.out_of_balance, seating.factorisations);
+        }
+        if observer.stop_requested() {
+            // The seating may have been cut short: a continued run seats anew.
+            end = StageEnd::Interrupted;
+        } else {
+            recorder.at.seated = true;
+            recorder.hold(&test, &rig)?;
+            recorder.keep()?;
+        }
+    }
+    let reached = recorder.at.stage;
+    for planned in stages.iter().filter(|planned| planned.index >= reached) {
         let Some(stage) = &planned.stage else { continue };
         if end != StageEnd::Finished {
             break;
         }
-        if planned.index == 0
-            && let Stage::Consolidate { pressure, .. } = *stage
-        {
-            let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
-            observer.seated(seating.out_of_balance, seating.factorisations);
-        }
-        if consolidated && !matches!(stage, Stage::Consolidate { .. }) {
+        if !recorder.at.strains_restarted && !matches!(stage, Stage::Consolidate { .. }) {
             // Strains count from the end of the consolidation; the energies go on.
             test.rig_height = rig.height(&rig.committed.poses);
             test.rig_volume = rig.volume(&rig.committed.poses);
-            consolidated = false;
+            recorder.at.strains_restarted = true;
         }
         observer.stage_begun(planned);
-        recorder.begin_stage(planned);
+        if !test.is_under_way() {
+            recorder.begin_stage(planned);
+        }
         let mut trouble = None;
         end = test.run(&mut rig, stage, &mut |rig, report| {
             let recorded = recorder.accept(planned, rig, report);
@@ -164,7 +188,6 @@ fn triaxial_test(
         if let Some(error) = trouble {
             return Err(error);
         }
-        // The observer's wish at the last increment of a stage is no interruption of that stage.
         recorder.end_stage()?;
         observer.stage_ended(&recorder.stage_report(planned, &end));
         if end == StageEnd::Finished && observer.stop_requested() && planned.index + 1 < stages.len() {
@@ -173,7 +196,74 @@ fn triaxial_test(
     }
     let (end, outcome, reason) = ending(end);
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: clock.elapsed() })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time() })
+}
+
+/// A new test: its specimen, its rig, and a results file with a first restart point.
+fn begun_test(
+    case: &Case,
+    wanted: &SpecimenCase,
+    source: &RawCase,
+    options: &Options,
+    clock: Instant,
+    observer: &mut dyn Observer,
+) -> Result<(Recorder, Rig, Test)> {
+    let (specimen, meshes) = specimen_of(case, wanted, observer)?;
+    let mut recorder = Recorder::create(case, source, options, clock)?;
+    recorder.write_specimen(case, &specimen, &meshes)?;
+    recorder.save_specimen(&specimen)?;
+    let mut rig = rig_of(case, &specimen, observer)?;
+    recorder.begin(case, &rig, &specimen, &meshes)?;
+    condense(case, &mut rig, &meshes)?;
+    let test = Test::new(&rig);
+    recorder.hold(&test, &rig)?;
+    recorder.keep()?;
+    Ok((recorder, rig, test))
+}
+
+/// A test as its results file has it at the last restart point.
+fn continued_test(
+    case: &Case,
+    wanted: &SpecimenCase,
+    options: &Options,
+    found: &Found,
+    clock: Instant,
+    observer: &mut dyn Observer,
+) -> Result<(Recorder, Rig, Test)> {
+    let out = &options.out;
+    let reader = Reader::open(out)?;
+    let origin = reader.origin()?.ok_or_else(|| restart::fault(out, "holds no specimen to go on with"))?;
+    let kept = reader.restart()?.ok_or_else(|| restart::fault(out, "holds no restart point"))?;
+    drop(reader);
+    let (specimen, _) = restart::decode::<Specimen>(&origin, out)?;
+    let (point, version) = restart::decode::<TestPoint<'_>>(&kept.bytes, out)?;
+    let meshes = meshes_of(wanted, &specimen)?;
+    let first = rig_of(case, &specimen, observer)?;
+    let mut rig = first.clone();
+    condense(case, &mut rig, &meshes)?;
+    if !rig.restore(point.rig) {
+        return Err(restart::fault(out, "belongs to another specimen"));
+    }
+    // The file drops what is behind its restart point only once that is known to be of use.
+    let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
+    observer.resumed(&found.continuation(&kept, version));
+    recorder.begin(case, &first, &specimen, &meshes)?;
+    recorder.restore(point.sums, kept.states);
+    recorder.at = point.at;
+    Ok((recorder, rig, point.test.into_owned()))
+}
+
+fn rig_of(case: &Case, specimen: &Specimen, observer: &dyn Observer) -> Result<Rig> {
+    let mut settings = plan::settings(&case.solver);
+    settings.stop = observer.stop_signal();
+    Rig::new(specimen, &plan::rig_parameters(case), settings)
+}
+
+fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
+    if case.solver.fidelity == Fidelity::Condensed {
+        rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?);
+    }
+    Ok(())
 }
 
 /// Runs a scene of bodies set by hand.
@@ -181,29 +271,70 @@ fn scene_run(
     case: &Case,
     source: &RawCase,
     options: &Options,
+    found: Option<Found>,
     observer: &mut dyn Observer,
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let stages = planned_stages(case);
     let folder = source.file.parent().unwrap_or(Path::new(""));
     // What cannot be built is said before a file is made.
-    Scene::new(&scene::parameters(case, folder)?)?;
-    let mut writer = recorder::new_file(case, source, options)?;
-    let (mut increments, mut begun) = (0, None);
-    let end = scene::run(case, folder, Some(&mut writer), |_, row| {
-        let Some(planned) = stages.get(row.stage) else { return true };
-        if begun != Some(row.stage) {
-            begun = Some(row.stage);
-            observer.stage_begun(planned);
+    let mut parameters = scene::parameters(case, folder)?;
+    parameters.settings.stop = observer.stop_signal();
+    let mut scene = Scene::new(&parameters)?;
+    let mut recorder = match found {
+        Some(found) => {
+            let out = &options.out;
+            let kept = Reader::open(out)?.restart()?;
+            let kept = kept.ok_or_else(|| restart::fault(out, "holds no restart point"))?;
+            let (point, version) = restart::decode::<ScenePoint<'_>>(&kept.bytes, out)?;
+            // Before it moves: its first configuration is the reference of what the file shows.
+            let first = scene.clone();
+            if !scene.restore(point.scene) {
+                return Err(restart::fault(
+                    out,
+                    "belongs to a scene of other bodies; has a mesh file changed?",
+                ));
+            }
+            let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
+            observer.resumed(&found.continuation(&kept, version));
+            recorder.begin_scene(case, &first, &parameters, folder)?;
+            recorder.restore(point.sums, kept.states);
+            recorder.at = point.at;
+            recorder
         }
-        increments = row.increment as u64;
-        let history = scene::history_row(row, clock.elapsed().as_secs_f64());
-        observer.step_accepted(&Step::new(planned, &stages, row.progress, &history));
-        !observer.stop_requested()
-    })?;
+        None => {
+            let mut recorder = Recorder::create(case, source, options, clock)?;
+            recorder.begin_scene(case, &scene, &parameters, folder)?;
+            recorder.hold_scene(&scene)?;
+            recorder.keep()?;
+            recorder
+        }
+    };
+    let (mut trouble, mut begun) = (None, None);
+    let mut end = StageEnd::Interrupted;
+    if !observer.stop_requested() {
+        end = scene.run(|scene, row| {
+            let Some(planned) = stages.get(row.stage) else { return true };
+            if begun != Some(row.stage) {
+                begun = Some(row.stage);
+                observer.stage_begun(planned);
+            }
+            match recorder.accept_scene(planned, &parameters, scene, row) {
+                Ok(row_of_file) => {
+                    observer.step_accepted(&Step::new(planned, &stages, row.progress, &row_of_file));
+                }
+                Err(error) => trouble = Some(error),
+            }
+            trouble.is_none() && !observer.stop_requested()
+        });
+    }
+    if let Some(error) = trouble {
+        return Err(error);
+    }
+    recorder.end_stage()?;
     let (end, outcome, reason) = ending(end);
-    writer.finish(outcome, &reason, increments)?;
-    Ok(Outcome { end, increments, wall_time: clock.elapsed() })
+    recorder.finish(outcome, &reason)?;
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time() })
 }
 
 /// How a run ended, for the caller and for the file.
@@ -229,11 +360,12 @@ fn specimen_of(
     let parameters = wanted.parameters(case.seed, case.contact.rounding);
     let progress = &mut |phase: Phase, share: f64| observer.specimen_progress(phase, share);
     let specimen = generate(&parameters, progress)?;
-    let meshes: Vec<Mesh> = specimen
-        .grains
-        .par_iter()
-        .map(|grain| grain_mesh(&grain.nominal, wanted.cells_per_grain))
-        .collect::<Result<_>>()?;
+    let meshes = meshes_of(wanted, &specimen)?;
     observer.specimen_ready(&SpecimenReport::new(&specimen, &meshes, clock.elapsed()));
     Ok((specimen, meshes))
+}
+
+fn meshes_of(wanted: &SpecimenCase, specimen: &Specimen) -> Result<Vec<Mesh>> {
+    let mesh = |grain: &GrainShape| grain_mesh(&grain.nominal, wanted.cells_per_grain);
+    specimen.grains.par_iter().map(mesh).collect()
 }

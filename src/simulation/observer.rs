@@ -5,6 +5,7 @@ use std::time::Duration;
 use crate::mesh::{Mesh, QualityReport};
 use crate::results::HistoryRow;
 use crate::simulation::plan::PlannedStage;
+use crate::solver::StopSignal;
 use crate::specimen::{Phase, Specimen};
 use crate::triaxial::StageEnd;
 
@@ -21,10 +22,37 @@ pub trait Observer {
     /// An increment is accepted and in the file.
     fn step_accepted(&mut self, _step: &Step<'_>) {}
     fn stage_ended(&mut self, _report: &StageReport<'_>) {}
+    /// A run is continued; before anything else of it.
+    fn resumed(&mut self, _how: &Resumption) {}
     /// Whether to stop after the present increment.
     fn stop_requested(&self) -> bool {
         false
     }
+    /// Raised to have the increment at hand given up; asked for once, at the start.
+    fn stop_signal(&self) -> StopSignal {
+        StopSignal::default()
+    }
+}
+
+/// What became of the wish to continue a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Resumption {
+    /// There is nothing to go on from, so the run begins.
+    Anew { reason: &'static str },
+    /// The run is finished: nothing is left to do.
+    Finished { increments: u64 },
+    /// The run goes on after its last restart point.
+    After {
+        increment: u64,
+        /// Rows of the history behind that point, which are computed again.
+        dropped: usize,
+        /// Newer restart points that cannot be used, each with what is wrong.
+        damaged: Vec<String>,
+        /// Where the run was begun, if not on this computer.
+        host: Option<String>,
+        /// The riprap that wrote the restart point, if not this one.
+        version: Option<String>,
+    },
 }
 
 /// A generated specimen in short.
@@ -115,6 +143,8 @@ pub struct StageReport<'a> {
     /// Energy that no row of the ledger accounts for, over the external work of the stage.
     pub energy_error: f64,
     pub wall_time: Duration,
+    /// The share of it that went into stresses, contact tables, restart points and the file.
+    pub writing_time: Duration,
     /// Saved states in the file so far.
     pub states: usize,
 }

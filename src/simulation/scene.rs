@@ -1,56 +1,128 @@
 //! A case of kind `scene`: from the checked case to parameters, through the stages, into the file.
 //!
-//! [`run`] does all of it; [`parameters`], [`history_row`] and [`body_rows`] are its parts for callers
-//! that write more than `/history` and `/bodies`. The writer, if any, must be new: bodies are added
-//! to it here, every accepted increment is appended and committed; `/status` is the caller's.
+//! [`run`] runs a scene without a file; [`parameters`], [`history_row`] and [`body_rows`] are its parts.
 
 use std::path::Path;
 use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
 
 use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, SolverCase, StageCase};
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::file::read_mesh;
-use crate::mesh::{Mesh, NearPoint, cuboid_mesh, polyhedron_mesh, sphere_mesh};
-use crate::results::{BodyRow, HistoryRow, Writer};
-use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape};
+use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
+use crate::results::{BodyRow, HistoryRow};
+use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
 use crate::simulation::rock;
 use crate::solver::Settings;
-use crate::tensor::{Pose, Rotation, Vec3};
+use crate::tensor::{Mat3, Pose, Rotation, Vec3};
 use crate::triaxial::StageEnd;
 
-/// Runs the scene of `case`. `folder` is where its mesh files are relative to. `observe` sees each
-/// accepted increment, after it was written, and says whether to go on.
+use super::contact_table::ContactTable;
+use super::fields::scene_mesh;
+use super::grain_stress::body_stresses;
+use super::plan::PlannedStage;
+use super::recorder::{Position, Recorder, State, Sums};
+
+/// Cells of a polyhedron whose case gives no `mesh_size`.
+const CELLS: usize = 24;
+
+/// A restart point of a scene.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct ScenePoint<'a> {
+    pub at: Position,
+    pub scene: SceneState<'a>,
+    pub sums: Sums,
+}
+
+impl Recorder {
+    /// Writes the bodies' meshes and the first state, or compares them with those of a continued run.
+    pub(super) fn begin_scene(
+        &mut self,
+        case: &Case,
+        scene: &Scene,
+        parameters: &SceneParameters,
+        folder: &Path,
+    ) -> Result<()> {
+        let names: Vec<&str> = scene.model.bodies.iter().map(|body| body.name.as_str()).collect();
+        self.writer.set_bodies(&names)?;
+        let (mesh, points) = scene_mesh(scene, parameters, &body_meshes(case, parameters, folder)?)?;
+        let first = State {
+            time: 0.0,
+            increment: 0,
+            poses: scene.committed.poses.clone(),
+            stress: vec![Mat3::zeros(); scene.model.bodies.len()],
+            contacts: ContactTable::default(),
+        };
+        self.begin_fields(mesh, points, first)
+    }
+
+    /// Takes down an accepted increment; it is in the file when this returns.
+    pub(super) fn accept_scene(
+        &mut self,
+        stage: &PlannedStage,
+        parameters: &SceneParameters,
+        scene: &Scene,
+        row: &Row,
+    ) -> Result<HistoryRow> {
+        if self.at.stage != stage.index || row.increment == 1 {
+            self.begin_stage(stage);
+        }
+        let begun = Instant::now();
+        let history = history_row(row, self.seconds());
+        let poses = &scene.committed.poses;
+        let state = State {
+            time: history.time,
+            increment: row.increment as u64,
+            poses: poses.clone(),
+            stress: body_stresses(scene, parameters, row.gravity),
+            contacts: ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
+        };
+        self.append(&history, &body_rows(row), state, row.progress, row.progress)?;
+        self.hold_scene(scene)?;
+        self.commit()?;
+        self.took_since(begun);
+        Ok(history)
+    }
+
+    /// Holds the state of a scene for the next restart point.
+    pub(super) fn hold_scene(&mut self, scene: &Scene) -> Result<()> {
+        self.hold_other(&ScenePoint { at: self.at, scene: scene.state(), sums: self.sums() })
+    }
+}
+
+/// A mesh of each body to show it by: the one that it is condensed with, or, of a rigid one, a coarse one; `None` where
+/// the generator cannot mesh that.
+fn body_meshes(case: &Case, parameters: &SceneParameters, folder: &Path) -> Result<Vec<Option<Mesh>>> {
+    let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
+    let mesh = |(body, built): (&BodyCase, &SceneBody)| -> Result<Option<Mesh>> {
+        if built.grain.is_some() || body.mesh_size.is_some() {
+            return body_mesh(body, folder).map(Some);
+        }
+        let made = match &body.shape {
+            ShapeCase::Mesh(file) => return read_mesh(&folder.join(file)).map(Some),
+            ShapeCase::Box(size) => cuboid_mesh(*size, size.iter().copied().fold(0.0, f64::max)),
+            ShapeCase::Sphere(radius) => sphere_mesh(*radius, 0.5 * radius, None),
+            ShapeCase::Polyhedron(points) => {
+                let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
+                grain_mesh(&Polyhedron::convex_hull(&points)?, CELLS)
+            }
+        };
+        // The mesh is for the eye only: a body that resists it is shown by its facets.
+        Ok(made.ok())
+    };
+    scene.bodies.iter().zip(&parameters.bodies).map(mesh).collect()
+}
+
+/// Runs the scene of `case` without a results file. `folder` is where its mesh files are relative to.
+/// `observe` sees each accepted increment and says whether to go on.
 ///
 /// # Errors
-/// What [`parameters`] and [`Scene::new`] refuse, and file trouble.
-pub fn run(
-    case: &Case,
-    folder: &Path,
-    mut writer: Option<&mut Writer>,
-    mut observe: impl FnMut(&Scene, &Row) -> bool,
-) -> Result<StageEnd> {
-    let mut scene = Scene::new(&parameters(case, folder)?)?;
-    if let Some(writer) = writer.as_deref_mut() {
-        let names: Vec<&str> = scene.model.bodies.iter().map(|body| body.name.as_str()).collect();
-        writer.set_bodies(&names)?;
-    }
-    let started = Instant::now();
-    let mut trouble = None;
-    let end = scene.run(|scene, row| {
-        if let Some(writer) = writer.as_deref_mut() {
-            let wall_time = started.elapsed().as_secs_f64();
-            let written =
-                writer.append(&history_row(row, wall_time), &body_rows(row)).and_then(|()| writer.commit());
-            if let Err(error) = written {
-                trouble = Some(error);
-                return false;
-            }
-        }
-        observe(scene, row)
-    });
-    trouble.map_or(Ok(end), Err)
+/// What [`parameters`] and [`Scene::new`] refuse.
+pub fn run(case: &Case, folder: &Path, observe: impl FnMut(&Scene, &Row) -> bool) -> Result<StageEnd> {
+    Ok(Scene::new(&parameters(case, folder)?)?.run(observe))
 }
 
 /// What a scene takes from its case.

@@ -65,7 +65,7 @@ impl Newton<'_> {
                     self.evaluate();
                 }
             }
-            if converged || history.len() > settings.max_augmentations {
+            if converged || history.len() > settings.max_augmentations || settings.stop.is_raised() {
                 return Equilibrium { converged, balance, history, mismatch, surface_energy };
             }
             let balance = self.balance();

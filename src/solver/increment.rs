@@ -25,6 +25,8 @@ pub enum StepStatus {
         body: usize,
         out_of_balance: f64,
     },
+    /// Told to stop ([`Settings::stop`]).
+    Abandoned,
     /// The starting configuration already overlaps beyond what a contact can carry.
     TooClose,
 }
@@ -132,6 +134,8 @@ pub fn advance(
     let outcome = newton.equilibrate();
     let status = if outcome.converged {
         StepStatus::Converged
+    } else if settings.stop.is_raised() {
+        StepStatus::Abandoned
     } else {
         StepStatus::OutOfBalance {
             body: outcome.balance.worst_body,

@@ -6,11 +6,13 @@ pub mod increment;
 pub mod newton;
 pub mod pace;
 pub mod settings;
+pub mod stop;
 
 pub use equilibrium::{Balance, Equilibrium};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
 pub use pace::{Pace, motion_between};
 pub use settings::Settings;
+pub use stop::StopSignal;
 
 #[cfg(test)]
 mod tests;

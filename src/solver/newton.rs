@@ -248,6 +248,9 @@ impl<'a> Newton<'a> {
                 end = NewtonEnd::Solved;
                 break;
             }
+            if self.settings.stop.is_raised() {
+                break;
+            }
             if capped && iteration >= 1 && now < 0.5 * first {
                 break;
             }

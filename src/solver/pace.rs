@@ -1,13 +1,14 @@
 //! How large the next increment of a stage is: cut after a miss, grown back after an easy one.
 
 use crate::tensor::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Augmentations up to which an increment counts as easy.
 const EASY: usize = 8;
 const GROWTH: f64 = 1.5;
 
 /// Progress of a stage, 0 to 1, and the size of its next increment.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
     done: f64,
     size: f64,

@@ -1,5 +1,7 @@
 //! Tolerances and limits of the solver.
 
+use crate::solver::stop::StopSignal;
+
 /// Everything that can be set. The defaults are those measured in ARCHITECTURE.md.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -31,6 +33,8 @@ pub struct Settings {
     pub merit_memory: usize,
     /// Times an increment is halved before it stops.
     pub max_cuts: usize,
+    /// Has increments given up between augmentations.
+    pub stop: StopSignal,
 }
 
 impl Default for Settings {
@@ -51,6 +55,7 @@ impl Default for Settings {
             newton_reduction: 0.05,
             merit_memory: 4,
             max_cuts: 6,
+            stop: StopSignal::default(),
         }
     }
 }

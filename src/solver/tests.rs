@@ -95,3 +95,23 @@ fn block_slides_on_an_incline_beyond_the_friction_angle() {
         }
     }
 }
+
+#[test]
+fn a_raised_signal_has_the_increment_given_up() {
+    let (model, committed, mut loads) = block_on_plate(0.65);
+    loads.gravity = Vec3::new(0.0, 0.0, -9.81);
+    let settings = Settings { stop: StopSignal::new(), ..Settings::default() };
+    let attempt = || {
+        let increment =
+            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+        advance(&increment, vec![committed.poses.clone()], &mut Contacts::default())
+    };
+    assert!(attempt().converged());
+    // Copies of the settings, for a more careful try say, hear the same signal.
+    let careful = settings.cautious();
+    settings.stop.raise();
+    assert!(careful.stop.is_raised() && !Settings::default().stop.is_raised());
+    let report = attempt();
+    assert_eq!(report.status, StepStatus::Abandoned);
+    assert_eq!(report.counters.factorisations, 0);
+}

@@ -25,6 +25,7 @@ use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, NarrowPhase, Share
 use rapier3d_f64::math::{Pose as EnginePose, Rotation as EngineRotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;
 use rapier3d_f64::prelude::CoefficientCombineRule;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
@@ -101,7 +102,7 @@ pub struct Packing {
 }
 
 /// Whether the friction dial met the asked void ratio or came to an end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DialEnd {
     /// The asked void ratio was met on the way.
     Met,

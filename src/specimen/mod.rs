@@ -24,6 +24,7 @@ use crate::error::{Error, Result};
 use crate::tensor::Pose;
 use compaction::{DialEnd, Packing};
 use grading::SizeClass;
+use serde::{Deserialize, Serialize};
 use shape::ShapeLaw;
 
 /// What to do with a void ratio that the grading cannot reach.
@@ -149,7 +150,7 @@ pub enum Phase {
 }
 
 /// A compacted specimen.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Specimen {
     /// Shapes, coarsest class first.
     pub grains: Vec<GrainShape>,

@@ -16,6 +16,7 @@ use crate::geometry::{Polyhedron, RoundedBody};
 use crate::specimen::random::{Purpose, Stream};
 use crate::tensor::Vec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// The law of grain shapes.
@@ -30,7 +31,7 @@ pub struct ShapeLaw {
 }
 
 /// A grain's shape in body coordinates: origin at the centroid of the nominal polyhedron.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GrainShape {
     /// The polyhedron as generated.
     pub nominal: Polyhedron,

@@ -8,6 +8,7 @@ use crate::specimen::relaxation::Relaxation;
 use crate::specimen::shape::square_opening;
 use crate::specimen::{Specimen, void_ratio};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// A contact is a gap below this share of the smaller grain's sieve size.
@@ -17,7 +18,7 @@ pub const CONTACT_TOLERANCE: f64 = 1e-3;
 pub const RATTLER_CONTACTS: usize = 3;
 
 /// Grading of one class.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ClassStatistics {
     /// Sieve sizes [m].
     pub sizes: [f64; 2],
@@ -28,7 +29,7 @@ pub struct ClassStatistics {
 }
 
 /// Counts in equal intervals from `low` to `high`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Histogram {
     pub low: f64,
     pub high: f64,
@@ -50,7 +51,7 @@ impl Histogram {
 }
 
 /// Statistics of a specimen. Ratios are dimensionless.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Statistics {
     pub classes: Vec<ClassStatistics>,
     /// Void ratio reached.

@@ -4,6 +4,7 @@
 //! `x = position + rotation * xi`. Rotation vectors are in radians, right-handed.
 
 pub mod dual;
+pub mod stored;
 
 pub use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 

@@ -1,5 +1,7 @@
 //! Stress, strain and energy of the specimen as a whole. Compression positive.
 
+use serde::{Deserialize, Serialize};
+
 /// Stresses and strains of an accepted increment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measures {
@@ -20,7 +22,7 @@ pub struct Measures {
 }
 
 /// Energies since the start of the test [J].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// Work of the ram and of the pressure.
     pub external: f64,

@@ -6,5 +6,5 @@ pub mod rig;
 pub mod stage;
 
 pub use measures::{Ledger, Measures};
-pub use rig::{Rig, RigParameters};
+pub use rig::{Rig, RigParameters, RigState};
 pub use stage::{Row, Stage, StageEnd, StepReport, Test};

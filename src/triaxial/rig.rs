@@ -1,6 +1,9 @@
 //! The model of a specimen between two rigid plates under a pressure cover.
 
+use std::borrow::Cow;
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 
 use crate::assembly::Contacts;
 use crate::contact::law::Friction;
@@ -45,7 +48,40 @@ pub struct Rig {
     pub pressure: f64,
 }
 
+/// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct RigState<'a> {
+    committed: Cow<'a, Committed>,
+    contacts: Cow<'a, Contacts>,
+    pressure: f64,
+}
+
 impl Rig {
+    /// The state to store, so that a test can go on from here to the same bits.
+    pub fn state(&self) -> RigState<'_> {
+        // Every field by name: a new one is either rebuilt by `new` or has to be stored.
+        let Rig { model: _, committed, contacts, settings: _, bottom: _, top: _, solid_volume: _, pressure } =
+            self;
+        RigState {
+            committed: Cow::Borrowed(committed),
+            contacts: Cow::Borrowed(contacts),
+            pressure: *pressure,
+        }
+    }
+
+    /// Takes a stored state; `false`, and nothing is changed, where it belongs to another specimen.
+    #[must_use]
+    pub fn restore(&mut self, state: RigState<'_>) -> bool {
+        let bodies = self.model.bodies.len();
+        let fits = state.committed.poses.len() == bodies && state.contacts.fit(bodies);
+        if fits {
+            self.committed = state.committed.into_owned();
+            self.contacts = state.contacts.into_owned();
+            self.pressure = state.pressure;
+        }
+        fits
+    }
+
     /// Places the specimen between plates and drapes the cover.
     pub fn new(specimen: &Specimen, parameters: &RigParameters, settings: Settings) -> Result<Self> {
         let modulus = parameters.youngs_modulus / (1.0 - parameters.poissons_ratio.powi(2));

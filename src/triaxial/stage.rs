@@ -1,5 +1,7 @@
 //! Stages: what is driven, and the increments that get there.
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::Counters;
 use crate::solver::{Increment, IncrementReport, StepStatus, advance};
 use crate::tensor::{Pose, Vec3};
@@ -45,6 +47,21 @@ pub struct Row {
 pub struct StepReport<'a> {
     pub row: Row,
     pub increment: &'a IncrementReport,
+    /// The test as the increment left it; with [`Rig::state`] all that it takes to go on from here.
+    pub test: &'a Test,
+}
+
+/// A stage after its last accepted increment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct UnderWay {
+    start_pressure: f64,
+    start_height: f64,
+    /// Share of the stage.
+    done: f64,
+    /// Share of the next increment.
+    size: f64,
+    /// The poses before the last increment, and its share.
+    last: Option<(Vec<Pose>, f64)>,
 }
 
 /// Share of the consolidation pressure under which grains are seated. Under a small share the
@@ -52,7 +69,7 @@ pub struct StepReport<'a> {
 const SEATING_SHARE: f64 = 0.5;
 
 /// Reference of strains and running sums of a test.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Test {
     pub rig_height: f64,
     pub rig_volume: f64,
@@ -64,6 +81,7 @@ pub struct Test {
     /// Whether increments that miss tolerance are accepted (experiments) or end the stage.
     pub accept_missed: bool,
     pub missed: usize,
+    under_way: Option<UnderWay>,
 }
 
 impl Test {
@@ -76,7 +94,13 @@ impl Test {
             ram: 0.0,
             accept_missed: false,
             missed: 0,
+            under_way: None,
         }
+    }
+
+    /// Whether a stage was interrupted; the next [`Test::run`] goes on with it.
+    pub fn is_under_way(&self) -> bool {
+        self.under_way.is_some()
     }
 
     /// Starts strains and the ledger anew from the present state.
@@ -87,22 +111,26 @@ impl Test {
         self.start_elastic = elastic;
     }
 
-    /// Runs a stage; `observe` is called after each accepted increment and says whether to go on.
+    /// Runs a stage, or the rest of the one that was interrupted; `observe` is called after each accepted
+    /// increment and says whether to go on. A wish to stop at the last increment interrupts nothing.
     pub fn run(
         &mut self,
         rig: &mut Rig,
         stage: &Stage,
         observe: &mut dyn FnMut(&Rig, &StepReport<'_>) -> bool,
     ) -> StageEnd {
-        let start_pressure = rig.pressure;
-        let start_height = rig.height(&rig.committed.poses);
+        let begun = self.under_way.take();
+        let (start_pressure, start_height) = match &begun {
+            Some(begun) => (begun.start_pressure, begun.start_height),
+            None => (rig.pressure, rig.height(&rig.committed.poses)),
+        };
         let (nominal, goal_pressure, top_free) = match *stage {
             Stage::Consolidate { pressure } => (0.1, pressure, true),
             Stage::Shear { axial_strain, increment } => (increment / axial_strain, start_pressure, false),
         };
         let smallest = nominal * 0.5f64.powi(rig.settings.max_cuts as i32);
-        let (mut done, mut size) = (0.0f64, nominal);
-        let mut last: Option<(Vec<Pose>, f64)> = None;
+        let (mut done, mut size, mut last) =
+            begun.map_or((0.0, nominal, None), |begun| (begun.done, begun.size, begun.last));
         let mut cuts = 0;
         while done < 1.0 - 1e-9 {
             let share = size.min(1.0 - done);
@@ -129,6 +157,10 @@ impl Test {
                 report = advance(&careful, starts.into_iter().rev().collect(), &mut rig.contacts);
                 report.counters.add(&first);
             }
+            if !report.converged() && rig.settings.stop.is_raised() {
+                self.under_way = Some(UnderWay { start_pressure, start_height, done, size, last });
+                return StageEnd::Interrupted;
+            }
             if !report.converged() {
                 let at_floor = share <= smallest * (1.0 + 1e-9);
                 if !at_floor && !self.accept_missed {
@@ -154,10 +186,13 @@ impl Test {
             if report.history.len() <= 8 {
                 size = (1.5 * size).min(nominal);
             }
-            if !observe(rig, &StepReport { row, increment: &report }) {
+            self.under_way = Some(UnderWay { start_pressure, start_height, done, size, last: last.clone() });
+            let go_on = observe(rig, &StepReport { row, increment: &report, test: self });
+            if !go_on && done < 1.0 - 1e-9 {
                 return StageEnd::Interrupted;
             }
         }
+        self.under_way = None;
         StageEnd::Finished
     }
 
@@ -287,6 +322,7 @@ impl Test {
 fn describe(rig: &Rig, report: &IncrementReport) -> String {
     match &report.status {
         StepStatus::Converged => "converged".into(),
+        StepStatus::Abandoned => "the increment was given up as asked".into(),
         StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
         StepStatus::OutOfBalance { body, out_of_balance } => format!(
             "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",

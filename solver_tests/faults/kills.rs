@@ -1,0 +1,156 @@
+//! Killed, interrupted and stopped runs that are continued.
+
+use riprap::results::{Existing, Outcome};
+use riprap::simulation::{End, Observer, Options, Step, run};
+use riprap::solver::StopSignal;
+
+use crate::place::{Place, assert_same_bits};
+
+/// Numbers that scatter well (Weyl), from `seed` on.
+fn scattered(seed: usize, below: usize) -> usize {
+    (seed.wrapping_mul(2_654_435_769) >> 7) % below
+}
+
+/// Runs a case to its end through SIGKILLs, each some increments and some milliseconds after the last; then
+/// compares it with the uninterrupted one. Returns how many kills hit.
+fn killed_again_and_again(
+    place: &Place,
+    case: &str,
+    out: &str,
+    kills: usize,
+    stride: usize,
+    seed: usize,
+) -> usize {
+    let file = format!("{case}.json");
+    let mut hits = 0;
+    for kill in 0..kills {
+        let threads = if kill % 2 == 0 { "1" } else { "2" };
+        let mut running = place.start(&["run", &file, "--out", out, "--resume", "--threads", threads]);
+        if !running.reaches(scattered(seed + kill, stride)) {
+            running.kill();
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_micros(scattered(seed + 7 * kill, 30_000) as u64));
+        running.kill();
+        hits += 1;
+        if place.path(out).exists() {
+            place.open(out).increments().expect("a history that can be read");
+        }
+    }
+    place.ends_with(0, &["run", &file, "--out", out, "--resume", "--quiet"]);
+    assert_same_bits(&place.reference(case), &place.open(out));
+    hits
+}
+
+#[test]
+fn a_killed_specimen_goes_on_to_the_same_bits() {
+    let place = Place::new();
+    place.lay_begun("specimen", "killed.h5");
+    let hits = killed_again_and_again(&place, "specimen", "killed.h5", 5, 30, 3);
+    assert!(hits >= 2, "only {hits} kills hit");
+}
+
+#[test]
+fn a_killed_scene_goes_on_to_the_same_bits() {
+    let place = Place::new();
+    let hits = killed_again_and_again(&place, "scene", "killed.h5", 5, 60, 5);
+    assert!(hits >= 1, "only {hits} kills hit");
+}
+
+#[test]
+#[ignore = "minutes: fifty kills; scripts/kill_test.sh runs it"]
+fn fifty_kills_change_no_bit() {
+    for (case, stride) in [("specimen", 45), ("scene", 70)] {
+        let place = Place::new();
+        let (mut hits, mut runs) = (0, 0);
+        while hits < 25 {
+            let out = format!("killed_{runs}.h5");
+            hits += killed_again_and_again(&place, case, &out, 5, stride, 100 * runs + 1);
+            runs += 1;
+            assert!(runs < 60, "only {hits} kills hit");
+        }
+        println!("{case}: {hits} kills in {runs} runs, every bit as in the uninterrupted run");
+    }
+}
+
+#[test]
+fn an_interrupted_run_goes_on_to_the_same_bits_on_other_threads() {
+    let place = Place::new();
+    for (case, after) in [("specimen", 14), ("scene", 30)] {
+        place.lay_begun(case, "x.h5");
+        let run = ["run", &format!("{case}.json"), "--out", "x.h5", "--resume", "--threads"];
+        let reference = place.reference(case);
+        let mut running = place.start(&[&run[..], &["1"]].concat());
+        assert!(running.reaches(after), "{case} ended before it was interrupted");
+        assert_eq!(running.interrupt(), Some(130), "{case}");
+        let reader = place.open("x.h5");
+        let status = reader.status().expect("a status");
+        assert_eq!(status.outcome, Outcome::Interrupted);
+        let restart = reader.restart().expect("readable").expect("a restart point");
+        assert_eq!(restart.increment, status.last_good_increment, "nothing is to be computed twice");
+        assert!(reader.increments().expect("rows") < reference.increments().expect("rows"), "{case}");
+        drop(reader);
+        let told = place.ends_with(0, &[&run[..], &["2"]].concat());
+        assert!(told.contains(&format!("after increment {}", restart.increment)), "{told}");
+        assert_same_bits(&reference, &place.open("x.h5"));
+        // A finished run says so, and is left alone.
+        let before = std::fs::read(place.path("x.h5")).expect("the file");
+        let told = place.ends_with(0, &[&run[..], &["2"]].concat());
+        assert!(told.contains("nothing is left to do"), "{told}");
+        assert!(before == std::fs::read(place.path("x.h5")).expect("the file"), "it was touched");
+    }
+}
+
+/// One that stops short stops at the same place with the same reason.
+#[test]
+fn a_stopped_run_stops_again() {
+    let place = Place::new();
+    let case = format!("{}/cases/scenes/card_tent_falls.json", env!("CARGO_MANIFEST_DIR"));
+    place.ends_with(3, &["run", &case, "--out", "x.h5", "--quiet"]);
+    let first = place.open("x.h5");
+    assert!(first.increments().expect("rows") > 0, "it stopped before its first increment");
+    drop(first);
+    std::fs::copy(place.path("x.h5"), place.path("again.h5")).expect("a copy");
+    let told = place.ends_with(3, &["run", &case, "--out", "again.h5", "--resume"]);
+    assert!(told.contains("continues"), "{told}");
+    assert_same_bits(&place.open("x.h5"), &place.open("again.h5"));
+}
+
+/// Has the increment after so many given up in its midst.
+struct Impatient {
+    increments: i64,
+    signal: StopSignal,
+}
+
+impl Observer for Impatient {
+    fn step_accepted(&mut self, step: &Step<'_>) {
+        if step.row.increment == self.increments {
+            self.signal.raise();
+        }
+    }
+
+    fn stop_signal(&self) -> StopSignal {
+        self.signal.clone()
+    }
+}
+
+#[test]
+fn an_increment_that_is_given_up_leaves_no_trace() {
+    let place = Place::new();
+    for (name, increments) in [("specimen", 23), ("scene", 40)] {
+        place.lay_begun(name, "x.h5");
+        let raw = riprap::case::read(&place.path(&format!("{name}.json"))).unwrap_or_else(|e| panic!("{e}"));
+        let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+        let options = Options { out: place.path("x.h5"), existing: Existing::Continue, threads: 1 };
+        let go_on = |increments: i64| {
+            let mut observer = Impatient { increments, signal: StopSignal::new() };
+            run(&case, &raw, &options, &mut observer).unwrap_or_else(|e| panic!("{e}"))
+        };
+        // An increment that balances at once is not given up, so the run may end a little later.
+        let outcome = go_on(increments);
+        assert_eq!(outcome.end, End::Interrupted, "{name}");
+        assert!(outcome.increments >= increments as u64, "{name}: {outcome:?}");
+        assert_eq!(go_on(-1).end, End::Finished, "{name}");
+        assert_same_bits(&place.reference(name), &place.open("x.h5"));
+    }
+}

@@ -1,0 +1,176 @@
+//! Looks at a results file that a run is to continue: is it this case's, and is there anything to do?
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::case::{Case, RawCase};
+use crate::error::{Error, Fault, Result};
+use crate::results::{self, Outcome, Reader, Restart, Writer, check_unused};
+
+use super::observer::Resumption;
+use super::restart::fault;
+
+/// Most differences that are listed one by one.
+const MOST_LISTED: usize = 20;
+
+/// What there is to continue.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Found {
+    /// No file: the run begins.
+    NoFile,
+    /// A file from before the first restart point: the run begins again.
+    NoRestart,
+    /// Nothing is left to do after so many increments.
+    Finished { increments: u64 },
+    /// The run goes on.
+    Restart {
+        /// Rows behind the restart point.
+        dropped: usize,
+        /// Where the run was begun, if not on this computer.
+        host: Option<String>,
+    },
+}
+
+impl Found {
+    /// For the observer; what is known of [`Found::Restart`] comes later.
+    pub fn resumption(&self) -> Option<Resumption> {
+        match self {
+            Found::NoFile => Some(Resumption::Anew { reason: "there is no results file yet" }),
+            Found::NoRestart => Some(Resumption::Anew { reason: "the file holds no restart point yet" }),
+            Found::Finished { increments } => Some(Resumption::Finished { increments: *increments }),
+            Found::Restart { .. } => None,
+        }
+    }
+
+    /// For the observer, once the restart point is read.
+    pub fn continuation(&self, restart: &Restart, version: Option<String>) -> Resumption {
+        let (dropped, host) = match self {
+            Found::Restart { dropped, host } => (*dropped, host.clone()),
+            Found::NoFile | Found::NoRestart | Found::Finished { .. } => (0, None),
+        };
+        let (increment, damaged) = (restart.increment, restart.damaged.clone());
+        Resumption::After { increment, dropped, damaged, host, version }
+    }
+}
+
+/// Looks at `out`. The file stays as it is, but for a commit that a killed process left half done.
+///
+/// # Errors
+/// `Error::Case` with every value that differs where the file is another case's; `Error::Results` and
+/// `Error::Io` where it cannot be read.
+pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
+    if !out.exists() {
+        return Ok(Found::NoFile);
+    }
+    let reader = Reader::open(out)?;
+    if reader.is_live() {
+        return Err(fault(out, "in use by another process (it is locked); wait for that run to end"));
+    }
+    let kept = reader.text("case/completed")?;
+    let kept: Value = serde_json::from_str(&kept).map_err(|e| Error::Results {
+        file: out.to_path_buf(),
+        dataset: "case/completed".into(),
+        message: format!("is not JSON: {e}"),
+    })?;
+    let faults = differences(&kept, &case.completed());
+    if !faults.is_empty() {
+        return Err(Error::Case { file: source.file.clone(), faults });
+    }
+    let status = reader.status()?;
+    match status.outcome {
+        Outcome::Finished => return Ok(Found::Finished { increments: status.last_good_increment }),
+        Outcome::Running | Outcome::Interrupted | Outcome::Stopped => {}
+    }
+    let Some(restart) = reader.restart()? else { return Ok(Found::NoRestart) };
+    let dropped = reader.increments()?.saturating_sub(restart.rows);
+    let host = Some(reader.text("case/host")?).filter(|begun_on| *begun_on != results::host());
+    Ok(Found::Restart { dropped, host })
+}
+
+/// Opens a file to go on after the restart point that was read from it.
+///
+/// # Errors
+/// `Error::Results` where another process has the file, or has written to it meanwhile.
+pub fn reopen(out: &Path, kept: &Restart) -> Result<Writer> {
+    check_unused(out)?;
+    let now = Reader::open(out)?.restart()?;
+    if now.as_ref() != Some(kept) {
+        return Err(fault(out, "was changed by another process meanwhile"));
+    }
+    Writer::resume(out).map(|(writer, _)| writer)
+}
+
+/// Where the case differs from the one in the file.
+fn differences(kept: &Value, now: &Value) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    compare("$", kept, now, &mut faults);
+    if faults.len() > MOST_LISTED {
+        let more = faults.len() - MOST_LISTED;
+        faults.truncate(MOST_LISTED);
+        faults.push(Fault::new(
+            "$",
+            format!("{more} more"),
+            "differ too",
+            "the case that the run began with",
+        ));
+    }
+    faults
+}
+
+fn compare(path: &str, kept: &Value, now: &Value, faults: &mut Vec<Fault>) {
+    let differs = |path: String, kept: Option<&Value>, now: Option<&Value>| {
+        let shown = |value: Option<&Value>| value.map_or("nothing".to_string(), Value::to_string);
+        Fault::new(path, shown(now), "differs from the run to continue", shown(kept))
+    };
+    match (kept, now) {
+        (Value::Object(old), Value::Object(new)) => {
+            for (key, value) in old {
+                let path = format!("{path}.{key}");
+                match new.get(key) {
+                    Some(now) => compare(&path, value, now, faults),
+                    None => faults.push(differs(path, Some(value), None)),
+                }
+            }
+            for (key, value) in new.iter().filter(|(key, _)| !old.contains_key(*key)) {
+                faults.push(differs(format!("{path}.{key}"), None, Some(value)));
+            }
+        }
+        (Value::Array(old), Value::Array(new)) => {
+            for i in 0..old.len().max(new.len()) {
+                let path = format!("{path}[{i}]");
+                match (old.get(i), new.get(i)) {
+                    (Some(value), Some(now)) => compare(&path, value, now, faults),
+                    (value, now) => faults.push(differs(path, value, now)),
+                }
+            }
+        }
+        _ if kept == now => {}
+        _ => faults.push(differs(path.to_string(), Some(kept), Some(now))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn every_difference_is_named_by_its_path() {
+        let kept = json!({"seed": 1, "stages": [{"pressure": 4e5}, {"kind": "shear"}], "title": "a"});
+        let now = json!({"seed": 1, "stages": [{"pressure": 5e5}], "contact": {}, "title": "a"});
+        let found = differences(&kept, &now);
+        let paths: Vec<&str> = found.iter().map(|fault| fault.path.as_str()).collect();
+        assert_eq!(paths, ["$.stages[0].pressure", "$.stages[1]", "$.contact"]);
+        assert_eq!((found[0].value.as_str(), found[0].accepted.as_str()), ("500000.0", "400000.0"));
+        assert!(differences(&kept, &kept).is_empty());
+    }
+
+    #[test]
+    fn a_long_list_of_differences_is_cut_and_says_so() {
+        let kept = json!(vec![0; 50]);
+        let found = differences(&kept, &json!(vec![1; 50]));
+        assert_eq!(found.len(), MOST_LISTED + 1);
+        assert!(found[MOST_LISTED].value.contains("30 more"));
+    }
+}
