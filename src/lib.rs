@@ -18,6 +18,7 @@ pub mod mesh;
 pub mod material;
 pub mod element;
 pub mod grain;
+pub mod crushing;
 pub mod contact;
 pub mod specimen;
 pub mod model;

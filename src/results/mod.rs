@@ -10,6 +10,7 @@
 //! stresses in `/VTKHDF` count tension positive.
 
 mod bodies;
+mod breakage;
 mod export;
 mod fields;
 mod grains;
@@ -28,6 +29,7 @@ mod vtu;
 mod writer;
 
 pub use bodies::{BODY_QUANTITIES, BodyRow};
+pub use breakage::breakage_tables;
 pub use export::write_history_csv;
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
 pub use grains::{GRAIN_QUANTITIES, GrainRow};
