@@ -4,7 +4,7 @@
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
 use crate::assembly::{self, BlockPattern, Contacts, Dofs};
-use crate::linalg::lu::LuSymbolic;
+use crate::linalg::MultifrontalLu;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
 use crate::tensor::Pose;
@@ -42,7 +42,7 @@ pub struct PhaseTimes {
 
 struct System {
     pattern: BlockPattern,
-    symbolic: LuSymbolic,
+    lu: MultifrontalLu,
 }
 
 /// How a Newton solve ended.
@@ -139,12 +139,12 @@ impl<'a> Newton<'a> {
         let pairs = || touching().chain(covered());
         if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
             let pattern = BlockPattern::new(&self.dofs, pairs());
-            let symbolic = LuSymbolic::analyse(pattern.pattern.clone()).ok()?;
-            self.system = Some(System { pattern, symbolic });
+            let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
+            self.system = Some(System { pattern, lu });
         }
         self.times.ordering += start.elapsed().as_secs_f64();
         let start = std::time::Instant::now();
-        let system = self.system.as_ref()?;
+        let system = self.system.as_mut()?;
         self.values.clear();
         self.values.resize(system.pattern.entries(), 0.0);
         assembly::contact_stiffness_into(&mut self.values, &system.pattern, &self.dofs, &self.contacts);
@@ -169,9 +169,13 @@ impl<'a> Newton<'a> {
         let start = std::time::Instant::now();
         let mut step = held.to_vec();
         self.counters.factorisations += 1;
-        let solved = system.symbolic.factorise(&self.values).and_then(|f| f.solve_in_place(&mut step));
+        let factorised = system.lu.factorise(&self.values);
+        let solved = factorised.and_then(|()| system.lu.solve_in_place(&self.values, &mut step));
+        if let Err(failure) = &solved {
+            tracing::warn!(?failure, "linear system");
+        }
         self.times.factor += start.elapsed().as_secs_f64();
-        solved.ok().map(|()| step)
+        solved.ok().map(|_| step)
     }
 
     /// The largest share of `step` that moves no body further than the cap, nor any pair further
