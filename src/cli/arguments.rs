@@ -94,6 +94,9 @@ pub struct Run {
     /// Continues an interrupted run (not built yet)
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+    /// Says at the end where time and memory went, and keeps it in the file (/profile)
+    #[arg(long)]
+    pub profile: bool,
     #[command(flatten)]
     pub target: Target,
 }

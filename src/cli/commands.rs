@@ -12,7 +12,7 @@ use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 use super::arguments::{CaseInput, Check, Export, Info, Run, Specimen, Target};
 use super::exit::{Ending, Failure};
 use super::progress::Progress;
-use super::{complain, interrupt, say};
+use super::{complain, interrupt, note, say};
 
 type Ended = Result<Ending, Failure>;
 
@@ -25,12 +25,16 @@ pub fn run(arguments: &Run) -> Ended {
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
     let (source, case) = checked(&arguments.input, fidelity)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
-    let options = options(out, &arguments.target, threads);
+    let options = Options { profile: arguments.profile, ..options(out, &arguments.target, threads) };
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
     interrupt::listen();
     let outcome = simulation::run(&case, &source, &options, &mut progress)?;
-    Ok(conclude(&mut progress, &outcome, &options))
+    let ending = conclude(&mut progress, &outcome, &options);
+    if arguments.profile {
+        note(&outcome.profile.to_string());
+    }
+    Ok(ending)
 }
 
 pub fn specimen(arguments: &Specimen) -> Ended {
@@ -142,7 +146,7 @@ fn default_target(case: &Path) -> PathBuf {
 
 fn options(out: PathBuf, target: &Target, threads: usize) -> Options {
     let existing = if target.force { Existing::Replace } else { Existing::Refuse };
-    Options { out, existing, threads }
+    Options { out, existing, threads, profile: false }
 }
 
 /// Sets how many threads work, before the first of them does; without a wish, one a core.

@@ -10,6 +10,7 @@ mod fields;
 mod grain_stress;
 mod observer;
 mod plan;
+mod profile;
 mod recorder;
 mod rock;
 pub mod scene;
@@ -18,12 +19,14 @@ mod specimen_table;
 
 pub use observer::{Observer, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
+pub use profile::Profile;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use crate::assembly::Timings;
 use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
@@ -43,6 +46,8 @@ pub struct Options {
     pub existing: Existing,
     /// Threads at work, for the record.
     pub threads: usize,
+    /// Whether `/profile` is written.
+    pub profile: bool,
 }
 
 /// How a run ended.
@@ -63,6 +68,7 @@ pub struct Outcome {
     /// Accepted increments over all stages.
     pub increments: u64,
     pub wall_time: Duration,
+    pub profile: Profile,
 }
 
 /// Runs a case from its specimen to its last stage. `source` is where the case came from.
@@ -104,7 +110,8 @@ pub fn generate_specimen(
     let rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
     recorder.begin(case, &rig, &specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
-    Ok(Outcome { end: End::Finished, increments: 0, wall_time: clock.elapsed() })
+    let (wall_time, profile) = (clock.elapsed(), Profile::default());
+    Ok(Outcome { end: End::Finished, increments: 0, wall_time, profile })
 }
 
 fn triaxial_test(
@@ -116,14 +123,24 @@ fn triaxial_test(
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let stages = planned_stages(case);
+    let mut profile = Profile::default();
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
+    profile.book_since("specimen", clock);
+    let start = Instant::now();
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
+    profile.book_since("output", start);
 
+    let start = Instant::now();
     let mut rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
+    profile.book_since("rig", start);
+    let start = Instant::now();
     recorder.begin(case, &rig, &specimen, &meshes)?;
+    profile.book_since("output", start);
     if case.solver.fidelity == Fidelity::Condensed {
+        let start = Instant::now();
         rig.condense(rock::condensed_grains(&case.rock, &meshes, case.seed)?);
+        profile.book_since("condensation", start);
     }
     drop((specimen, meshes));
 
@@ -141,7 +158,9 @@ fn triaxial_test(
         if planned.index == 0
             && let Stage::Consolidate { pressure, .. } = *stage
         {
+            let start = Instant::now();
             let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
+            profile.book_since("seating", start);
             observer.seated(seating.out_of_balance, seating.factorisations);
         }
         if consolidated && !matches!(stage, Stage::Consolidate { .. }) {
@@ -153,14 +172,19 @@ fn triaxial_test(
         observer.stage_begun(planned);
         recorder.begin_stage(planned);
         let mut trouble = None;
+        let (start, mut output) = (Instant::now(), Duration::ZERO);
         end = test.run(&mut rig, stage, &mut |rig, report| {
+            let begun = Instant::now();
             let recorded = recorder.accept(planned, rig, report);
+            output += begun.elapsed();
+            profile.book("output", begun.elapsed());
             match recorded {
                 Ok(row) => observer.step_accepted(&Step::new(planned, &stages, report.row.progress, &row)),
                 Err(error) => trouble = Some(error),
             }
             trouble.is_none() && !observer.stop_requested()
         });
+        profile.book(planned.kind, start.elapsed().saturating_sub(output));
         if let Some(error) = trouble {
             return Err(error);
         }
@@ -172,8 +196,12 @@ fn triaxial_test(
         }
     }
     let (end, outcome, reason) = ending(end);
+    profile.finish(rig.contacts.timings);
+    if options.profile {
+        recorder.write_profile(&profile)?;
+    }
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: clock.elapsed() })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: clock.elapsed(), profile })
 }
 
 /// Runs a scene of bodies set by hand.
@@ -202,8 +230,14 @@ fn scene_run(
         !observer.stop_requested()
     })?;
     let (end, outcome, reason) = ending(end);
+    let mut profile = Profile::default();
+    profile.book_since("scene", clock);
+    profile.finish(Timings::default());
+    if options.profile {
+        writer.write_table("profile", &profile.columns())?;
+    }
     writer.finish(outcome, &reason, increments)?;
-    Ok(Outcome { end, increments, wall_time: clock.elapsed() })
+    Ok(Outcome { end, increments, wall_time: clock.elapsed(), profile })
 }
 
 /// How a run ended, for the caller and for the file.

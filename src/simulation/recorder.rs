@@ -19,6 +19,7 @@ use super::fields::{Points, field_mesh};
 use super::grain_stress::mean_stresses;
 use super::observer::StageReport;
 use super::plan::PlannedStage;
+use super::profile::Profile;
 use super::specimen_table;
 
 /// A state that the file may come to hold.
@@ -215,6 +216,11 @@ impl Recorder {
             wall_time: self.stage.begun.elapsed(),
             states: self.states,
         }
+    }
+
+    /// Writes `/profile`.
+    pub fn write_profile(&mut self, profile: &Profile) -> Result<()> {
+        self.writer.write_table("profile", &profile.columns())
     }
 
     pub fn finish(&mut self, outcome: FileOutcome, reason: &str) -> Result<()> {

@@ -3,11 +3,12 @@
 //! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
-use crate::assembly::{self, BlockPattern, Contacts, Dofs};
+use crate::assembly::{self, BlockPattern, Contacts, Dofs, Kernel};
 use crate::linalg::MultifrontalLu;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
 use crate::tensor::Pose;
+use std::time::Instant;
 
 /// The state of a solve and its buffers.
 pub struct Newton<'a> {
@@ -27,17 +28,6 @@ pub struct Newton<'a> {
     typical_stiffness: f64,
     system: Option<System>,
     values: Vec<f64>,
-    times: PhaseTimes,
-}
-
-/// CPU-independent wall time per phase [s], for the log.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct PhaseTimes {
-    pub contacts: f64,
-    pub tangents: f64,
-    pub assembly: f64,
-    pub ordering: f64,
-    pub factor: f64,
 }
 
 struct System {
@@ -85,17 +75,13 @@ impl<'a> Newton<'a> {
             typical_stiffness: model.typical_stiffness(),
             system: None,
             values: Vec::new(),
-            times: PhaseTimes::default(),
         };
         newton.update_residual();
         Ok(newton)
     }
 
-    pub fn times(&self) -> PhaseTimes {
-        self.times
-    }
-
     fn update_residual(&mut self) {
+        let start = Instant::now();
         assembly::residual_into(
             &mut self.residual,
             self.model,
@@ -104,15 +90,14 @@ impl<'a> Newton<'a> {
             self.loads,
             &self.poses,
         );
+        self.contacts.timings.book(Kernel::Residual, start);
     }
 
     pub(super) fn evaluate(&mut self) -> bool {
-        let start = std::time::Instant::now();
         let fine = self.contacts.evaluate(self.model, self.committed, &self.poses).is_ok();
         if fine {
             self.update_residual();
         }
-        self.times.contacts += start.elapsed().as_secs_f64();
         fine
     }
 
@@ -129,10 +114,8 @@ impl<'a> Newton<'a> {
 
     /// The Newton step for `held`, or `None` where the matrix is singular.
     fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
-        let start = std::time::Instant::now();
         self.contacts.update_tangents(self.model);
-        self.times.tangents += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
         let touching =
             || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
@@ -141,9 +124,9 @@ impl<'a> Newton<'a> {
             let pattern = BlockPattern::new(&self.dofs, pairs());
             let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
             self.system = Some(System { pattern, lu });
+            self.contacts.timings.book(Kernel::Ordering, start);
         }
-        self.times.ordering += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         let system = self.system.as_mut()?;
         self.values.clear();
         self.values.resize(system.pattern.entries(), 0.0);
@@ -156,6 +139,8 @@ impl<'a> Newton<'a> {
             self.loads,
             &self.poses,
         );
+        self.contacts.timings.book(Kernel::Assembly, start);
+        let start = Instant::now();
         assembly::cover_stiffness_into(
             &mut self.values,
             self.model,
@@ -165,16 +150,18 @@ impl<'a> Newton<'a> {
             &self.poses,
         );
         system.pattern.add_diagonal(&mut self.values, &self.dofs, weight * self.typical_stiffness);
-        self.times.assembly += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
+        self.contacts.timings.book(Kernel::Cover, start);
+        let start = Instant::now();
         let mut step = held.to_vec();
         self.counters.factorisations += 1;
         let factorised = system.lu.factorise(&self.values);
+        self.contacts.timings.book(Kernel::Factor, start);
+        let start = Instant::now();
         let solved = factorised.and_then(|()| system.lu.solve_in_place(&self.values, &mut step));
         if let Err(failure) = &solved {
             tracing::warn!(?failure, "linear system");
         }
-        self.times.factor += start.elapsed().as_secs_f64();
+        self.contacts.timings.book(Kernel::Solve, start);
         solved.ok().map(|_| step)
     }
 
