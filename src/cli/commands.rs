@@ -14,6 +14,9 @@ use super::exit::{Ending, Failure};
 use super::progress::Progress;
 use super::{complain, interrupt, note, say};
 
+/// Stack of a worker thread [bytes], as much as the main thread usually has: the run is on one of them.
+const STACK: usize = 8 << 20;
+
 type Ended = Result<Ending, Failure>;
 
 pub fn run(arguments: &Run) -> Ended {
@@ -29,7 +32,8 @@ pub fn run(arguments: &Run) -> Ended {
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
     interrupt::listen();
-    let outcome = simulation::run(&case, &source, &options, &mut progress)?;
+    // On one of the pool's own threads, so that no call has to wait for another thread to wake up.
+    let outcome = rayon::scope(|_| simulation::run(&case, &source, &options, &mut progress))?;
     let ending = conclude(&mut progress, &outcome, &options);
     if arguments.profile {
         note(&outcome.profile.to_string());
@@ -43,7 +47,7 @@ pub fn specimen(arguments: &Specimen) -> Ended {
     let options = options(arguments.out.clone(), &arguments.target, threads);
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
-    let outcome = generate_specimen(&case, &source, &options, &mut progress)?;
+    let outcome = rayon::scope(|_| generate_specimen(&case, &source, &options, &mut progress))?;
     Ok(conclude(&mut progress, &outcome, &options))
 }
 
@@ -157,6 +161,7 @@ fn set_threads(wanted: Option<u16>) -> Result<usize, Failure> {
     };
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .stack_size(STACK)
         .build_global()
         .map_err(|e| Error::Usage(format!("cannot start {threads} threads: {e}")))?;
     linalg::factorise_sequentially();

@@ -3,6 +3,7 @@
 
 pub mod measures;
 pub mod rig;
+pub mod squeeze;
 pub mod stage;
 
 pub use measures::{Ledger, Measures};

@@ -5,6 +5,7 @@ use crate::solver::{Increment, IncrementReport, StepStatus, advance};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::measures::{Ledger, Measures};
 use crate::triaxial::rig::Rig;
+use crate::triaxial::squeeze::squeeze;
 
 /// A stage of a triaxial test.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -167,6 +168,9 @@ impl Test {
     /// there. Returns the last report; where it did not converge, the first increment has to.
     pub fn seat(&mut self, rig: &mut Rig, pressure: f64) -> IncrementReport {
         let loads = rig.loads(true, SEATING_SHARE * pressure);
+        if rig.committed.memory.is_empty() {
+            squeeze(rig, &loads);
+        }
         let mut counters = Counters::default();
         let mut settings = rig.settings.for_seating();
         loop {
