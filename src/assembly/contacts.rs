@@ -213,6 +213,7 @@ impl Default for Contacts {
             fields: Vec::new(),
             first_scale: 1.0,
             searches: 0,
+            timings: Timings::default(),
         }
     }
 }

@@ -63,7 +63,12 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         return Err(Error::Usage("the case has a specimen, not a scene".into()));
     };
     let friction = friction(case, case.contact.friction);
-    let bodies = scene.bodies.iter().enumerate().map(|(index, body)| scene_body(case, index, body, folder)).collect::<Result<_>>()?;
+    let bodies = scene
+        .bodies
+        .iter()
+        .enumerate()
+        .map(|(index, body)| scene_body(case, index, body, folder))
+        .collect::<Result<_>>()?;
     let stages = case.stages.iter().enumerate().map(load_stage).collect::<Result<_>>()?;
     Ok(SceneParameters {
         bodies,
@@ -165,7 +170,9 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         Fidelity::Auto | Fidelity::Rigid => false,
         Fidelity::Condensed => true,
         // Refused by the case check.
-        Fidelity::Full => return Err(Error::Usage(format!("body {:?}: \"full\" is not built yet", body.name))),
+        Fidelity::Full => {
+            return Err(Error::Usage(format!("body {:?}: \"full\" is not built yet", body.name)));
+        }
     };
     let mesh = if condensed { Some(body_mesh(body, folder)?) } else { None };
     let shape = match &body.shape {

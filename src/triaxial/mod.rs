@@ -3,7 +3,6 @@
 
 pub mod measures;
 pub mod rig;
-pub mod squeeze;
 pub mod stage;
 
 pub use measures::{Ledger, Measures};

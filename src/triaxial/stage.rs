@@ -5,7 +5,6 @@ use crate::solver::{Increment, IncrementReport, StepStatus, advance};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::measures::{Ledger, Measures};
 use crate::triaxial::rig::Rig;
-use crate::triaxial::squeeze::squeeze;
 
 /// A stage of a triaxial test.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -168,9 +167,6 @@ impl Test {
     /// there. Returns the last report; where it did not converge, the first increment has to.
     pub fn seat(&mut self, rig: &mut Rig, pressure: f64) -> IncrementReport {
         let loads = rig.loads(true, SEATING_SHARE * pressure);
-        if rig.committed.memory.is_empty() && std::env::var_os("SQUEEZE").is_some() {
-            squeeze(rig, &loads);
-        }
         let mut counters = Counters::default();
         let mut settings = rig.settings.for_seating();
         loop {
@@ -249,8 +245,7 @@ impl Test {
         let area = volume / height;
         let before = self.ledger;
         let swelling = volume - old_volume + report.elastic_volume;
-        self.ledger.external +=
-            0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * swelling;
+        self.ledger.external += 0.5 * (self.ram + ram) * lift - 0.5 * (rig.pressure + pressure) * swelling;
         self.ram = ram;
         self.ledger.elastic = report.energy.elastic - self.start_elastic;
         self.ledger.friction += report.energy.friction;
