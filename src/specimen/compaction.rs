@@ -1,12 +1,11 @@
 //! Compaction of placed grains into a touching packing, by rigid-body dynamics (rapier3d, f64).
 //!
 //! The grains are the rounded bodies themselves (core and border radius), between 24 smooth wall
-//! panels and two smooth plates that shrink along one strain. There is no gravity. Three dials act:
+//! panels and two smooth plates that shrink along one strain. There is no gravity. Two dials act:
 //!
 //! 1. the strain rate follows a servo on the mean wall pressure;
 //! 2. once the pressure is reached, friction falls from its largest value towards zero, and the
-//!    packing creeps denser, until the asked void ratio is reached;
-//! 3. without friction, the walls shake the packing at constant volume, less and less.
+//!    packing creeps denser, until the asked void ratio is reached.
 //!
 //! So one run covers the loosest packing (jammed with the largest friction) to the densest (at rest
 //! without friction), and a void ratio outside is answered with that range. A hold at 5 % of the
@@ -75,14 +74,6 @@ const LONGEST: f64 = 30.0;
 /// Damping [1/s] of the grains' velocities and spins: during compaction, and in the hold.
 const DAMPING: f64 = 0.5;
 const HOLD_DAMPING: f64 = 20.0;
-
-/// Without friction the walls shake the packing denser: at constant volume they widen and shorten it in
-/// turn by up to this radial strain, which fades over the time [s], at this frequency [1/s]. With 300 grains
-/// of the Shuibuya grading: void ratio 0.570 without, 0.530 with 0.6 % over 3 s, 0.522 with 1.5 % and 0.510 with
-/// 3 % over 4 s, all in the same time.
-const SHAKE: f64 = 0.03;
-const SHAKE_TIME: f64 = 4.0;
-const SHAKE_FREQUENCY: f64 = 2.0;
 
 /// The hold lets the void ratio rise again by about this, so the dial stops so much below the goal.
 const REBOUND: f64 = 0.003;
@@ -182,10 +173,7 @@ fn turn_dial(chamber: &mut Chamber, friction: &mut f64, goal: f64, progress: &mu
         progress(0.6 + 0.3 * (1.0 - *friction / LARGEST_FRICTION));
         if *friction == 0.0 {
             smooth += TIME_STEP;
-            let amplitude = SHAKE * (1.0 - smooth / SHAKE_TIME).max(0.0);
-            chamber.shear = amplitude * (TAU * SHAKE_FREQUENCY * smooth).sin();
-            let shaken = smooth > SHAKE_TIME;
-            if shaken && (chamber.at_rest(DENSEST_BAND) || smooth > DENSEST_TIME) {
+            if chamber.at_rest(DENSEST_BAND) || smooth > DENSEST_TIME {
                 return true;
             }
         }
@@ -199,8 +187,6 @@ fn hold(chamber: &mut Chamber, progress: &mut dyn FnMut(f64)) {
     chamber.set_friction(LARGEST_FRICTION);
     let start = chamber.time;
     while chamber.time < start + HOLD_TIME {
-        // What shear of the shaking is left goes out softly.
-        chamber.shear = if chamber.shear.abs() > 1e-9 { 0.9 * chamber.shear } else { 0.0 };
         chamber.advance(HOLD_PRESSURE, HOLD_RATE);
         progress(0.9 + 0.1 * (chamber.time - start) / HOLD_TIME);
     }
@@ -252,8 +238,6 @@ struct Chamber {
     time: f64,
     steps: usize,
     friction_set: f64,
-    /// Radial strain of the walls at constant volume, on top of radius and height.
-    shear: f64,
     /// Void ratios of the last steps, newest last.
     recent: VecDeque<f64>,
 }
@@ -325,7 +309,6 @@ impl Chamber {
             time: 0.0,
             steps: 0,
             friction_set: LARGEST_FRICTION,
-            shear: 0.0,
             recent: VecDeque::new(),
         })
     }
@@ -352,12 +335,11 @@ impl Chamber {
         let strain_rate = (1.0 - self.pressure / pressure).clamp(-0.5, 1.0) * rate;
         self.radius *= 1.0 - strain_rate * TIME_STEP;
         self.height *= 1.0 - strain_rate * TIME_STEP;
-        let (radius, height) = (self.radius * (1.0 + self.shear), self.height / (1.0 + self.shear).powi(2));
         for (k, (body, _)) in self.panels.iter().enumerate() {
-            self.world.bodies[*body].set_next_kinematic_position(panel_pose(k, radius, height));
+            self.world.bodies[*body].set_next_kinematic_position(panel_pose(k, self.radius, self.height));
         }
         for (k, (body, _)) in self.plates.iter().enumerate() {
-            self.world.bodies[*body].set_next_kinematic_position(plate_pose(k == 1, height));
+            self.world.bodies[*body].set_next_kinematic_position(plate_pose(k == 1, self.height));
         }
         self.world.step();
         self.time += TIME_STEP;

@@ -188,10 +188,7 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
     let mut poses = packing.poses.clone();
     let polygon = compaction::equal_area_factor();
     let mut walls = relaxation::Walls { radius: 0.5 * packing.diameter / polygon, height: packing.height };
-    // No denser than asked; what is looser comes from compaction that found its densest packing.
-    let solid: f64 = grains.iter().map(|g| g.nominal.volume()).sum();
-    let least_volume = (1.0 + parameters.void_ratio) * solid;
-    let relaxation = relaxation::relax(&grains, &mut poses, &mut walls, least_volume)?;
+    let relaxation = relaxation::relax(&grains, &mut poses, &mut walls)?;
     let diameter = 2.0 * walls.radius * polygon;
     check_void_ratio(parameters, &packing, void_ratio(&grains, diameter, walls.height))?;
 

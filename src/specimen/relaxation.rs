@@ -1,13 +1,11 @@
 //! Removal of the overlaps that compaction leaves: grains that overlap, or stick out of the wall
 //! panels or plates, are shifted apart along their normals, sweep by sweep; where the
-//! walls leave no room, all positions and the walls are spread evenly by a little, and so on. The packing
-//! is then tightened again, as far as it goes without overlap.
+//! walls leave no room, all positions and the walls are spread evenly by a little, and so on.
 
 use crate::error::{Error, Result};
 use crate::geometry::neighbours::{Ball, near_pairs};
 use crate::geometry::separation::{GjkShape, gjk_closest_points, separating_axis};
-use crate::specimen::compaction::{WALL_PANELS, equal_area_factor};
-use crate::specimen::placement::cylinder_volume;
+use crate::specimen::compaction::WALL_PANELS;
 use crate::specimen::shape::GrainShape;
 use crate::tensor::{Pose, Vec3};
 use std::f64::consts::TAU;
@@ -28,14 +26,6 @@ const SPREAD: f64 = 0.2;
 /// At most this much at a time, so that one deep overlap does not open the whole packing.
 const LARGEST_SPREAD: f64 = 1e-4;
 
-/// Share of the tolerance at which a packing counts as free of overlap.
-const ACCEPTED: f64 = 0.5;
-
-/// Linear strains of the tightening: first and last step, and the number of steps at most.
-const FIRST_TIGHTENING: f64 = 4e-4;
-const LAST_TIGHTENING: f64 = 2e-5;
-const TIGHTENINGS: usize = 40;
-
 /// Pairs with a larger gap than this share of the smaller sieve size are left out of the sweeps
 /// until the next spread.
 const NEAR: f64 = 0.03;
@@ -48,94 +38,46 @@ pub struct Walls {
     pub height: f64,
 }
 
-impl Walls {
-    /// Volume between them [m^3].
-    pub fn volume(&self) -> f64 {
-        cylinder_volume(2.0 * self.radius * equal_area_factor(), self.height)
-    }
-}
-
 /// What the removal took.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relaxation {
     /// Worst overlap over the smaller grain's sieve size, before and after.
     pub overlap: [f64; 2],
     pub sweeps: usize,
-    /// Factor by which all positions were spread to remove overlaps, in plan and height.
+    /// Factor by which all positions were spread in the end, in plan and height.
     pub spread: f64,
-    /// Factor by which they were tightened again.
-    pub tightening: f64,
 }
 
 /// Moves grains until no pair overlaps by more than the tolerance, spreading positions and walls
-/// evenly where the walls leave no room. Then tightens the packing again as far as shifts of the grains
-/// give way, but not below `least_volume` [m^3] between the walls: removal leaves gaps, and grains
-/// that are to bear on each other should touch.
+/// evenly where the walls leave no room.
 ///
 /// # Errors
-/// `Error::Specimen` where overlaps cannot be removed in bounded work.
-pub fn relax(
-    grains: &[GrainShape],
-    poses: &mut [Pose],
-    walls: &mut Walls,
-    least_volume: f64,
-) -> Result<Relaxation> {
+/// `Error::Specimen` where that cannot be reached in bounded work.
+pub fn relax(grains: &[GrainShape], poses: &mut [Pose], walls: &mut Walls) -> Result<Relaxation> {
     let mut contacts = Contacts::near(grains, poses);
     let before = contacts.worst_overlap(poses);
-    let mut relaxation = Relaxation { overlap: [before, before], sweeps: 0, spread: 1.0, tightening: 1.0 };
+    let (mut sweeps, mut spread) = (0, 1.0);
     for _ in 0..SPREADS {
-        relaxation.sweeps += contacts.settle(poses, walls);
+        for _ in 0..SWEEPS {
+            let worst = contacts.sweep(poses, walls);
+            sweeps += 1;
+            if worst <= SWEEP_TOLERANCE * OVERLAP_TOLERANCE {
+                break;
+            }
+        }
         contacts = Contacts::near(grains, poses);
         let worst = contacts.worst_overlap(poses);
-        relaxation.overlap[1] = worst;
-        if worst <= ACCEPTED * OVERLAP_TOLERANCE {
-            tighten(grains, poses, walls, least_volume, &mut relaxation);
-            return Ok(relaxation);
+        if worst <= 0.5 * OVERLAP_TOLERANCE {
+            return Ok(Relaxation { overlap: [before, worst], sweeps, spread });
         }
         let factor = 1.0 + (SPREAD * worst).min(LARGEST_SPREAD);
-        relaxation.spread *= factor;
-        scale(poses, walls, factor);
+        spread *= factor;
+        poses.iter_mut().for_each(|p| p.position *= factor);
+        walls.radius *= factor;
+        walls.height *= factor;
     }
-    let worst = relaxation.overlap[1];
+    let worst = contacts.worst_overlap(poses);
     Err(Error::Specimen(format!("grains still overlap by {worst:.1e} of their size after compaction")))
-}
-
-fn scale(poses: &mut [Pose], walls: &mut Walls, factor: f64) {
-    poses.iter_mut().for_each(|p| p.position *= factor);
-    walls.radius *= factor;
-    walls.height *= factor;
-}
-
-/// Squeezes evenly in steps that the sweeps can take up without overlap, halved where they cannot.
-fn tighten(
-    grains: &[GrainShape],
-    poses: &mut [Pose],
-    walls: &mut Walls,
-    least_volume: f64,
-    relaxation: &mut Relaxation,
-) {
-    let mut step = FIRST_TIGHTENING;
-    for _ in 0..TIGHTENINGS {
-        if step < LAST_TIGHTENING {
-            return;
-        }
-        let (mut trial, mut tighter) = (poses.to_vec(), *walls);
-        scale(&mut trial, &mut tighter, 1.0 - step);
-        if tighter.volume() < least_volume {
-            step *= 0.5;
-            continue;
-        }
-        relaxation.sweeps += Contacts::near(grains, &trial).settle(&mut trial, &tighter);
-        let worst = Contacts::near(grains, &trial).worst_overlap(&trial);
-        if worst <= ACCEPTED * OVERLAP_TOLERANCE {
-            poses.copy_from_slice(&trial);
-            *walls = tighter;
-            relaxation.overlap[1] = worst;
-            relaxation.tightening *= 1.0 - step;
-        } else {
-            step *= 0.5;
-        }
-    }
 }
 
 /// The pairs of grains that may touch.
@@ -164,12 +106,6 @@ impl<'a> Contacts<'a> {
 
     fn size(&self, i: usize, j: usize) -> f64 {
         self.grains[i].sieve_size.min(self.grains[j].sieve_size)
-    }
-
-    /// Sweeps until hardly any overlap is left, or the sweeps are used up; returns their number.
-    fn settle(&self, poses: &mut [Pose], walls: &Walls) -> usize {
-        let settled = |_: &usize| self.sweep(poses, walls) <= SWEEP_TOLERANCE * OVERLAP_TOLERANCE;
-        (1..=SWEEPS).find(settled).unwrap_or(SWEEPS)
     }
 
     /// Shifts every overlapping pair apart and every grain inside; the worst overlap it met.
