@@ -70,7 +70,7 @@ const CONSOLIDATION_ONLY: [&str; 2] =
 #[test]
 fn a_run_writes_a_consistent_file() {
     let place = Place::new();
-    let (stdout, stderr) = place.ends_with(0, &["run", "tiny.json", "--progress", "plain"]);
+    let (stdout, stderr) = place.ends_with(0, &["run", "tiny.json", "--progress", "plain", "--profile"]);
     // The default target lies beside the case.
     assert_eq!(stdout.trim(), "results/tiny.h5", "{stderr}");
     let words: Vec<&str> = stderr.split_whitespace().collect();
@@ -81,6 +81,15 @@ fn a_run_writes_a_consistent_file() {
     let reader = open(&place.path("results/tiny.h5"));
     let status = reader.status().expect("a status");
     assert_eq!(status.outcome, Outcome::Finished);
+
+    // Where the time went: on the screen and in the file, with as many factorisations as the history
+    // has, and those of the seating.
+    assert!(stderr.contains("ms a call") && stderr.contains("\n  factor "), "{stderr}");
+    let factored = reader.floats("profile/kernel_factor_seconds").expect("a profile")[0];
+    let sheared = reader.floats("profile/shear_seconds").expect("a profile")[0];
+    assert!(factored > 0.0 && sheared > 0.0);
+    let calls = reader.integers("profile/kernel_factor_calls").expect("a profile")[0];
+    assert!(calls as f64 >= column(&reader, "factorisations").iter().sum::<f64>());
     let increments = reader.increments().expect("rows");
     assert!(increments >= 20 && status.last_good_increment == increments as u64, "{increments}");
 

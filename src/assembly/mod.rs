@@ -8,11 +8,13 @@ pub mod contacts;
 pub mod dofs;
 pub mod elastic;
 pub mod pattern;
+pub mod timings;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use dofs::Dofs;
 pub use elastic::SurfaceField;
 pub use pattern::BlockPattern;
+pub use timings::{Kernel, Timings};
 
 use crate::model::{Loads, Model};
 use crate::tensor::{Pose, Vec3, Vector6};

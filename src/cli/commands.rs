@@ -15,6 +15,9 @@ use super::exit::{Ending, Failure};
 use super::progress::Progress;
 use super::{complain, interrupt, note, say};
 
+/// Stack of a worker thread [bytes], as much as the main thread usually has: the run is on one of them.
+const STACK: usize = 8 << 20;
+
 pub type Ended = Result<Ending, Failure>;
 
 pub fn run(arguments: &Run) -> Ended {
@@ -22,15 +25,20 @@ pub fn run(arguments: &Run) -> Ended {
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
     let (source, case) = checked(&arguments.input, fidelity)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
-    let mut options = options(out, &arguments.target, threads);
+    let mut options = Options { profile: arguments.profile, ..options(out, &arguments.target, threads) };
     if arguments.resume {
         options.existing = Existing::Continue;
     }
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
     interrupt::listen();
-    let outcome = simulation::run(&case, &source, &options, &mut progress)?;
-    Ok(conclude(&mut progress, &outcome, &options))
+    // On one of the pool's own threads, so that no call has to wait for another thread to wake up.
+    let outcome = rayon::scope(|_| simulation::run(&case, &source, &options, &mut progress))?;
+    let ending = conclude(&mut progress, &outcome, &options);
+    if arguments.profile {
+        note(&outcome.profile.to_string());
+    }
+    Ok(ending)
 }
 
 pub fn specimen(arguments: &Specimen) -> Ended {
@@ -39,7 +47,7 @@ pub fn specimen(arguments: &Specimen) -> Ended {
     let options = options(arguments.out.clone(), &arguments.target, threads);
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
-    let outcome = generate_specimen(&case, &source, &options, &mut progress)?;
+    let outcome = rayon::scope(|_| generate_specimen(&case, &source, &options, &mut progress))?;
     Ok(conclude(&mut progress, &outcome, &options))
 }
 
@@ -149,7 +157,7 @@ fn default_target(case: &Path) -> PathBuf {
 
 fn options(out: PathBuf, target: &Target, threads: usize) -> Options {
     let existing = if target.force { Existing::Replace } else { Existing::Refuse };
-    Options { out, existing, threads }
+    Options { out, existing, threads, profile: false }
 }
 
 /// Sets how many threads work, before the first of them does; without a wish, one a core.
@@ -160,6 +168,7 @@ fn set_threads(wanted: Option<u16>) -> Result<usize, Failure> {
     };
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .stack_size(STACK)
         .build_global()
         .map_err(|e| Error::Usage(format!("cannot start {threads} threads: {e}")))?;
     linalg::factorise_sequentially();

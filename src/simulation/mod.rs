@@ -10,6 +10,7 @@ mod fields;
 mod grain_stress;
 mod observer;
 mod plan;
+mod profile;
 mod recorder;
 mod restart;
 mod resume;
@@ -20,12 +21,14 @@ mod specimen_table;
 
 pub use observer::{Observer, Resumption, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
+pub use profile::Profile;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use crate::assembly::Timings;
 use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
@@ -47,6 +50,8 @@ pub struct Options {
     pub existing: Existing,
     /// Threads at work, for the record.
     pub threads: usize,
+    /// Whether `/profile` is written.
+    pub profile: bool,
 }
 
 /// How a run ended.
@@ -67,6 +72,7 @@ pub struct Outcome {
     /// Accepted increments over all stages.
     pub increments: u64,
     pub wall_time: Duration,
+    pub profile: Profile,
 }
 
 /// Runs a case from its specimen to its last stage, or from the last restart point of its results file where
@@ -91,7 +97,12 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
         }
         match there {
             Found::Finished { increments } => {
-                return Ok(Outcome { end: End::Finished, increments, wall_time: Duration::ZERO });
+                return Ok(Outcome {
+                    end: End::Finished,
+                    increments,
+                    wall_time: Duration::ZERO,
+                    profile: Profile::default(),
+                });
             }
             Found::NoFile => options.existing = Existing::Refuse,
             Found::NoRestart => options.existing = Existing::Replace,
@@ -125,7 +136,8 @@ pub fn generate_specimen(
     let rig = Rig::new(&specimen, &plan::rig_parameters(case), plan::settings(&case.solver))?;
     recorder.begin(case, &rig, &specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
-    Ok(Outcome { end: End::Finished, increments: 0, wall_time: clock.elapsed() })
+    let (wall_time, profile) = (clock.elapsed(), Profile::default());
+    Ok(Outcome { end: End::Finished, increments: 0, wall_time, profile })
 }
 
 fn triaxial_test(
@@ -138,9 +150,10 @@ fn triaxial_test(
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let stages = planned_stages(case);
+    let mut profile = Profile::default();
     let (mut recorder, mut rig, mut test) = match found {
         Some(found) => continued_test(case, wanted, options, &found, clock, observer)?,
-        None => begun_test(case, wanted, source, options, clock, observer)?,
+        None => begun_test(case, wanted, source, options, clock, observer, &mut profile)?,
     };
     test.energy_gate = plan::energy_gate(&case.solver);
     let mut end = match observer.stop_requested() {
@@ -150,7 +163,9 @@ fn triaxial_test(
     if !recorder.at.seated && end == StageEnd::Finished {
         let path = stages.first().and_then(|planned| planned.stage).map(|stage| stage.path);
         if let Some(StagePath::Stress { axial, radial }) = path {
+            let start = Instant::now();
             let seating = seat(&mut test, &mut rig, axial.min(radial), &|| observer.stop_requested());
+            profile.book_since("seating", start);
             observer.seated(seating.out_of_balance, seating.factorisations);
         }
         if observer.stop_requested() {
@@ -178,14 +193,19 @@ fn triaxial_test(
             recorder.begin_stage(planned);
         }
         let mut trouble = None;
+        let (start, mut output) = (Instant::now(), Duration::ZERO);
         end = test.run(&mut rig, stage, &mut |rig, report| {
+            let begun = Instant::now();
             let recorded = recorder.accept(planned, rig, report);
+            output += begun.elapsed();
+            profile.book("output", begun.elapsed());
             match recorded {
                 Ok(row) => observer.step_accepted(&Step::new(planned, &stages, report.row.progress, &row)),
                 Err(error) => trouble = Some(error),
             }
             trouble.is_none() && !observer.stop_requested()
         });
+        profile.book(planned.kind, start.elapsed().saturating_sub(output));
         if let Some(error) = trouble {
             return Err(error);
         }
@@ -197,8 +217,12 @@ fn triaxial_test(
         }
     }
     let (end, outcome, reason) = ending(end);
+    profile.finish(rig.contacts.timings);
+    if options.profile {
+        recorder.write_profile(&profile)?;
+    }
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time() })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile })
 }
 
 /// A new test: its specimen, its rig, and a results file with a first restart point.
@@ -209,14 +233,24 @@ fn begun_test(
     options: &Options,
     clock: Instant,
     observer: &mut dyn Observer,
+    profile: &mut Profile,
 ) -> Result<(Recorder, Rig, Test)> {
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
+    profile.book_since("specimen", clock);
+    let start = Instant::now();
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
     recorder.save_specimen(&specimen)?;
+    profile.book_since("output", start);
+    let start = Instant::now();
     let mut rig = rig_of(case, &specimen, observer)?;
+    profile.book_since("rig", start);
+    let start = Instant::now();
     recorder.begin(case, &rig, &specimen, &meshes)?;
+    profile.book_since("output", start);
+    let start = Instant::now();
     condense(case, &mut rig, &meshes)?;
+    profile.book_since("condensation", start);
     let test = Test::new(&rig);
     recorder.hold(&test, &rig)?;
     recorder.keep()?;
@@ -335,8 +369,14 @@ fn scene_run(
     }
     recorder.end_stage()?;
     let (end, outcome, reason) = ending(end);
+    let mut profile = Profile::default();
+    profile.book_since("scene", clock);
+    profile.finish(Timings::default());
+    if options.profile {
+        recorder.write_profile(&profile)?;
+    }
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time() })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile })
 }
 
 /// How a run ended, for the caller and for the file.

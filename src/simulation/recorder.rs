@@ -10,8 +10,8 @@ use crate::case::{Case, RawCase};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::results::{
-    BodyRow, CaseRecord, Column, Existing, FieldMesh, FieldState, GrainRow, HistoryRow, Outcome as FileOutcome,
-    Writer, check_unused,
+    BodyRow, CaseRecord, Column, Existing, FieldMesh, FieldState, GrainRow, HistoryRow,
+    Outcome as FileOutcome, Writer, check_unused,
 };
 use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
@@ -23,6 +23,7 @@ use super::fields::{Points, field_mesh};
 use super::grain_stress::{components, mean_stresses};
 use super::observer::StageReport;
 use super::plan::PlannedStage;
+use super::profile::Profile;
 use super::restart::{RestartKeeper, encode_into};
 use super::specimen_table;
 
@@ -287,7 +288,7 @@ impl Recorder {
         sums.last = [row.energy_external, row.energy_error];
         sums.stage.increments += 1;
         sums.stage.factorisations += row.factorisations;
-            let due = (position / self.fields_every + 1e-9).floor() as usize;
+        let due = (position / self.fields_every + 1e-9).floor() as usize;
         let is_due = due > sums.stage.due || progress >= 1.0 - 1e-9;
         sums.stage.due = due;
         self.writer.append(row, bodies)?;
@@ -386,6 +387,11 @@ impl Recorder {
             writing_time: Duration::try_from_secs_f64(sums.writing).unwrap_or_default(),
             states: self.states,
         }
+    }
+
+    /// Writes `/profile`.
+    pub fn write_profile(&mut self, profile: &Profile) -> Result<()> {
+        self.writer.write_table("profile", &profile.columns())
     }
 
     pub fn finish(&mut self, outcome: FileOutcome, reason: &str) -> Result<()> {

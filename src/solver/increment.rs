@@ -4,7 +4,7 @@ use crate::assembly::{Contacts, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::equilibrium::Balance;
-use crate::solver::newton::{Newton, PhaseTimes};
+use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
 use crate::tensor::{Pose, Vector6};
 
@@ -49,7 +49,6 @@ pub struct IncrementReport {
     /// Force and moment that contacts exert on each body [N, N m].
     pub contact_wrench: Vec<Vector6<f64>>,
     pub counters: Counters,
-    pub times: PhaseTimes,
     /// Out-of-balance at each augmentation, for the dossier.
     pub history: Vec<f64>,
     pub measures: ContactMeasures,
@@ -128,7 +127,6 @@ pub fn advance(
             elastic_volume: 0.0,
             contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
             counters: Counters::default(),
-            times: PhaseTimes::default(),
             history: Vec::new(),
             measures: ContactMeasures::default(),
             factor: 0.0,
@@ -184,7 +182,6 @@ pub fn advance(
         elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
         contact_wrench,
         counters,
-        times: newton.times(),
         history: outcome.history,
         measures,
         factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),

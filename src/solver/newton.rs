@@ -3,12 +3,14 @@
 //! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
-use crate::assembly::{self, BlockPattern, Contacts, Dofs};
-use crate::linalg::lu::LuSymbolic;
+use crate::assembly::{self, BlockPattern, Contacts, Dofs, Kernel};
+use crate::linalg::MultifrontalLu;
+use crate::linalg::lu::SolveFailure;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
 use crate::tensor::Pose;
+use std::time::Instant;
 
 /// The state of a solve and its buffers.
 pub struct Newton<'a> {
@@ -31,22 +33,11 @@ pub struct Newton<'a> {
     typical_stiffness: f64,
     system: Option<System>,
     values: Vec<f64>,
-    times: PhaseTimes,
-}
-
-/// CPU-independent wall time per phase [s], for the log.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct PhaseTimes {
-    pub contacts: f64,
-    pub tangents: f64,
-    pub assembly: f64,
-    pub ordering: f64,
-    pub factor: f64,
 }
 
 struct System {
     pattern: BlockPattern,
-    symbolic: LuSymbolic,
+    lu: MultifrontalLu,
 }
 
 /// How a Newton solve ended.
@@ -99,17 +90,13 @@ impl<'a> Newton<'a> {
             typical_stiffness,
             system: None,
             values: Vec::new(),
-            times: PhaseTimes::default(),
         };
         newton.update_residual();
         Ok(newton)
     }
 
-    pub fn times(&self) -> PhaseTimes {
-        self.times
-    }
-
     fn update_residual(&mut self) {
+        let start = Instant::now();
         assembly::residual_into(
             &mut self.residual,
             self.model,
@@ -121,6 +108,7 @@ impl<'a> Newton<'a> {
         if let Some(steering) = &self.steering {
             self.residual.push(steering.residual(self.model, &self.poses));
         }
+        self.contacts.timings.book(Kernel::Residual, start);
     }
 
     /// Whether the loads' control has reached its target.
@@ -129,12 +117,10 @@ impl<'a> Newton<'a> {
     }
 
     pub(super) fn evaluate(&mut self) -> bool {
-        let start = std::time::Instant::now();
         let fine = self.contacts.evaluate(self.model, self.committed, &self.poses).is_ok();
         if fine {
             self.update_residual();
         }
-        self.times.contacts += start.elapsed().as_secs_f64();
         fine
     }
 
@@ -158,22 +144,20 @@ impl<'a> Newton<'a> {
 
     /// The Newton step for `held`, or `None` where the matrix is singular.
     fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
-        let start = std::time::Instant::now();
         self.contacts.update_tangents(self.model);
-        self.times.tangents += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
         let touching =
             || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
         let pairs = || touching().chain(covered());
         if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
             let pattern = BlockPattern::new(&self.dofs, pairs());
-            let symbolic = LuSymbolic::analyse(pattern.pattern.clone()).ok()?;
-            self.system = Some(System { pattern, symbolic });
+            let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
+            self.system = Some(System { pattern, lu });
+            self.contacts.timings.book(Kernel::Ordering, start);
         }
-        self.times.ordering += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
-        let system = self.system.as_ref()?;
+        let start = Instant::now();
+        let system = self.system.as_mut()?;
         self.values.clear();
         self.values.resize(system.pattern.entries(), 0.0);
         assembly::contact_stiffness_into(&mut self.values, &system.pattern, &self.dofs, &self.contacts);
@@ -185,6 +169,8 @@ impl<'a> Newton<'a> {
             &self.loads,
             &self.poses,
         );
+        self.contacts.timings.book(Kernel::Assembly, start);
+        let start = Instant::now();
         assembly::cover_stiffness_into(
             &mut self.values,
             self.model,
@@ -194,19 +180,27 @@ impl<'a> Newton<'a> {
             &self.poses,
         );
         system.pattern.add_diagonal(&mut self.values, &self.dofs, weight * self.typical_stiffness);
-        self.times.assembly += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
+        self.contacts.timings.book(Kernel::Cover, start);
+        let start = Instant::now();
         let mut step = held.to_vec();
         self.counters.factorisations += 1;
         let motion = ..self.dofs.count();
-        let factor = system.symbolic.factorise(&self.values).ok()?;
-        factor.solve_in_place(&mut step[motion]).ok()?;
-        if let Some(steering) = &mut self.steering {
+        let factorised = system.lu.factorise(&self.values);
+        self.contacts.timings.book(Kernel::Factor, start);
+        let start = Instant::now();
+        let mut solve = |right: &mut [f64]| system.lu.solve_in_place(&self.values, right).map(|_| ());
+        let mut solved = factorised.and_then(|()| solve(&mut step[motion]));
+        if let (Ok(()), Some(steering)) = (&solved, &mut self.steering) {
             steering.update_border(self.model, &self.dofs, &self.poses);
-            steering.complete(&mut step, |right| factor.solve_in_place(right).ok())?;
+            if steering.complete(&mut step, |right| solve(right).ok()).is_none() {
+                solved = Err(SolveFailure::Singular);
+            }
         }
-        self.times.factor += start.elapsed().as_secs_f64();
-        Some(step)
+        if let Err(failure) = &solved {
+            tracing::warn!(?failure, "linear system");
+        }
+        self.contacts.timings.book(Kernel::Solve, start);
+        solved.ok().map(|()| step)
     }
 
     /// The largest share of `step` that moves no body further than the cap, nor any pair further

@@ -206,7 +206,10 @@ fn strain_increment(stage: &StageCase) -> Option<f64> {
         | StageCase::Oedometer { increment, .. }
         | StageCase::ConstantVolume { increment, .. }
         | StageCase::ConstantP { increment, .. } => Some(*increment),
-        StageCase::Consolidate { .. } | StageCase::StressShear { .. } | StageCase::Hold { .. } | StageCase::Load { .. } => None,
+        StageCase::Consolidate { .. }
+        | StageCase::StressShear { .. }
+        | StageCase::Hold { .. }
+        | StageCase::Load { .. } => None,
     }
 }
 

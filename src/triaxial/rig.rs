@@ -66,8 +66,18 @@ impl Rig {
     /// The state to store, so that a test can go on from here to the same bits.
     pub fn state(&self) -> RigState<'_> {
         // Every field by name: a new one is either rebuilt by `new` or has to be stored.
-        let Rig { model: _, committed, contacts, settings: _, bottom: _, top: _, solid_volume: _, pressure, nominal_ratio: _, tilting: _ } =
-            self;
+        let Rig {
+            model: _,
+            committed,
+            contacts,
+            settings: _,
+            bottom: _,
+            top: _,
+            solid_volume: _,
+            pressure,
+            nominal_ratio: _,
+            tilting: _,
+        } = self;
         RigState {
             committed: Cow::Borrowed(committed),
             contacts: Cow::Borrowed(contacts),
