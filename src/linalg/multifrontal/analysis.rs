@@ -79,12 +79,12 @@ struct Cluster {
 
 impl Analysis {
     pub fn of(pattern: &Pattern, first: &[u32]) -> Result<Self, SolveFailure> {
-        let blocks = first.len().saturating_sub(1);
         let sound = first.first() == Some(&0)
             && first.last().is_some_and(|&last| last as usize == pattern.size)
             && first.windows(2).all(|w| w[0] < w[1])
             && u32::try_from(pattern.rows.len()).is_ok();
-        if !sound && !(pattern.size == 0 && blocks == 0) {
+        let empty = pattern.size == 0 && first == [0];
+        if !(sound || empty) {
             return Err(SolveFailure::Singular);
         }
         let graph = block_graph(pattern, first).ok_or(SolveFailure::Singular)?;
