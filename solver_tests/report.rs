@@ -224,7 +224,8 @@ fn files_without_runs_are_errors_and_empty_runs_are_reports() {
     std::fs::write(&text, "no results").expect("a file");
     let out = folder.path().join("report");
     for file in [missing, text] {
-        let message = write_report(&[file.clone()], None, &out).expect_err("no report").to_string();
+        let message =
+            write_report(std::slice::from_ref(&file), None, &out).expect_err("no report").to_string();
         assert!(message.contains(&*file.file_name().expect("a name").to_string_lossy()), "{message}");
     }
     let empty = folder.path().join("empty.h5");
