@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use riprap::case::{RawCase, parse_override};
+use riprap::case::{GateCase, RawCase, parse_override};
 use riprap::error::{Error, Fault};
 use serde_json::{Value, json};
 
@@ -57,6 +57,31 @@ fn changed(base: &str, pointer: &str, value: &str) -> Vec<Fault> {
         .and_then(|map| map.shift_remove(key))
         .expect("a key");
     faults_of(&tree.to_string(), &[])
+}
+
+/// After a stage in which the pressure follows from something else nobody knows it beforehand.
+#[test]
+fn a_pressure_that_follows_cannot_be_given() {
+    let stages = |pressure: &str| {
+        let text = format!(
+            r#"[{{"kind": "consolidate", "pressure": 8e5}}, {{"kind": "constant_volume", "axial_strain": 0.01}},
+                {{"kind": "shear", "axial_strain": 0.01{pressure}}}]"#
+        );
+        faults_of(SPECIMEN, &[("/stages".into(), serde_json::from_str(&text).expect("JSON"))])
+    };
+    assert_eq!(stages(""), []);
+    let faults = stages(r#", "pressure": 8e5"#);
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert!(faults[0].path == "$.stages[2].pressure" && faults[0].problem.contains("cannot be given"));
+}
+
+/// The older form of the energy gate, a number, is a tolerance that is warned at.
+#[test]
+fn an_energy_gate_may_be_a_tolerance() {
+    let mut raw = RawCase::parse(Path::new("x.json"), SPECIMEN).expect("JSON");
+    raw.set(&[("/solver/energy_gate".into(), json!(0.02))]);
+    let solver = raw.check().expect("sound").solver;
+    assert_eq!((solver.energy_gate, solver.energy_tolerance), (Some(GateCase::Warn), 0.02));
 }
 
 #[test]
@@ -133,7 +158,11 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/specimen/void_ratio", "-0.4", "$.specimen.void_ratio", "-0.4", &["must be at least 0.05"]),
     (SPECIMEN, "/specimen/vertices", "[64, 64]", "$.specimen.vertices", "[64, 64]", &["makes no grains", "smaller vertex_separation"]),
     // Stages.
-    (SPECIMEN, "/stages/0", "{\"kind\": \"hold\"}", "$.stages[1].kind", "\"shear\"", &["has no consolidate stage before it"]),
+    (SPECIMEN, "/stages/0", "{\"kind\": \"hold\"}", "$.stages[0].kind", "\"hold\"", &["has no consolidate stage before it"]),
+    (SPECIMEN, "/stages/1/increment_max", "1e-5", "$.stages[1].increment_max", "1e-5", &["is below the stage's increment 0.0001"]),
+    (SPECIMEN, "/stages/1/until", "{\"drop_after_peak\": 1}", "$.stages[1].until.drop_after_peak", "1", &["must be below 1"]),
+    (SPECIMEN, "/solver/energy_gate", "\"loud\"", "$.solver.energy_gate", "\"loud\"", &["is none of what is accepted", "\"warn\", \"cut\""]),
+    (SPECIMEN, "/plates/tilting", "\"some\"", "$.plates.tilting", "\"some\"", &["is not one of the choices"]),
     (SPECIMEN, "/stages/0/pressure", "", "$.stages[0]", "nothing", &["gives no pressure", "axial_pressure"]),
     (SPECIMEN, "/stages/0/axial_pressure", "1e6", "$.stages[0]", "pressure and more", &["isotropic pressure and an axial"]),
     (SPECIMEN, "/stages/1/pressure", "\"0.4 MPa\"", "$.stages[1].pressure", "0.4 MPa", &["is not the pressure 800000 Pa"]),

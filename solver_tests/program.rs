@@ -70,17 +70,26 @@ const CONSOLIDATION_ONLY: [&str; 2] =
 #[test]
 fn a_run_writes_a_consistent_file() {
     let place = Place::new();
-    let (stdout, stderr) = place.ends_with(0, &["run", "tiny.json", "--progress", "plain"]);
+    let (stdout, stderr) = place.ends_with(0, &["run", "tiny.json", "--progress", "plain", "--profile"]);
     // The default target lies beside the case.
     assert_eq!(stdout.trim(), "results/tiny.h5", "{stderr}");
-    assert!(
-        stderr.contains("consolidate       1/10") && stderr.contains("shear            10/10"),
-        "{stderr}"
-    );
+    let words: Vec<&str> = stderr.split_whitespace().collect();
+    for done in [["consolidate", "1/10"], ["shear", "10/10"]] {
+        assert!(words.windows(2).any(|pair| pair == done), "{stderr}");
+    }
 
     let reader = open(&place.path("results/tiny.h5"));
     let status = reader.status().expect("a status");
     assert_eq!(status.outcome, Outcome::Finished);
+
+    // Where the time went: on the screen and in the file, with as many factorisations as the history
+    // has, and those of the seating.
+    assert!(stderr.contains("ms a call") && stderr.contains("\n  factor "), "{stderr}");
+    let factored = reader.floats("profile/kernel_factor_seconds").expect("a profile")[0];
+    let sheared = reader.floats("profile/shear_seconds").expect("a profile")[0];
+    assert!(factored > 0.0 && sheared > 0.0);
+    let calls = reader.integers("profile/kernel_factor_calls").expect("a profile")[0];
+    assert!(calls as f64 >= column(&reader, "factorisations").iter().sum::<f64>());
     let increments = reader.increments().expect("rows");
     assert!(increments >= 20 && status.last_good_increment == increments as u64, "{increments}");
 
@@ -236,6 +245,22 @@ fn what_cannot_be_run_yet_is_refused() {
         let (_, stderr) = place.ends_with(2, &["run", "tiny.json", "--set", pointer]);
         assert!(stderr.contains(path) && stderr.contains("not built yet"), "{stderr}");
         place.ends_with(1, &["check", "tiny.json", "--set", pointer]);
+    }
+    let rubber = r#"/membrane={"kind": "rubber"}"#;
+    for (pointer, path, value) in [
+        (r#"/plates={"tilting": "free"}"#, "$.plates.tilting", "free"),
+        (r#"/stages/1={"kind": "constant_p", "axial_strain": 0.01}"#, "$.stages[1].kind", "constant_p"),
+        (
+            r#"/stages/1={"kind": "constant_volume", "axial_strain": 0.01}"#,
+            "$.stages[1].kind",
+            "constant_volume",
+        ),
+        (r#"/stages/1={"kind": "oedometer", "axial_strain": 0.01}"#, "$.stages[1].kind", "oedometer"),
+    ] {
+        place.ends_with(0, &["check", "tiny.json", "--set", pointer]);
+        let both = ["run", "tiny.json", "--set", pointer, "--set", rubber];
+        let (_, stderr) = place.ends_with(2, &both);
+        assert!(stderr.contains(path) && stderr.contains(value) && stderr.contains("rubber"), "{stderr}");
     }
     let (_, stderr) = place.ends_with(2, &["run", "tiny.json", "--fidelity", "full"]);
     assert!(stderr.contains("$.solver.fidelity"), "{stderr}");

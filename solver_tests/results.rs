@@ -119,6 +119,9 @@ fn grain_row(grain: usize, state: usize) -> GrainRow {
         damage_max: 0.2,
         failed_fraction: 0.0,
         fragments: 1,
+        local_shear_strain: 0.01,
+        local_volumetric_strain: -0.001,
+        turn: 0.1,
     }
 }
 
@@ -875,4 +878,33 @@ fn full_disk_is_an_error_and_keeps_what_was_committed() {
     let reader = Reader::open(&path).expect("opens");
     let summary = Summary::of(&reader).expect("everything can be read");
     assert!(summary.increments >= 1, "{summary}");
+}
+
+#[test]
+fn breakage_is_written_as_tables() {
+    use riprap::specimen::breakage::{GrainFate, Piece, measure};
+    let piece = |size: f64, volume: f64| Piece { size, volume };
+    let broken = GrainFate {
+        before: piece(0.04, 8.0),
+        pieces: vec![piece(0.03, 5.0), piece(0.02, 2.0)],
+        crushed_volume: 1.0,
+        damaged_volume: 3.0,
+    };
+    let fates = [broken, GrainFate::whole(piece(0.02, 2.0))];
+    let breakage = measure(&fates, &[0.01, 0.025, 0.04]).expect("measures");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("breakage.h5");
+    let mut writer = Writer::create(&path, &case_record(), Existing::Refuse).expect("a new file");
+    writer.write_breakage(&breakage).expect("written");
+    writer.commit().expect("commit");
+    writer.finish(Outcome::Finished, "end of the case", 0).expect("end");
+    drop(writer);
+    let reader = Reader::open(&path).expect("a file");
+    assert_eq!(reader.floats("breakage/marsal").expect("an index"), [breakage.marsal]);
+    assert_eq!(reader.floats("breakage/grading/passing_before").expect("a curve"), [0.0, 0.2, 1.0]);
+    assert_eq!(reader.floats("breakage/grading/passing_after").expect("a curve"), [0.1, 0.5, 1.0]);
+    assert_eq!(reader.integers("breakage/classes/broken").expect("numbers"), [0, 1]);
+    assert_eq!(reader.integers("breakage/fragments").expect("a number"), [2]);
+    assert_eq!(reader.text_attribute("breakage/weibull_scale", "units").expect("units"), "m");
+    assert!(reader.floats("breakage/hardin").expect("an index")[0] > 0.0);
 }

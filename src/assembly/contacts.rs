@@ -2,6 +2,7 @@
 
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField};
 use crate::assembly::membrane::MembraneContacts;
+use crate::assembly::timings::{Kernel, Timings};
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
@@ -11,6 +12,7 @@ use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 /// Two cores have come closer than the floor (or overlap): the configuration is refused.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -215,6 +217,9 @@ pub struct Contacts {
     pub membrane: MembraneContacts,
     /// Searches so far.
     pub searches: usize,
+    /// What the work with these contacts has taken so far.
+    #[serde(skip)]
+    pub timings: Timings,
 }
 
 impl Default for Contacts {
@@ -228,6 +233,7 @@ impl Default for Contacts {
             first_scale: 1.0,
             searches: 0,
             membrane: MembraneContacts::default(),
+            timings: Timings::default(),
         }
     }
 }
@@ -246,6 +252,7 @@ impl Contacts {
 
     /// Evaluates every contact at `poses`, searching anew where bodies have moved far enough.
     pub fn evaluate(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) -> Result<(), TooClose> {
+        let mut start = Instant::now();
         self.kinematics.clear();
         self.kinematics.extend(poses.iter().zip(&committed.poses).map(|(now, old)| Kinematics {
             position: now.position,
@@ -259,7 +266,10 @@ impl Contacts {
             corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
         }
         if !self.neighbours.is_valid(&model.shapes, poses) {
+            let begun = Instant::now();
             self.search(model, committed, poses);
+            self.timings.book(Kernel::Search, begun);
+            start += begun.elapsed();
         }
         let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
         let first_scale = self.first_scale;
@@ -273,6 +283,7 @@ impl Contacts {
             }
             pair.evaluate(model, &view);
         });
+        self.timings.book(Kernel::Contacts, start);
         for pair in &self.pairs {
             let (a, b) = (pair.a(), pair.b());
             let floor = CORE_FLOOR * (model.shapes[a].rounded.radius + model.shapes[b].rounded.radius);
@@ -288,6 +299,7 @@ impl Contacts {
 
     /// Tangents of all active points in the configuration last evaluated.
     pub fn update_tangents(&mut self, model: &Model, poses: &[Pose]) {
+        let start = Instant::now();
         if let Some(membrane) = &model.membrane {
             self.membrane.update_tangents(membrane, &self.corners, poses);
         }
@@ -308,6 +320,7 @@ impl Contacts {
                 ));
             }
         });
+        self.timings.book(Kernel::Tangents, start);
     }
 
     fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {

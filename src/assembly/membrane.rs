@@ -22,6 +22,19 @@ pub struct MembranePoint {
     pub force: MembraneForce,
 }
 
+impl MembranePoint {
+    /// Force on the body [N].
+    pub fn on_body(&self) -> Vec3 {
+        Vec3::from_column_slice(&self.force.on_body[..3])
+    }
+
+    /// Where that acts on the surface of the body, whose core point is the force's [m].
+    pub fn on_surface(&self, membrane: &Membrane) -> Vec3 {
+        let out = (-self.on_body()).try_normalize(0.0).unwrap_or_default();
+        self.force.point + out * (self.contact.radii - membrane.rounding())
+    }
+}
+
 /// A node of the membrane and the facets of a core that may be closest to it.
 #[derive(Debug, Clone)]
 struct NodeReach {
@@ -111,6 +124,11 @@ impl MembraneContacts {
                 ));
             }
         });
+    }
+
+    /// Every active contact with its body.
+    pub fn points(&self) -> impl Iterator<Item = (usize, &MembranePoint)> {
+        self.bodies.iter().flat_map(|list| list.points.iter().map(|point| (list.body, point)))
     }
 
     /// Energy of the contacts [J].

@@ -9,12 +9,14 @@ pub mod dofs;
 pub mod elastic;
 pub mod membrane;
 pub mod pattern;
+pub mod timings;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use dofs::Dofs;
 pub use elastic::SurfaceField;
 pub use membrane::MembraneContacts;
 pub use pattern::BlockPattern;
+pub use timings::{Kernel, Timings};
 
 use crate::model::{Loads, Membrane, Model};
 use crate::tensor::{Pose, Vec3, Vector6};

@@ -8,6 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Debug, Clone)]
 pub struct BlockPattern {
     pub pattern: Pattern,
+    /// First unknown of each free body, and their number at the end.
+    pub first: Vec<u32>,
     /// Position of the first row of (row body, column body) within each of the column's entries.
     row_start: BTreeMap<(u32, u32), u32>,
     couplings: BTreeSet<(u32, u32)>,
@@ -30,6 +32,7 @@ impl BlockPattern {
         let mut column_starts = vec![0];
         let mut rows = Vec::new();
         let mut row_start = BTreeMap::new();
+        let mut first = vec![];
         for (column_body, list) in neighbours.iter_mut().enumerate() {
             list.sort_unstable();
             let mut offset = 0;
@@ -37,6 +40,7 @@ impl BlockPattern {
                 row_start.insert((row_body, column_body as u32), offset);
                 offset += dofs.of(row_body as usize).iter().flatten().count() as u32;
             }
+            first.extend(dofs.of(column_body).iter().flatten().next());
             for _ in dofs.of(column_body).iter().flatten() {
                 rows.extend(
                     list.iter().flat_map(|&b| dofs.of(b as usize).iter().flatten().map(|&i| i as usize)),
@@ -44,8 +48,10 @@ impl BlockPattern {
                 column_starts.push(rows.len());
             }
         }
+        first.push(dofs.count() as u32);
         BlockPattern {
             pattern: Pattern { size: dofs.count(), column_starts, rows },
+            first,
             row_start,
             couplings: set,
         }

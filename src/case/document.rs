@@ -70,7 +70,9 @@ pub fn to_case(value: Value, grains: Option<&MeanGrains>) -> Result<Case, String
         geometry,
         rock: document.rock,
         contact: document.contact,
-        plates: document.plates.unwrap_or(PlatesCase { friction: document.contact.friction }),
+        plates: document
+            .plates
+            .unwrap_or(PlatesCase { friction: document.contact.friction, tilting: Tilting::Locked }),
         membrane: document.membrane.unwrap_or(MembraneCase::Pressure),
         stages: document.stages,
         solver: document.solver,

@@ -115,11 +115,12 @@ impl StageCase {
         match *self {
             StageCase::Consolidate { increments, .. }
             | StageCase::Hold { increments }
+            | StageCase::StressShear { increments, .. }
             | StageCase::Load { increments, .. } => increments as f64,
             StageCase::Shear { axial_strain, increment, .. }
-            | StageCase::Oedometer { axial_strain, increment }
-            | StageCase::ConstantVolume { axial_strain, increment }
-            | StageCase::ConstantP { axial_strain, increment } => (axial_strain / increment).ceil(),
+            | StageCase::Oedometer { axial_strain, increment, .. }
+            | StageCase::ConstantVolume { axial_strain, increment, .. }
+            | StageCase::ConstantP { axial_strain, increment, .. } => (axial_strain / increment).ceil(),
             // Unloading is stiff: a tenth of a percent or so.
             StageCase::Unload { increment, .. } => (1e-3 / increment).ceil(),
             StageCase::Reload { axial_strain, increment, .. } => {

@@ -34,6 +34,8 @@ pub enum Form {
     /// An object that overrides some of these keys, none of which is needed or completed.
     Overrides(&'static [Key]),
     Nullable(&'static Form),
+    /// The first of these that fits.
+    Either(&'static [Form]),
 }
 
 /// A key of an object.
@@ -175,6 +177,7 @@ impl Form {
                 format!("{mean}, or an object with the keys {}", names(keys))
             }
             Form::Nullable(form) => format!("null, or {}", form.accepted()),
+            Form::Either(forms) => forms.iter().map(Form::accepted).collect::<Vec<_>>().join(", or "),
         }
     }
 }

@@ -61,6 +61,7 @@ fn of(form: &Form) -> Value {
             json!({"anyOf": mean.into_iter().chain([object(keys, true)]).collect::<Vec<_>>()})
         }
         Form::Nullable(form) => json!({"anyOf": [{"type": "null"}, of(form)]}),
+        Form::Either(forms) => json!({"anyOf": forms.iter().map(of).collect::<Vec<_>>()}),
     }
 }
 
@@ -103,7 +104,8 @@ fn unit(form: &Form) -> Option<&'static str> {
         | Form::Overrides(_)
         | Form::OneOf(_)
         | Form::Kinds(_)
-        | Form::Named(_) => None,
+        | Form::Named(_)
+        | Form::Either(_) => None,
     }
 }
 

@@ -4,9 +4,6 @@ use crate::error::Fault;
 
 use super::types::*;
 
-/// Nominal increments of every consolidation.
-const CONSOLIDATION_INCREMENTS: usize = 10;
-
 /// Parts of a sound case that cannot be run yet, each with its path and what can.
 pub fn unsupported(case: &Case) -> Vec<Fault> {
     let mut faults = vec![];
@@ -34,6 +31,9 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 MembraneCase::RigidWall => Some("rigid_wall"),
                 MembraneCase::Pressure | MembraneCase::Rubber { .. } => None,
             };
+            if matches!(case.membrane, MembraneCase::Rubber { .. }) {
+                rubber(&mut refuse, case);
+            }
             if let Some(name) = name {
                 let problem = format!("a {name} membrane is not built yet");
                 refuse("$.membrane.kind", &format!("\"{name}\""), &problem, "\"pressure\", \"rubber\"");
@@ -51,39 +51,32 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
         }
     }
-    if case.solver.increment_max != 1.0 && matches!(case.geometry, Geometry::Specimen(_)) {
-        let problem = "increments that grow beyond the stage's are not built yet";
-        refuse("$.solver.increment_max", &case.solver.increment_max.to_string(), problem, "1");
+    faults
+}
+
+/// What does not go together with a rubber membrane: it is glued to plates that do not turn, and the stiffness of
+/// its contacts follows from pressures that the case names.
+fn rubber(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
+    if case.plates.tilting == Tilting::Free {
+        let problem = "a rubber membrane needs plates that do not turn";
+        refuse("$.plates.tilting", "\"free\"", problem, "\"locked\", or a membrane of kind \"pressure\"");
     }
     for (i, stage) in case.stages.iter().enumerate() {
-        let path = format!("$.stages[{i}]");
-        match stage {
-            StageCase::Consolidate { axial_pressure, radial_pressure, .. }
-                if axial_pressure != radial_pressure =>
-            {
-                let problem = "anisotropic consolidation is not built yet";
-                let accepted = format!("the radial_pressure, {radial_pressure}");
-                refuse(&format!("{path}.axial_pressure"), &axial_pressure.to_string(), problem, &accepted);
-            }
-            StageCase::Consolidate { increments, .. } if *increments != CONSOLIDATION_INCREMENTS => {
-                let problem = "a choice of increments is not built yet";
-                let accepted = CONSOLIDATION_INCREMENTS.to_string();
-                refuse(&format!("{path}.increments"), &increments.to_string(), problem, &accepted);
-            }
-            StageCase::Consolidate { .. } | StageCase::Shear { .. } | StageCase::Load { .. } => {}
-            StageCase::Hold { .. } if matches!(case.geometry, Geometry::Scene(_)) => {}
-            StageCase::Hold { .. }
+        let kind = match stage {
+            StageCase::Oedometer { .. } => "oedometer",
+            StageCase::ConstantVolume { .. } => "constant_volume",
+            StageCase::ConstantP { .. } => "constant_p",
+            StageCase::Consolidate { .. }
+            | StageCase::Shear { .. }
+            | StageCase::StressShear { .. }
             | StageCase::Unload { .. }
             | StageCase::Reload { .. }
-            | StageCase::Oedometer { .. }
-            | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. } => {
-                let kind = stage.kind();
-                let problem = format!("a stage \"{kind}\" is not built yet");
-                let accepted = "\"consolidate\", \"shear\", \"load\"";
-                refuse(&format!("{path}.kind"), &format!("\"{kind}\""), &problem, accepted);
-            }
-        }
+            | StageCase::Hold { .. }
+            | StageCase::Load { .. } => continue,
+        };
+        let problem =
+            "a stage whose pressure follows from something else is not built for a rubber membrane yet";
+        let accepted = "\"consolidate\", \"shear\", \"stress_shear\", \"unload\", \"reload\", \"hold\", or a membrane of kind \"pressure\"";
+        refuse(&format!("$.stages[{i}].kind"), &format!("\"{kind}\""), problem, accepted);
     }
-    faults
 }

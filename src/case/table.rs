@@ -251,8 +251,20 @@ static CONTACT: &[Key] = &[
     ),
 ];
 
-static PLATES: &[Key] =
-    &[Key::derived("friction", FRICTION, "the friction of contact", "Friction of grains on plates.")];
+static PLATES: &[Key] = &[
+    Key::derived(
+        "friction",
+        FRICTION,
+        "the friction of contact",
+        "Friction of grains on plates; 0 makes them smooth.",
+    ),
+    Key::default(
+        "tilting",
+        Choice(&["locked", "free"]),
+        "\"locked\"",
+        "Whether the top plate stays level; the bottom plate is fixed.",
+    ),
+];
 
 static MEMBRANE: &[Kind] = &[
     Kind {
@@ -297,12 +309,38 @@ static MEMBRANE: &[Kind] = &[
 const AXIAL_STRAIN: Key =
     Key::required("axial_strain", STRAIN, "Axial strain added in this stage, shortening positive.");
 const INCREMENT: Key = Key::default("increment", STRAIN, "1e-4", "Axial strain of a nominal increment.");
+const INCREMENT_MAX: Key = Key::derived(
+    "increment_max",
+    STRAIN,
+    "increment times the solver's increment_max",
+    "Axial strain of the largest increment.",
+);
+const DEVIATORIC_STRESS: Form = Quantity(Dimension::Pressure, within(0.0, 1e10));
+const UNTIL: Key = Key::default(
+    "until",
+    Object(UNTIL_KEYS),
+    "{}",
+    "What ends the stage before its axial strain is reached; the first that comes true.",
+);
 const HELD_PRESSURE: Key = Key::derived(
     "pressure",
     PRESSURE,
     "the confining pressure of the stage before",
     "Confining pressure held; it must be the one reached before.",
 );
+
+static UNTIL_KEYS: &[Key] = &[
+    Key::optional(
+        "deviatoric_stress",
+        DEVIATORIC_STRESS,
+        "The last increment lands on this deviatoric stress.",
+    ),
+    Key::optional(
+        "drop_after_peak",
+        Quantity(Dimension::None, Range { low: 0.0, above: true, high: 1.0, below: true }),
+        "A peak is passed: the deviatoric stress has lost this share of the stage's largest.",
+    ),
+];
 
 static STAGES: &[Kind] = &[
     Kind {
@@ -318,19 +356,24 @@ static STAGES: &[Kind] = &[
     Kind {
         name: "shear",
         about: "Drives the top plate down at constant confining pressure.",
-        keys: &[AXIAL_STRAIN, INCREMENT, HELD_PRESSURE],
+        keys: &[AXIAL_STRAIN, INCREMENT, INCREMENT_MAX, UNTIL, HELD_PRESSURE],
+    },
+    Kind {
+        name: "stress_shear",
+        about: "Loads the top plate to a deviatoric stress at constant confining pressure.",
+        keys: &[
+            Key::required("deviatoric_stress", DEVIATORIC_STRESS, "Where the stage ends."),
+            Key::default("increments", INCREMENTS, "20", "Nominal number of increments."),
+            HELD_PRESSURE,
+        ],
     },
     Kind {
         name: "unload",
-        about: "Takes the deviatoric stress back at constant confining pressure.",
+        about: "Lifts the top plate until the deviatoric stress is back, at constant confining pressure.",
         keys: &[
-            Key::default(
-                "deviatoric_stress",
-                Quantity(Dimension::Pressure, within(0.0, 1e10)),
-                "0",
-                "Where unloading ends.",
-            ),
+            Key::default("deviatoric_stress", DEVIATORIC_STRESS, "0", "Where unloading ends."),
             INCREMENT,
+            INCREMENT_MAX,
             HELD_PRESSURE,
         ],
     },
@@ -345,23 +388,25 @@ static STAGES: &[Kind] = &[
                 "Axial strain added in this stage; null returns to where unloading began.",
             ),
             INCREMENT,
+            INCREMENT_MAX,
+            UNTIL,
             HELD_PRESSURE,
         ],
     },
     Kind {
         name: "oedometer",
-        about: "Drives the top plate down at constant radius.",
-        keys: &[AXIAL_STRAIN, INCREMENT],
+        about: "Drives the top plate down at constant mean cross-section; the confining pressure follows.",
+        keys: &[AXIAL_STRAIN, INCREMENT, INCREMENT_MAX, UNTIL],
     },
     Kind {
         name: "constant_volume",
-        about: "Drives the top plate down at constant volume.",
-        keys: &[AXIAL_STRAIN, INCREMENT],
+        about: "Drives the top plate down at constant volume; the confining pressure follows.",
+        keys: &[AXIAL_STRAIN, INCREMENT, INCREMENT_MAX, UNTIL],
     },
     Kind {
         name: "constant_p",
-        about: "Drives the top plate down at constant mean stress.",
-        keys: &[AXIAL_STRAIN, INCREMENT],
+        about: "Drives the top plate down at constant mean stress; the confining pressure follows.",
+        keys: &[AXIAL_STRAIN, INCREMENT, INCREMENT_MAX, UNTIL],
     },
     Kind {
         name: "hold",
@@ -440,10 +485,22 @@ static SOLVER: &[Key] = &[
         "Largest growth of an increment, in stage's increments.",
     ),
     Key::default(
+        "increment_growth",
+        Quantity(Dimension::None, within(1.0, 10.0)),
+        "1.5",
+        "Factor on the increment after an easy one, up to the largest.",
+    ),
+    Key::default(
         "energy_gate",
+        Nullable(&Form::Either(&[Choice(&["warn", "cut"]), Quantity(Dimension::None, positive(1.0))])),
+        "\"warn\"",
+        "Whether an increment whose energy closes worse than energy_tolerance is warned of or cut (as far as increment_min lets it); null: neither. A number is a tolerance that is warned at (the older form).",
+    ),
+    Key::default(
+        "energy_tolerance",
         Quantity(Dimension::None, positive(1.0)),
         "1e-3",
-        "Energy error of an increment over its work above which a warning is given.",
+        "Energy error of an increment over the work that ram and pressure exchange in it.",
     ),
 ];
 

@@ -261,8 +261,18 @@ pub struct ContactCase {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlatesCase {
-    /// Friction coefficient of grains on plates.
+    /// Friction coefficient of grains on plates; 0 is smooth.
     pub friction: f64,
+    /// Of the top plate; the bottom plate is fixed.
+    pub tilting: Tilting,
+}
+
+/// Whether the top plate stays level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tilting {
+    Locked,
+    Free,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -303,35 +313,57 @@ pub enum StageCase {
         radial_pressure: f64,
         increments: usize,
     },
-    /// `axial_strain` is added in this stage; `pressure` is the confining pressure held.
+    /// `axial_strain` is added in this stage; `pressure` is the confining pressure held, `None` what
+    /// the stage before leaves.
     Shear {
         axial_strain: f64,
         increment: f64,
-        pressure: f64,
+        increment_max: f64,
+        until: UntilCase,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pressure: Option<f64>,
+    },
+    /// To `deviatoric_stress` [Pa], the top plate loaded.
+    StressShear {
+        deviatoric_stress: f64,
+        increments: usize,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pressure: Option<f64>,
     },
     /// Back to `deviatoric_stress` [Pa].
     Unload {
         deviatoric_stress: f64,
         increment: f64,
-        pressure: f64,
+        increment_max: f64,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pressure: Option<f64>,
     },
     /// `None`: to where the last unloading began.
     Reload {
         axial_strain: Option<f64>,
         increment: f64,
-        pressure: f64,
+        increment_max: f64,
+        until: UntilCase,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pressure: Option<f64>,
     },
     Oedometer {
         axial_strain: f64,
         increment: f64,
+        increment_max: f64,
+        until: UntilCase,
     },
     ConstantVolume {
         axial_strain: f64,
         increment: f64,
+        increment_max: f64,
+        until: UntilCase,
     },
     ConstantP {
         axial_strain: f64,
         increment: f64,
+        increment_max: f64,
+        until: UntilCase,
     },
     Hold {
         increments: usize,
@@ -347,12 +379,25 @@ pub enum StageCase {
     },
 }
 
+/// What ends a stage before its axial strain is reached.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UntilCase {
+    /// [Pa]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviatoric_stress: Option<f64>,
+    /// Share of the stage's largest deviatoric stress that has to be lost.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drop_after_peak: Option<f64>,
+}
+
 impl StageCase {
     /// The word for it in the case file.
     pub fn kind(&self) -> &'static str {
         match self {
             StageCase::Consolidate { .. } => "consolidate",
             StageCase::Shear { .. } => "shear",
+            StageCase::StressShear { .. } => "stress_shear",
             StageCase::Unload { .. } => "unload",
             StageCase::Reload { .. } => "reload",
             StageCase::Oedometer { .. } => "oedometer",
@@ -399,8 +444,21 @@ pub struct SolverCase {
     pub increment_min: f64,
     /// Largest increment over the stage's.
     pub increment_max: f64,
-    /// Energy error over work of an increment that is warned of.
-    pub energy_gate: f64,
+    /// Growth of increments after easy ones.
+    pub increment_growth: f64,
+    /// What an increment does whose energy closes worse than `energy_tolerance`; `None`: nothing.
+    pub energy_gate: Option<GateCase>,
+    /// Energy error of an increment over its work.
+    pub energy_tolerance: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GateCase {
+    /// It counts as poorly closed.
+    Warn,
+    /// It is cut, down to the smallest.
+    Cut,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -145,6 +145,13 @@ impl Walker {
                 }
                 Some(Value::Object(walked))
             }
+            (Form::Either(forms), value) => {
+                let fits = |form: &&Form| Walker::new(vec![]).walk(form, value, path).is_some();
+                match forms.iter().find(fits) {
+                    Some(form) => self.walk(form, value, path),
+                    None => self.refuse(form, value, path, "is none of what is accepted".into()),
+                }
+            }
             (Form::Scattered(keys), value) => {
                 let mean = self.walk(&keys.first()?.form, value, path)?;
                 Some(serde_json::json!({ "mean": mean, "law": "constant" }))
@@ -370,6 +377,7 @@ fn wanted(form: &Form) -> &'static str {
         }
         Form::Scattered(_) => "a quantity or an object",
         Form::Nullable(form) => wanted(form),
+        Form::Either(forms) => forms.first().map_or("a value", wanted),
     }
 }
 

@@ -4,12 +4,15 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::study::vary::Vary;
+
 const EXAMPLES: &str = "\
 Examples:
   riprap run cases/quick_start.json                 the whole test, into cases/results/quick_start.h5
   riprap check cases/quick_start.json               what is wrong with a case, or what it would build
   riprap run my.json --set '/stages/0/pressure=0.4 MPa' --out p0400.h5
   riprap info cases/results/quick_start.h5          what is in a results file
+  riprap report cases/results/quick_start.h5 --out report
   riprap schema > riprap.schema.json                for editors that complete and check JSON
 
 Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 stopped short of the case's end,
@@ -36,6 +39,15 @@ pub enum Command {
     Info(Info),
     /// Export a results file
     Export(Export),
+    /// Run a case several times with one thing varied: table, order of convergence, speed against accuracy
+    #[command(after_help = STUDY_EXAMPLES)]
+    Study(Study),
+    /// Run many cases, each as a process of its own
+    #[command(after_help = BATCH_EXAMPLES)]
+    Batch(Batch),
+    /// Draw charts and pictures of results files, with one page that holds them all
+    #[command(after_help = REPORT_EXAMPLES)]
+    Report(Report),
     /// Print the JSON Schema of case files
     Schema,
 }
@@ -56,6 +68,38 @@ const CHECK_EXAMPLES: &str = "\
 Examples:
   riprap check cases/quick_start.json
   riprap check cases/quick_start.json --full        every value in force, defaults included";
+
+const REPORT_EXAMPLES: &str = "\
+Examples:
+  riprap report run.h5 --out report                 charts (SVG, PNG) and report/report.html
+  riprap report p0400.h5 p0800.h5 --out report --lab measured.csv
+
+The table of --lab has a header line that names its columns with their units:
+  curve, axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]
+`curve` tells several curves apart; one of the last two columns is enough; compression counts positive.";
+
+const STUDY_EXAMPLES: &str = "\
+Examples:
+  riprap study cases/quick_start.json --vary increment
+  riprap study cases/quick_start.json --vary tolerance --values 1e-2,1e-3,1e-4 --out study
+  riprap study cases/quick_start.json --vary seed --values 1,2,3,4,5 --jobs 2
+  riprap study cases/scenes/push.json --vary increment --values 50,100,200
+
+Every value has its own results file in --out. A study that was broken off goes on when it is started again.
+Wall times are comparable only with --jobs 1 on a machine that is otherwise idle.";
+
+const BATCH_EXAMPLES: &str = "\
+Examples:
+  riprap batch plan.json --jobs 4
+  riprap batch plan.json --slurm                    writes a job array and submits it where there is sbatch
+
+A plan names a case (or a list \"cases\") and what to change in it:
+  {\"case\": \"quick_start.json\",
+   \"set\": {\"/stages/1/axial_strain\": 0.02},
+   \"grid\": {\"/stages/0/pressure\": [\"0.4 MPa\", \"0.8 MPa\"], \"/contact/friction\": [0.5, 0.65]},
+   \"seeds\": {\"from\": 1, \"count\": 5},
+   \"out\": \"results/friction\", \"jobs\": 2, \"threads\": 1}
+Every combination is run. What is finished is left as it is when the batch is started again.";
 
 #[derive(Debug, Args)]
 pub struct CaseInput {
@@ -97,6 +141,9 @@ pub struct Run {
     /// where there is no results file, and does nothing where it is finished
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+    /// Says at the end where time and memory went, and keeps it in the file (/profile)
+    #[arg(long)]
+    pub profile: bool,
     #[command(flatten)]
     pub target: Target,
 }
@@ -142,6 +189,84 @@ pub struct Export {
     /// Writes the saved states as .vtu files and a .pvd that lists them into this directory; points are moved
     #[arg(long, value_name = "DIR")]
     pub vtu: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct Study {
+    #[command(flatten)]
+    pub input: CaseInput,
+    /// What to vary: increment, mesh, tolerance, fidelity, penalty or seed
+    #[arg(long, value_name = "WHAT", value_parser = varied)]
+    pub vary: Vary,
+    /// The values it takes (default: some around the case's own)
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
+    pub values: Vec<String>,
+    /// Folder of the results files, tables and charts (default: results/<case>_<what> beside the case)
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Runs at a time
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = number)]
+    pub jobs: usize,
+    /// Threads of each run
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = number)]
+    pub threads: usize,
+    /// Runs again what is finished, and replaces files of other cases
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn varied(word: &str) -> Result<Vary, String> {
+    let known = Vary::WORDS.into_iter().find(|(known, _)| *known == word).map(|(_, vary)| vary);
+    let all = || Vary::WORDS.map(|(known, _)| known).join(", ");
+    known.ok_or_else(|| format!("accepted: {}", all()))
+}
+
+fn number(text: &str) -> Result<usize, String> {
+    text.parse()
+        .ok()
+        .filter(|n| (1..=1024).contains(n))
+        .ok_or_else(|| "a whole number from 1 to 1024".to_string())
+}
+
+#[derive(Debug, Args)]
+pub struct Batch {
+    /// The plan (JSON; comments allowed)
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// Folder of the results files, in place of the plan's
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Runs at a time, in place of the plan's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: Option<u16>,
+    /// Threads of each run, in place of the plan's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Runs again what is finished, and replaces files of other cases
+    #[arg(long)]
+    pub force: bool,
+    /// Writes a Slurm job array instead, and submits it where there is sbatch
+    #[arg(long)]
+    pub slurm: bool,
+    /// Lists the members instead
+    #[arg(long, conflicts_with = "slurm")]
+    pub list: bool,
+    /// Runs this member alone, counted from 0
+    #[arg(long, value_name = "K", conflicts_with = "slurm")]
+    pub only: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+pub struct Report {
+    /// Results files; several are overlaid
+    #[arg(value_name = "FILE.h5", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Where charts and report.html go
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Laboratory curves to overlay
+    #[arg(long = "lab", value_name = "CURVES.csv")]
+    pub laboratory: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -6,30 +6,39 @@ use std::time::Duration;
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::linalg;
+use crate::report::write_report;
 use crate::results::{Existing, Reader, Summary, write_history_csv, write_vtu_series};
 use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 
-use super::arguments::{CaseInput, Check, Export, Info, Run, Specimen, Target};
+use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target};
 use super::exit::{Ending, Failure};
 use super::progress::Progress;
-use super::{complain, interrupt, say};
+use super::{complain, interrupt, note, say};
 
-type Ended = Result<Ending, Failure>;
+/// Stack of a worker thread [bytes], as much as the main thread usually has: the run is on one of them.
+const STACK: usize = 8 << 20;
+
+pub type Ended = Result<Ending, Failure>;
 
 pub fn run(arguments: &Run) -> Ended {
     let threads = set_threads(arguments.target.threads)?;
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
     let (source, case) = checked(&arguments.input, fidelity)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
-    let mut options = options(out, &arguments.target, threads);
+    let mut options = Options { profile: arguments.profile, ..options(out, &arguments.target, threads) };
     if arguments.resume {
         options.existing = Existing::Continue;
     }
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
     interrupt::listen();
-    let outcome = simulation::run(&case, &source, &options, &mut progress)?;
-    Ok(conclude(&mut progress, &outcome, &options))
+    // On one of the pool's own threads, so that no call has to wait for another thread to wake up.
+    let outcome = rayon::scope(|_| simulation::run(&case, &source, &options, &mut progress))?;
+    let ending = conclude(&mut progress, &outcome, &options);
+    if arguments.profile {
+        note(&outcome.profile.to_string());
+    }
+    Ok(ending)
 }
 
 pub fn specimen(arguments: &Specimen) -> Ended {
@@ -38,7 +47,7 @@ pub fn specimen(arguments: &Specimen) -> Ended {
     let options = options(arguments.out.clone(), &arguments.target, threads);
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case.title, &options);
-    let outcome = generate_specimen(&case, &source, &options, &mut progress)?;
+    let outcome = rayon::scope(|_| generate_specimen(&case, &source, &options, &mut progress))?;
     Ok(conclude(&mut progress, &outcome, &options))
 }
 
@@ -108,13 +117,22 @@ pub fn export(arguments: &Export) -> Ended {
     Ok(Ending::Done)
 }
 
+pub fn report(arguments: &Report) -> Ended {
+    let written = write_report(&arguments.files, arguments.laboratory.as_deref(), &arguments.out)?;
+    for remark in &written.remarks {
+        note(&format!("riprap: {remark}"));
+    }
+    say(&written.page.display().to_string());
+    Ok(Ending::Done)
+}
+
 pub fn schema() -> Ended {
     say(&format!("{:#}", case::schema()));
     Ok(Ending::Done)
 }
 
 /// The case as given, overrides applied, and checked.
-fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
+pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
     let mut source = read(&input.case).map_err(Failure::of_input)?;
     let (mut overrides, mut faults) = (Vec::new(), Vec::new());
     for argument in input.overrides.iter().chain(&extra) {
@@ -139,7 +157,7 @@ fn default_target(case: &Path) -> PathBuf {
 
 fn options(out: PathBuf, target: &Target, threads: usize) -> Options {
     let existing = if target.force { Existing::Replace } else { Existing::Refuse };
-    Options { out, existing, threads }
+    Options { out, existing, threads, profile: false }
 }
 
 /// Sets how many threads work, before the first of them does; without a wish, one a core.
@@ -150,6 +168,7 @@ fn set_threads(wanted: Option<u16>) -> Result<usize, Failure> {
     };
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .stack_size(STACK)
         .build_global()
         .map_err(|e| Error::Usage(format!("cannot start {threads} threads: {e}")))?;
     linalg::factorise_sequentially();

@@ -8,6 +8,7 @@ mod commands;
 mod exit;
 mod interrupt;
 mod progress;
+mod series;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -33,6 +34,9 @@ pub fn main() -> ExitCode {
         Command::Specimen(specimen) => commands::specimen(specimen),
         Command::Info(info) => commands::info(info),
         Command::Export(export) => commands::export(export),
+        Command::Report(report) => commands::report(report),
+        Command::Study(study) => series::study(study),
+        Command::Batch(batch) => series::batch(batch),
         Command::Schema => commands::schema(),
     };
     match ended {

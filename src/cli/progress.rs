@@ -12,7 +12,7 @@ use crate::simulation::{
 };
 use crate::solver::StopSignal;
 use crate::specimen::Phase;
-use crate::triaxial::{Stage, StageEnd};
+use crate::triaxial::{Path, Stage, StageEnd, Steps};
 
 use super::arguments::{ProgressKind, Target};
 use super::commands::duration;
@@ -120,7 +120,7 @@ impl Observer for Progress {
         if self.told.elapsed() >= SPECIMEN_PAUSE {
             self.told = Instant::now();
             self.tell(
-                || format!("{:<12} {name} {:3.0} %", "specimen", 100.0 * share),
+                || format!("{:<15} {name} {:3.0} %", "specimen", 100.0 * share),
                 || json!({"event": "specimen_progress", "phase": name, "share": share}),
             );
         }
@@ -133,7 +133,7 @@ impl Observer for Progress {
         self.tell(
             || {
                 format!(
-                    "{:<12} {} grains, {:.1} x {:.1} mm, void ratio {:.3}, {:.1} contacts a grain, {} rattlers\n\
+                    "{:<15} {} grains, {:.1} x {:.1} mm, void ratio {:.3}, {:.1} contacts a grain, {} rattlers\n\
                      {:<12} {} cells, worst radius ratio {:.2}; worst overlap {:.0e} of a grain; {}",
                     "specimen",
                     r.grains,
@@ -163,7 +163,7 @@ impl Observer for Progress {
 
     fn seated(&mut self, out_of_balance: f64, factorisations: usize) {
         self.tell(
-            || format!("{:<12} balanced to {out_of_balance:.0e}, {factorisations} factorisations", "seating"),
+            || format!("{:<15} balanced to {out_of_balance:.0e}, {factorisations} factorisations", "seating"),
             || {
                 json!({
                     "event": "seated", "out_of_balance": out_of_balance, "factorisations": factorisations,
@@ -182,16 +182,8 @@ impl Observer for Progress {
         }
         self.tell(
             || match stage.stage {
-                None => format!("{:<12} in {:.0} increments", stage.kind, stage.increments),
-                Some(Stage::Consolidate { pressure, .. }) => {
-                    format!("{:<12} to {:.3} MPa", stage.kind, 1e-6 * pressure)
-                }
-                Some(Stage::Shear { axial_strain, increment, .. }) => format!(
-                    "{:<12} by {:.2} % in increments of {:.3} %",
-                    stage.kind,
-                    100.0 * axial_strain,
-                    100.0 * increment
-                ),
+                None => format!("{:<15} in {:.0} increments", stage.kind, stage.increments),
+                Some(run) => format!("{:<15} {}", stage.kind, plan_line(&run)),
             },
             || json!({"event": "stage_begun", "stage": stage.index, "kind": stage.kind}),
         );
@@ -223,10 +215,14 @@ impl Observer for Progress {
             || {
                 let (kind, time) = (r.stage.kind, duration(r.wall_time));
                 if r.increments == 0 {
-                    return format!("{kind:<12} {end} without an increment in {time}");
+                    return format!("{kind:<15} {end} without an increment in {time}");
                 }
+                let poor = match r.poorly_closed {
+                    0 => String::new(),
+                    count => format!(", {count} increments worse than solver.energy_tolerance"),
+                };
                 format!(
-                    "{kind:<12} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}",
+                    "{kind:<15} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}{poor}",
                     r.increments,
                     r.factorisations as f64 / r.increments as f64,
                     r.energy_error.abs(),
@@ -314,6 +310,27 @@ fn bar_message(row: &HistoryRow) -> String {
     if ea.is_nan() { work } else { format!("ea {ea:.2} %  q {q:.3} MPa  {work}") }
 }
 
+/// What a stage of a specimen is about to do.
+fn plan_line(stage: &Stage) -> String {
+    let path = match stage.path {
+        Path::Stress { axial, radial } if axial == radial => format!("to {:.3} MPa", 1e-6 * axial),
+        Path::Stress { axial, radial } => {
+            format!("to {:.3} MPa axial, {:.3} MPa radial", 1e-6 * axial, 1e-6 * radial)
+        }
+        Path::Shear { deviatoric_stress } => format!("to q = {:.3} MPa", 1e-6 * deviatoric_stress),
+        Path::Strain { .. } if stage.until.must => {
+            format!("to q = {:.3} MPa", 1e-6 * stage.until.deviatoric_stress.unwrap_or(0.0))
+        }
+        Path::Strain { axial_strain, .. } => format!("by {:.2} %", 100.0 * axial_strain),
+        Path::Return { .. } => "to where unloading began".into(),
+        Path::Hold => "as it is".into(),
+    };
+    match stage.steps {
+        Steps::Count(count) => format!("{path} in {count} increments"),
+        Steps::Strain { nominal, .. } => format!("{path} in increments of {:.3} %", 100.0 * nominal),
+    }
+}
+
 /// One line per increment, in columns.
 fn step_line(step: &Step<'_>, seconds: f64) -> String {
     let row = step.row;
@@ -327,13 +344,16 @@ fn step_line(step: &Step<'_>, seconds: f64) -> String {
     let strains =
         format!("ea {:6.3} %  ev {:+7.4} %", 100.0 * row.axial_strain, 100.0 * row.volumetric_strain);
     let state = match step.stage.stage {
-        Some(Stage::Consolidate { .. }) => format!("{strains}  p {:7.4} MPa", 1e-6 * row.mean_stress),
-        Some(Stage::Shear { .. }) => format!("{strains}  q {:7.4} MPa", 1e-6 * row.deviatoric_stress),
+        Some(_) => format!(
+            "{strains}  p {:7.4} MPa  q {:7.4} MPa",
+            1e-6 * row.mean_stress,
+            1e-6 * row.deviatoric_stress
+        ),
         None => format!("out of balance {:7.1e}  work {:9.3e} J", row.out_of_balance, row.energy_external),
     };
     let cuts = if row.cuts > 0 { format!("  cut {}x", row.cuts) } else { String::new() };
     format!(
-        "{:<12} {of:>9}  {state}  sliding {:3.0} %  {:3} aug  {:4} fact  {seconds:6.2} s{cuts}",
+        "{:<15} {of:>9}  {state}  sliding {:3.0} %  {:3} aug  {:4} fact  {seconds:6.2} s{cuts}",
         step.stage.kind,
         100.0 * row.sliding_fraction,
         row.augmentations,

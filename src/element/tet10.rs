@@ -148,6 +148,28 @@ impl StraightTet10 {
         )
     }
 
+    /// Strains at the integration points.
+    pub fn strains(&self, u: &[Vec3; 10]) -> [Vector6<f64>; POINT_COUNT] {
+        POINTS.each_ref().map(|l| self.strain(l, u))
+    }
+
+    /// Volume that one integration point stands for [m^3].
+    pub fn point_volume(&self) -> f64 {
+        self.volume / POINT_COUNT as f64
+    }
+
+    /// Adds the forces [N] that `stresses` [Pa] at the integration points put on the nodes,
+    /// `integral of B_i^T sigma dV`.
+    pub fn add_forces(&self, out: &mut [Vec3; 10], stresses: &[Vector6<f64>; POINT_COUNT]) {
+        for (l, s) in POINTS.iter().zip(stresses) {
+            let stress =
+                Mat3::new(s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2]) * self.point_volume();
+            for (force, n) in out.iter_mut().zip(&self.shape_gradients(l)) {
+                *force += stress * n;
+            }
+        }
+    }
+
     /// Stresses [Pa] of the sound rock at the integration points.
     pub fn stresses(&self, rock: &Elastic, u: &[Vec3; 10]) -> [Vector6<f64>; POINT_COUNT] {
         POINTS.each_ref().map(|l| rock.stress(&self.strain(l, u)))
@@ -247,6 +269,26 @@ mod tests {
                 assert!((found - k[j][i].transpose()).norm() == 0.0);
             }
         }
+    }
+
+    #[test]
+    fn forces_are_stiffness_times_displacement() {
+        let corners = distorted();
+        let cell = StraightTet10::new(&corners).expect("a cell");
+        let intact = [1.0, 0.3, 0.0, 0.7];
+        let mut k = [[Mat3::zeros(); 10]; 10];
+        cell.add_stiffness(&mut k, &rock(), &intact);
+        let u = nodes(&corners).map(|x| Vec3::new(x.y * x.z, x.x + x.z * x.z, x.x * x.y - 2.0 * x.z) * 1e-3);
+        let mut stresses = cell.stresses(&rock(), &u);
+        stresses.iter_mut().zip(&intact).for_each(|(stress, share)| *stress *= *share);
+        let mut forces = [Vec3::zeros(); 10];
+        cell.add_forces(&mut forces, &stresses);
+        let scale = forces.iter().map(Vec3::norm).fold(0.0, f64::max);
+        for (row, force) in k.iter().zip(&forces) {
+            let expected: Vec3 = row.iter().zip(&u).map(|(k, u)| k * u).sum();
+            assert!((force - expected).norm() < 1e-12 * scale);
+        }
+        assert!((4.0 * cell.point_volume() - cell.volume).abs() < 1e-15);
     }
 
     #[test]

@@ -90,6 +90,45 @@ pub fn facet_planes(shape: &Polyhedron) -> Vec<HalfSpace> {
     planes
 }
 
+/// Corners of a cut body closer than this, over its size, are one.
+const SAME_CORNER: f64 = 1e-8;
+
+/// The part of a convex polyhedron inside all `planes`: the hull of its corners inside and of the points where its edges
+/// cross, plane after plane.
+///
+/// # Errors
+/// `Error::Mesh` where nothing is left that has volume.
+pub fn intersection(shape: &Polyhedron, planes: &[HalfSpace]) -> Result<Polyhedron> {
+    let size = shape.vertices.iter().map(|v| (v - shape.vertices[0]).norm()).fold(0.0, f64::max);
+    let mut rest = shape.clone();
+    for plane in planes {
+        let heights: Vec<f64> = rest.vertices.iter().map(|v| plane.normal.dot(v) - plane.offset).collect();
+        if heights.iter().all(|h| *h <= SAME_CORNER * size) {
+            continue;
+        }
+        let inside = rest.vertices.iter().zip(&heights).filter(|(_, h)| **h <= 0.0).map(|(v, _)| *v);
+        let crossings = rest.edges.iter().filter_map(|edge| {
+            let ([a, b], [p, q]) =
+                (edge.vertices.map(|v| rest.vertices[v]), edge.vertices.map(|v| heights[v]));
+            (p * q < 0.0).then(|| a + (b - a) * (p / (p - q)))
+        });
+        let mut corners: Vec<Vec3> = vec![];
+        for corner in inside.chain(crossings) {
+            if corners.iter().all(|other| (other - corner).norm() > SAME_CORNER * size) {
+                corners.push(corner);
+            }
+        }
+        if corners.len() < 4 {
+            return Err(fault("nothing is left on one side of a plane".into()));
+        }
+        rest = Polyhedron::convex_hull(&corners)?;
+        if !(rest.volume() > (SAME_CORNER * size).powi(3)) {
+            return Err(fault("what is left on one side of a plane has no volume".into()));
+        }
+    }
+    Ok(rest)
+}
+
 /// The bounded polytope of `planes`, which lies within `size` [m] of `near`.
 ///
 /// Each plane's polygon is cut out of a large square by all other planes; corners of different
@@ -230,6 +269,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn box_cut_by_planes() {
+        let shape = Polyhedron::cuboid([2.0, 3.0, 4.0]).expect("a box");
+        let half = intersection(&shape, &[HalfSpace { normal: Vec3::z(), offset: -0.5 }]).expect("a part");
+        assert!((half.volume() - 9.0).abs() < 1e-12);
+        // Off one corner: a tetrahedron of edges 0.3 sqrt 3 along the axes.
+        let normal = Vec3::repeat(1.0 / 3.0_f64.sqrt());
+        let corner = normal.dot(&Vec3::new(1.0, 1.5, 2.0));
+        let rest = intersection(&shape, &[HalfSpace { normal, offset: corner - 0.3 }]).expect("a part");
+        assert!((24.0 - rest.volume() - (0.3 * 3.0_f64.sqrt()).powi(3) / 6.0).abs() < 1e-12);
+        assert!(intersection(&shape, &[HalfSpace { normal: Vec3::x(), offset: -1.5 }]).is_err());
     }
 
     #[test]

@@ -67,6 +67,27 @@ impl CondensedGrain {
         density: f64,
         intact: &[[f64; POINT_COUNT]],
     ) -> Result<Self> {
+        Self::build(mesh, cell_elasticity, density, intact, DENSE_SURFACE_NODES)
+    }
+
+    /// As [`Self::with_damage`], with a factor only: columns of the flexibility are solved for when asked for. For grains whose damage
+    /// moves, most of whose columns nobody asks for before the next factor.
+    pub fn with_damage_on_demand(
+        mesh: Mesh,
+        cell_elasticity: &[Elastic],
+        density: f64,
+        intact: &[[f64; POINT_COUNT]],
+    ) -> Result<Self> {
+        Self::build(mesh, cell_elasticity, density, intact, 0)
+    }
+
+    fn build(
+        mesh: Mesh,
+        cell_elasticity: &[Elastic],
+        density: f64,
+        intact: &[[f64; POINT_COUNT]],
+        dense_nodes: usize,
+    ) -> Result<Self> {
         let fail = |message: String| Error::Mesh { name: "grain".into(), message };
         let parts = mesh.connected_parts().len();
         if parts != 1 {
@@ -76,7 +97,7 @@ impl CondensedGrain {
         let surface = Surface::new(&mesh);
         let mut held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
             .map_err(|fault| fail(fault.to_string()))?;
-        let flexibility = if surface.nodes().len() <= DENSE_SURFACE_NODES {
+        let flexibility = if surface.nodes().len() <= dense_nodes {
             Flexibility::Dense(held.dense(&surface).map_err(|fault| fail(fault.to_string()))?)
         } else {
             let columns = surface.nodes().iter().map(|_| OnceLock::new()).collect();

@@ -1,5 +1,6 @@
 //! Mass, centre of mass and moment of inertia of homogeneous bodies.
 
+use crate::element::tet10::{mass_share, volume_share};
 use crate::geometry::Polyhedron;
 use crate::material::MaterialError;
 use crate::mesh::Mesh;
@@ -48,10 +49,51 @@ impl MassProperties {
     }
 }
 
+/// Mean translation [m] and rotation [rad] of a displacement field [m], one value a node: the rigid motion about the
+/// mesh's centroid with the same linear and angular momentum as the field (per time, at uniform density).
+///
+/// # Panics
+/// If there is not one displacement per node.
+pub fn mean_motion(mesh: &Mesh, u: &[Vec3]) -> (Vec3, Vec3) {
+    assert_eq!(u.len(), mesh.nodes.len(), "one displacement per node");
+    let (volume, centroid) = (mesh.volume(), mesh.centroid());
+    let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
+    for cell in mesh.cell_ids() {
+        let nodes = &mesh.cells[cell.index()];
+        let cell_volume = mesh.cell_volume(cell);
+        for (i, node) in nodes.iter().enumerate() {
+            let mut arm = Vec3::zeros();
+            for (j, other) in nodes.iter().enumerate() {
+                arm += (mesh.nodes[other.index()] - centroid) * mass_share(i, j);
+            }
+            linear += u[node.index()] * (cell_volume * volume_share(i));
+            angular += arm.cross(&u[node.index()]) * cell_volume;
+        }
+    }
+    let second = mesh.second_moment() - centroid * centroid.transpose() * volume;
+    let inertia = Mat3::from_diagonal_element(second.trace()) - second;
+    // A mesh has volume, so its inertia is regular.
+    let turn = inertia.try_inverse().map_or(Vec3::zeros(), |inverse| inverse * angular);
+    (linear / volume, turn)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::cuboid_mesh;
+
+    #[test]
+    fn rigid_motion_is_found_again() {
+        let mesh = cuboid_mesh([1.0, 2.0, 3.0], 0.7).expect("a mesh");
+        let (shift, turn) = (Vec3::new(1.0, -2.0, 0.5) * 1e-3, Vec3::new(0.3, 0.2, -0.7) * 1e-3);
+        let u: Vec<Vec3> = mesh.nodes.iter().map(|x| shift + turn.cross(&(x - mesh.centroid()))).collect();
+        let (linear, angular) = mean_motion(&mesh, &u);
+        assert!((linear - shift).norm() < 1e-15 && (angular - turn).norm() < 1e-15);
+        // A pure stretch about the centroid has no mean motion.
+        let stretch: Vec<Vec3> = mesh.nodes.iter().map(|x| (x - mesh.centroid()) * 1e-3).collect();
+        let (linear, angular) = mean_motion(&mesh, &stretch);
+        assert!(linear.norm() < 1e-16 && angular.norm() < 1e-16);
+    }
 
     #[test]
     fn box_and_sphere() {

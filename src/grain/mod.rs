@@ -1,16 +1,22 @@
 //! A grain as a mechanical body, in body coordinates: mass, elimination onto the surface, local
-//! contact stiffness.
+//! contact stiffness, damage, fragments.
 //!
 //! SI units, tension positive. Loads are forces on the grain.
 
 pub mod condensed;
+pub mod damaged;
+pub mod fragments;
 mod held;
+pub mod hulls;
 pub mod local;
 pub mod mass;
 pub mod stiffness;
 pub mod surface;
 
 pub use condensed::CondensedGrain;
+pub use damaged::{Ancestry, DamageChange, DamageCommit, DamageSummary, DamagedGrain};
+pub use fragments::{BreakUp, Fragment, Loss};
+pub use hulls::{ContactShape, contact_shapes};
 pub use local::LocalStiffness;
-pub use mass::MassProperties;
+pub use mass::{MassProperties, mean_motion};
 pub use surface::{Surface, SurfacePoint};

@@ -105,6 +105,25 @@ impl Surface {
         0.5 * (b - a).cross(&(c - a)).norm()
     }
 
+    /// Every surface node as a surface point, in the order of [`Self::nodes`]; its facet is the first one that has it.
+    pub fn node_points(&self) -> Vec<SurfacePoint> {
+        const CORNERS_AND_MIDDLES: [[f64; 3]; 6] = [
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.5, 0.5, 0.0],
+            [0.0, 0.5, 0.5],
+            [0.5, 0.0, 0.5],
+        ];
+        let mut points = vec![None; self.nodes.len()];
+        for (number, facet) in self.facets.iter().enumerate() {
+            for (node, l) in facet.nodes.iter().zip(&CORNERS_AND_MIDDLES) {
+                points[*node as usize].get_or_insert_with(|| self.point(number as u32, l));
+            }
+        }
+        points.into_iter().flatten().collect()
+    }
+
     /// Bytes on the heap.
     pub fn memory(&self) -> usize {
         size_of_val(&self.facets[..])
@@ -256,6 +275,20 @@ mod tests {
                 .map(|(&k, w)| mesh.nodes[surface.nodes()[k as usize].index()] * *w)
                 .sum();
             assert!((again - found.position).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn node_points_are_the_nodes() {
+        let mesh = sphere_mesh(1.0, 0.5, None).expect("a mesh");
+        let surface = Surface::new(&mesh);
+        let points = surface.node_points();
+        assert_eq!(points.len(), surface.nodes().len());
+        for (number, (point, node)) in points.iter().zip(surface.nodes()).enumerate() {
+            assert!((point.position - mesh.nodes[node.index()]).norm() < 1e-15);
+            for (k, weight) in point.nodes.iter().zip(&point.weights) {
+                assert_eq!(*weight, if *k as usize == number { 1.0 } else { 0.0 });
+            }
         }
     }
 

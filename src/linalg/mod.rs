@@ -2,10 +2,12 @@
 
 pub mod cholesky;
 pub mod lu;
+pub mod multifrontal;
 pub mod ordering;
 pub mod symmetric;
 
 pub use cholesky::{FactorError, Factorisation, Refinement, SparseCholesky};
+pub use multifrontal::MultifrontalLu;
 pub use ordering::{NodeGraph, Ordering};
 pub use symmetric::{SymmetricMatrix, SymmetricPattern};
 

@@ -278,6 +278,27 @@ mod tests {
     }
 
     #[test]
+    fn cells_and_properties_are_independent() {
+        // Correlation coefficients of independent samples have a standard deviation of 1/sqrt(n): five of them.
+        let law = Law::Weibull { shape: 10.0 };
+        let draw = |property| draw(Quantity { mean: 30.0, law }, property);
+        let (first, second) = (draw(Property::CompressiveStrength), draw(Property::TensileStrength));
+        let correlation = |a: &[f64], b: &[f64]| {
+            let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+            let (p, q) = (mean(a), mean(b));
+            let sum =
+                |f: &dyn Fn(f64, f64) -> f64| a.iter().zip(b).map(|(a, b)| f(a - p, b - q)).sum::<f64>();
+            sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
+        };
+        let limit = 5.0 / (SAMPLES as f64).sqrt();
+        assert!(correlation(&first, &second).abs() < limit);
+        for lag in [1, 2, 38] {
+            assert!(correlation(&first[lag..], &first[..SAMPLES - lag]).abs() < limit, "cells {lag} apart");
+        }
+        assert!(correlation(&first, &first) > 0.999);
+    }
+
+    #[test]
     fn constant_has_no_scatter() {
         let field =
             sample_field(&Quantity::constant(0.2), Property::PoissonsRatio, 1, 2, 5).expect("a field");

@@ -17,6 +17,33 @@ pub struct Loads {
     pub gravity: Vec3,
     /// Pressure on the cover [Pa], where the model has one.
     pub pressure: f64,
+    /// Loads whose size is found with the motion, on top of the others.
+    #[serde(skip)]
+    pub control: Option<Control>,
+}
+
+/// Loads in proportion to an unknown factor, which is such that a scalar meets its target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Control {
+    /// Pressure on the cover per unit of the factor.
+    pub pressure: f64,
+    /// Applied force and moment per unit of the factor, with their bodies.
+    pub applied: Vec<(usize, Vector6<f64>)>,
+    pub of: Controlled,
+    /// Value of the scalar to reach, and by how much it may be missed.
+    pub target: f64,
+    pub tolerance: f64,
+    /// The factor to start from.
+    pub guess: f64,
+}
+
+/// A scalar of the configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Controlled {
+    /// Enclosed by the cover [m^3].
+    Volume,
+    /// A coordinate of a body's reference point [m]; its motion must be free.
+    Position { body: usize, axis: usize },
 }
 
 impl Loads {
@@ -33,6 +60,7 @@ impl Loads {
             applied: vec![Vector6::zeros(); bodies],
             gravity: Vec3::zeros(),
             pressure: 0.0,
+            control: None,
         }
     }
 }

@@ -194,6 +194,17 @@ impl Membrane {
         }
     }
 
+    /// Adds the sheet's forces on its nodes [N].
+    pub fn node_forces_into(&self, forces: &mut [Vec3], positions: &[Vec3]) {
+        for (facet, element) in self.facets.iter().zip(&self.elements) {
+            let x = facet.map(|n| positions[n]);
+            let at = element.forces(&x, &self.parameters.rubber, self.wrinkling);
+            for (&node, force) in facet.iter().zip(&at.forces) {
+                forces[node] += force;
+            }
+        }
+    }
+
     /// Calls `block(i, j, &K)` with the stiffness between the translations of carriers i and j [N/m].
     pub fn for_each_stiffness_block(&self, positions: &[Vec3], mut block: impl FnMut(usize, usize, &Mat3)) {
         for (facet, element) in self.facets.iter().zip(&self.elements) {

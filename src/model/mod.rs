@@ -8,7 +8,7 @@ pub mod membrane;
 pub mod state;
 
 pub use body::{Body, BodyId, BodyKind};
-pub use loads::Loads;
+pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
 
 pub use cover::PressureCover;

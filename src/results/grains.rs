@@ -19,10 +19,16 @@ pub struct GrainRow {
     pub failed_fraction: f64,
     /// Connected parts; 1 for a whole grain.
     pub fragments: i64,
+    /// Shear strain around the grain; not a number before strains count.
+    pub local_shear_strain: f64,
+    /// Volumetric strain around the grain, compression positive.
+    pub local_volumetric_strain: f64,
+    /// Angle by which the grain has turned since strains count [rad].
+    pub turn: f64,
 }
 
 /// The per-state datasets of `/grains`: the first two of shape (states, grains, 3), the others (states, grains).
-pub const GRAIN_QUANTITIES: [Quantity; 6] = [
+pub const GRAIN_QUANTITIES: [Quantity; 9] = [
     Quantity { name: "position", units: "m", long_name: "position of the reference point", integer: false },
     Quantity {
         name: "rotation",
@@ -53,5 +59,23 @@ pub const GRAIN_QUANTITIES: [Quantity; 6] = [
         units: "1",
         long_name: "connected parts of the grain, 1 for a whole one",
         integer: true,
+    },
+    Quantity {
+        name: "local_shear_strain",
+        units: "1",
+        long_name: "sqrt(2/3 e:e) of the deviatoric strain since strains count, from how the grain's neighbours moved",
+        integer: false,
+    },
+    Quantity {
+        name: "local_volumetric_strain",
+        units: "1",
+        long_name: "volumetric strain since strains count, from how the grain's neighbours moved, compression positive",
+        integer: false,
+    },
+    Quantity {
+        name: "turn",
+        units: "rad",
+        long_name: "angle by which the grain has turned since strains count",
+        integer: false,
     },
 ];

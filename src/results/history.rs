@@ -31,15 +31,18 @@ impl From<i64> for Value {
     }
 }
 
-/// Whether a field's type is an integer, for the table.
+/// Whether a field's type is an integer, for the table, and what stands for a value that is not there.
 trait Counted {
     const INTEGER: bool;
+    const NONE: Self;
 }
 impl Counted for f64 {
     const INTEGER: bool = false;
+    const NONE: f64 = f64::NAN;
 }
 impl Counted for i64 {
     const INTEGER: bool = true;
+    const NONE: i64 = 0;
 }
 
 macro_rules! history {
@@ -59,6 +62,9 @@ macro_rules! history {
         },)*];
 
         impl HistoryRow {
+            /// A row of which nothing is known: no number where one is measured, zero where one is counted.
+            pub const UNKNOWN: HistoryRow = HistoryRow { $($name: <$kind as Counted>::NONE,)* };
+
             /// The row's numbers in the order of [`HISTORY`].
             pub fn values(&self) -> Vec<Value> {
                 vec![$(self.$name.into(),)*]
@@ -78,9 +84,42 @@ history! {
     confining_pressure: f64, "Pa", "confining pressure, compression positive";
     deviatoric_stress: f64, "Pa", "deviatoric stress q, axial stress minus confining pressure";
     mean_stress: f64, "Pa", "mean stress p, compression positive";
-    void_ratio: f64, "1", "void ratio, volume of voids over volume of solids";
-    coordination_number: f64, "1", "mean number of grains that a grain touches";
+    stress_ratio: f64, "1", "stress ratio q/p";
+    void_ratio: f64, "1", "void ratio, volume of voids over volume of solids, in the volume that the cover encloses";
+    void_ratio_nominal: f64, "1", "void ratio between the walls that the specimen was compacted in, carried on with the change of the cover's volume";
+    axial_stress_contacts: f64, "Pa", "axial stress from contact forces (Love-Weber), compression positive";
+    radial_stress_contacts: f64, "Pa", "mean radial stress from contact forces (Love-Weber) and the pressure on the cover's rims, compression positive";
+    stress_disagreement: f64, "1", "larger difference of the stresses from contact forces to those of plate and pressure, over the mean stress";
+    control_error: f64, "1", "by how much what the stage prescribes is missed, relative";
+    tangent_modulus: f64, "Pa", "slope of q over the axial strain, over the stage's last 0.1 % of axial strain, at least four increments";
+    secant_modulus: f64, "Pa", "change of q over that of the axial strain since the start of the stage";
+    dilatancy_angle: f64, "rad", "dilatancy angle psi, sin psi = -d/(2 - d) with the slope d of volumetric over axial strain, taken as the tangent modulus is; positive where the volume grows";
+    friction_angle: f64, "rad", "mobilised friction angle phi, sin phi = q/(2 confining pressure + q)";
+    peak_friction_angle: f64, "rad", "largest mobilised friction angle since strains count";
+    coordination_number: f64, "1", "contacts per grain, plates included";
+    mechanical_coordination_number: f64, "1", "contacts per grain that has at least two, plates included";
+    rattlers: i64, "1", "grains with fewer than two contacts";
     sliding_fraction: f64, "1", "share of the contact points that slide";
+    fabric_xx: f64, "1", "fabric tensor, mean of n n over the contacts between grains, xx";
+    fabric_yy: f64, "1", "fabric tensor, yy";
+    fabric_zz: f64, "1", "fabric tensor, zz";
+    fabric_xy: f64, "1", "fabric tensor, xy";
+    fabric_yz: f64, "1", "fabric tensor, yz";
+    fabric_xz: f64, "1", "fabric tensor, xz";
+    fabric_anisotropy: f64, "1", "fabric zz less the mean of xx and yy";
+    contact_force_mean: f64, "N", "mean contact force between grains";
+    contact_force_max: f64, "N", "largest contact force between grains";
+    contact_force_variation: f64, "1", "standard deviation of the contact forces between grains over their mean";
+    strong_fraction: f64, "1", "share of the contacts between grains that carry more than the mean force";
+    radial_strain_1: f64, "1", "radial strain of the lowest of five slices, compression positive";
+    radial_strain_2: f64, "1", "radial strain of the second of five slices from the bottom";
+    radial_strain_3: f64, "1", "radial strain of the middle one of five slices";
+    radial_strain_4: f64, "1", "radial strain of the fourth of five slices from the bottom";
+    radial_strain_5: f64, "1", "radial strain of the uppermost of five slices";
+    mean_rotation: f64, "rad", "mean angle by which grains have turned since strains count";
+    strain_localisation: f64, "1", "0 where the shear strain around all grains is the same, towards 1 where few see it all";
+    dead_fraction: f64, "1", "share of the grains around which the shear strain is below a third of the mean";
+    plate_tilt: f64, "rad", "angle by which the top plate is tilted";
     failed_points: i64, "1", "integration points that have failed, so far";
     deleted_cells: i64, "1", "cells that have been deleted, so far";
     fragments: i64, "1", "fragments split off by deletion, so far";
@@ -97,6 +136,7 @@ history! {
     energy_damage: f64, "J", "energy dissipated by damage, since the start";
     energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";
+    energy_gap: f64, "1", "energy error of this increment over the work that ram and pressure exchanged in it";
     energy_error: f64, "J", "external work minus all other energies";
 }
 
@@ -110,6 +150,11 @@ mod tests {
             assert!(!quantity.units.is_empty() && !quantity.long_name.is_empty(), "{}", quantity.name);
             assert!(HISTORY[..at].iter().all(|other| other.name != quantity.name), "{}", quantity.name);
         }
+    }
+
+    #[test]
+    fn unknown_rows_say_so() {
+        assert!(HistoryRow::UNKNOWN.void_ratio.is_nan() && HistoryRow::UNKNOWN.cuts == 0);
     }
 
     #[test]

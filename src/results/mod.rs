@@ -10,6 +10,7 @@
 //! stresses in `/VTKHDF` count tension positive.
 
 mod bodies;
+mod breakage;
 mod export;
 mod fields;
 mod grains;
@@ -19,6 +20,7 @@ mod lock;
 mod reader;
 mod record;
 mod resume;
+mod states;
 mod store;
 mod summary;
 mod table;
@@ -27,6 +29,7 @@ mod vtu;
 mod writer;
 
 pub use bodies::{BODY_QUANTITIES, BodyRow};
+pub use breakage::breakage_tables;
 pub use export::write_history_csv;
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
 pub use grains::{GRAIN_QUANTITIES, GrainRow};
@@ -34,6 +37,7 @@ pub use history::{HISTORY, HistoryRow, Quantity, Value};
 pub use lock::check_unused;
 pub use reader::{NumberKind, Reader, Restart};
 pub use record::{COMMIT, CaseRecord, Outcome, Status, VERSION, host};
+pub use states::{SavedCells, SavedState};
 pub use summary::{Named, Summary};
 pub use table::{Column, ColumnData};
 pub use vtu::write_vtu_series;

@@ -290,14 +290,14 @@ impl Reader {
         self.named(&place, found.read_scalar::<u64>())
     }
 
-    fn dataset(&self, name: &str) -> Result<Dataset> {
+    pub(super) fn dataset(&self, name: &str) -> Result<Dataset> {
         if !self.has(name) {
             return Err(failure(&self.path, name, "is missing; is this a results file of riprap?"));
         }
         self.named(name, self.file.dataset(name))
     }
 
-    fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
+    pub(super) fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
         result.map_err(|e| failure(&self.path, name, explain(&e)))
     }
 }

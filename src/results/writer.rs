@@ -295,7 +295,17 @@ impl Writer {
                 self.grains.push(column);
             }
         }
-        let [position, rotation, damage_mean, damage_max, failed_fraction, fragments] = &self.grains[..]
+        let [
+            position,
+            rotation,
+            damage_mean,
+            damage_max,
+            failed_fraction,
+            fragments,
+            local_shear_strain,
+            local_volumetric_strain,
+            turn,
+        ] = &self.grains[..]
         else {
             return Err(self.store.fail("grains", "is incomplete"));
         };
@@ -308,6 +318,9 @@ impl Writer {
         failed_fraction.append(&self.store, &numbers(|g| g.failed_fraction))?;
         let counts: Vec<i64> = grains.iter().map(|g| g.fragments).collect();
         fragments.append(&self.store, &counts)?;
+        local_shear_strain.append(&self.store, &numbers(|g| g.local_shear_strain))?;
+        local_volumetric_strain.append(&self.store, &numbers(|g| g.local_volumetric_strain))?;
+        turn.append(&self.store, &numbers(|g| g.turn))?;
         self.fixed_changed = true;
         Ok(())
     }

@@ -414,6 +414,7 @@ impl Drive {
             applied: from.iter().zip(end).map(|(from, end)| from + (end - from) * to).collect(),
             gravity: self.gravity[0] + (self.gravity[1] - self.gravity[0]) * to,
             pressure: 0.0,
+            control: None,
         }
     }
 

@@ -18,10 +18,10 @@ pub fn mean_stresses(
     grains: usize,
 ) -> Vec<Mat3> {
     let mut moments = contact_moments(model, contacts, poses);
-    for list in &contacts.membrane.bodies {
-        for point in &list.points {
-            let force = Vec3::from_column_slice(&point.force.on_body[..3]);
-            moments[list.body] += (point.force.point - poses[list.body].position) * force.transpose();
+    if let Some(membrane) = &model.membrane {
+        for (body, point) in contacts.membrane.points() {
+            let arm = point.on_surface(membrane) - poses[body].position;
+            moments[body] += arm * point.on_body().transpose();
         }
     }
     if let (Some(cover), None) = (&model.cover, &model.membrane) {

@@ -10,6 +10,7 @@ mod fields;
 mod grain_stress;
 mod observer;
 mod plan;
+mod profile;
 mod recorder;
 mod restart;
 mod resume;
@@ -20,19 +21,21 @@ mod specimen_table;
 
 pub use observer::{Observer, Resumption, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
+pub use profile::Profile;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use crate::assembly::Timings;
 use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
 use crate::results::{Existing, Outcome as FileOutcome, Reader};
 use crate::scene::Scene;
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
-use crate::triaxial::{Rig, Stage, StageEnd, Test};
+use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
 use recorder::{Recorder, TestPoint};
 use resume::Found;
 use scene::ScenePoint;
@@ -47,6 +50,8 @@ pub struct Options {
     pub existing: Existing,
     /// Threads at work, for the record.
     pub threads: usize,
+    /// Whether `/profile` is written.
+    pub profile: bool,
 }
 
 /// How a run ended.
@@ -67,6 +72,7 @@ pub struct Outcome {
     /// Accepted increments over all stages.
     pub increments: u64,
     pub wall_time: Duration,
+    pub profile: Profile,
 }
 
 /// Runs a case from its specimen to its last stage, or from the last restart point of its results file where
@@ -91,7 +97,12 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
         }
         match there {
             Found::Finished { increments } => {
-                return Ok(Outcome { end: End::Finished, increments, wall_time: Duration::ZERO });
+                return Ok(Outcome {
+                    end: End::Finished,
+                    increments,
+                    wall_time: Duration::ZERO,
+                    profile: Profile::default(),
+                });
             }
             Found::NoFile => options.existing = Existing::Refuse,
             Found::NoRestart => options.existing = Existing::Replace,
@@ -125,7 +136,8 @@ pub fn generate_specimen(
     let rig = Rig::new(&specimen, &plan::rig_parameters(case)?, plan::settings(&case.solver))?;
     recorder.begin(case, &rig, &specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
-    Ok(Outcome { end: End::Finished, increments: 0, wall_time: clock.elapsed() })
+    let (wall_time, profile) = (clock.elapsed(), Profile::default());
+    Ok(Outcome { end: End::Finished, increments: 0, wall_time, profile })
 }
 
 fn triaxial_test(
@@ -138,19 +150,25 @@ fn triaxial_test(
 ) -> Result<Outcome> {
     let clock = Instant::now();
     let stages = planned_stages(case);
+    let mut profile = Profile::default();
     let (mut recorder, mut rig, mut test) = match found {
         Some(found) => continued_test(case, wanted, options, &found, clock, observer)?,
-        None => begun_test(case, wanted, source, options, clock, observer)?,
+        None => begun_test(case, wanted, source, options, clock, observer, &mut profile)?,
     };
+    test.energy_gate = plan::energy_gate(&case.solver);
     let mut end = match observer.stop_requested() {
         true => StageEnd::Interrupted,
         false => StageEnd::Finished,
     };
     if !recorder.at.seated && end == StageEnd::Finished {
-        if let Some(Stage::Consolidate { pressure }) = stages.first().and_then(|planned| planned.stage) {
+        let path = stages.first().and_then(|planned| planned.stage).map(|stage| stage.path);
+        if let Some(StagePath::Stress { axial, radial }) = path {
+            let pressure = axial.min(radial);
+            let start = Instant::now();
             match test.lay_membrane(&mut rig, pressure) {
                 Ok(()) => {
                     let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
+                    profile.book_since("seating", start);
                     observer.seated(seating.out_of_balance, seating.factorisations);
                 }
                 Err(reason) => end = StageEnd::Stopped { reason },
@@ -173,10 +191,9 @@ fn triaxial_test(
         if end != StageEnd::Finished {
             break;
         }
-        if !recorder.at.strains_restarted && !matches!(stage, Stage::Consolidate { .. }) {
+        if !recorder.at.strains_restarted && !planned.consolidates() {
             // Strains count from the end of the consolidation; the energies go on.
-            test.rig_height = rig.height(&rig.committed.poses);
-            test.rig_volume = rig.volume(&rig.committed.poses);
+            test.zero_strains(&rig);
             recorder.at.strains_restarted = true;
         }
         observer.stage_begun(planned);
@@ -184,26 +201,36 @@ fn triaxial_test(
             recorder.begin_stage(planned);
         }
         let mut trouble = None;
+        let (start, mut output) = (Instant::now(), Duration::ZERO);
         end = test.run(&mut rig, stage, &mut |rig, report| {
+            let begun = Instant::now();
             let recorded = recorder.accept(planned, rig, report);
+            output += begun.elapsed();
+            profile.book("output", begun.elapsed());
             match recorded {
                 Ok(row) => observer.step_accepted(&Step::new(planned, &stages, report.row.progress, &row)),
                 Err(error) => trouble = Some(error),
             }
             trouble.is_none() && !observer.stop_requested()
         });
+        profile.book(planned.kind, start.elapsed().saturating_sub(output));
         if let Some(error) = trouble {
             return Err(error);
         }
         recorder.end_stage()?;
+        recorder.sum_up(planned)?;
         observer.stage_ended(&recorder.stage_report(planned, &end));
         if end == StageEnd::Finished && observer.stop_requested() && planned.index + 1 < stages.len() {
             end = StageEnd::Interrupted;
         }
     }
     let (end, outcome, reason) = ending(end);
+    profile.finish(rig.contacts.timings);
+    if options.profile {
+        recorder.write_profile(&profile)?;
+    }
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time() })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile })
 }
 
 /// A new test: its specimen, its rig, and a results file with a first restart point.
@@ -214,14 +241,24 @@ fn begun_test(
     options: &Options,
     clock: Instant,
     observer: &mut dyn Observer,
+    profile: &mut Profile,
 ) -> Result<(Recorder, Rig, Test)> {
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
+    profile.book_since("specimen", clock);
+    let start = Instant::now();
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
     recorder.save_specimen(&specimen)?;
+    profile.book_since("output", start);
+    let start = Instant::now();
     let mut rig = rig_of(case, &specimen, observer)?;
+    profile.book_since("rig", start);
+    let start = Instant::now();
     recorder.begin(case, &rig, &specimen, &meshes)?;
+    profile.book_since("output", start);
+    let start = Instant::now();
     condense(case, &mut rig, &meshes)?;
+    profile.book_since("condensation", start);
     let test = Test::new(&rig);
     recorder.hold(&test, &rig)?;
     recorder.keep()?;
@@ -255,7 +292,7 @@ fn continued_test(
     let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
     observer.resumed(&found.continuation(&kept, version));
     recorder.begin(case, &first, &specimen, &meshes)?;
-    recorder.restore(point.sums, kept.states);
+    recorder.restore(point.sums, point.curve.into_owned(), kept.states);
     recorder.at = point.at;
     Ok((recorder, rig, point.test.into_owned()))
 }
@@ -305,7 +342,7 @@ fn scene_run(
             let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
             observer.resumed(&found.continuation(&kept, version));
             recorder.begin_scene(case, &first, &parameters, folder)?;
-            recorder.restore(point.sums, kept.states);
+            recorder.restore(point.sums, StageCurve::default(), kept.states);
             recorder.at = point.at;
             recorder
         }
@@ -340,8 +377,14 @@ fn scene_run(
     }
     recorder.end_stage()?;
     let (end, outcome, reason) = ending(end);
+    let mut profile = Profile::default();
+    profile.book_since("scene", clock);
+    profile.finish(Timings::default());
+    if options.profile {
+        recorder.write_profile(&profile)?;
+    }
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time() })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile })
 }
 
 /// How a run ended, for the caller and for the file.

@@ -138,7 +138,7 @@ pub struct StageReport<'a> {
     /// Accepted increments of this stage.
     pub increments: usize,
     pub factorisations: i64,
-    /// Increments whose energy closed worse than the case's `energy_gate`.
+    /// Increments whose energy closed worse than the case's `energy_tolerance`.
     pub poorly_closed: usize,
     /// Energy that no row of the ledger accounts for, over the external work of the stage.
     pub energy_error: f64,

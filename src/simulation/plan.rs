@@ -1,11 +1,13 @@
 //! From the checked case to what the rig takes.
 
-use crate::case::{Case, MembraneCase, RubberLawCase, SolverCase, StageCase};
+use crate::case::{
+    Case, GateCase, Geometry, MembraneCase, RubberLawCase, SolverCase, StageCase, Tilting, UntilCase,
+};
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
 use crate::solver::Settings;
-use crate::triaxial::{RigParameters, RubberSheet, Stage};
+use crate::triaxial::{EnergyGate, Lateral, Path, RigParameters, RubberSheet, Stage, Steps, Until};
 
 /// A stage of the case as the rig runs it.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,35 +23,84 @@ pub struct PlannedStage {
 }
 
 impl PlannedStage {
-    /// Axial strain to be added, where the stage is driven by strain.
+    /// Axial strain to be added (or taken back), where the stage says how much.
     pub fn axial_strain(&self) -> Option<f64> {
-        match self.stage {
-            Some(Stage::Shear { axial_strain, .. }) => Some(axial_strain),
-            Some(Stage::Consolidate { .. }) | None => None,
-        }
+        self.stage.and_then(|stage| stage.axial_strain()).map(f64::abs)
+    }
+
+    /// Whether it brings the specimen to a pressure, before strains count.
+    pub fn consolidates(&self) -> bool {
+        self.kind == "consolidate"
     }
 }
 
+/// Axial strain that an unloading or reloading takes, about, for the estimate of increments.
+const EXPECTED_UNLOADING: f64 = 1e-3;
+/// An unloading that is not over after this much axial strain has failed.
+const MOST_UNLOADING: f64 = 0.05;
+
 /// The stages of a case that [`crate::case::unsupported`] lets through.
 pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
-    let planned = |(index, stage): (usize, &StageCase)| {
-        let (run, increments) = match *stage {
-            StageCase::Consolidate { radial_pressure, increments, .. } => {
-                (Some(Stage::Consolidate { pressure: radial_pressure }), increments as f64)
-            }
-            StageCase::Shear { axial_strain, increment, .. } => {
-                (Some(Stage::Shear { axial_strain, increment }), (axial_strain / increment).max(1.0))
-            }
-            StageCase::Hold { increments } | StageCase::Load { increments, .. } => (None, increments as f64),
-            StageCase::Unload { .. }
-            | StageCase::Reload { .. }
-            | StageCase::Oedometer { .. }
-            | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. } => return None,
-        };
-        Some(PlannedStage { index, kind: stage.kind(), stage: run, increments })
+    let growth = case.solver.increment_growth;
+    let steps = |nominal: f64, largest: f64| Steps::Strain { nominal, largest, growth };
+    let until = |until: &UntilCase| Until {
+        deviatoric_stress: until.deviatoric_stress,
+        drop_after_peak: until.drop_after_peak,
+        must: false,
     };
-    case.stages.iter().enumerate().filter_map(planned).collect()
+    let drive = |axial_strain: f64, lateral: Lateral, increment: f64, largest: f64, end: &UntilCase| {
+        let path = Path::Strain { axial_strain, lateral };
+        let stage = Stage { path, steps: steps(increment, largest), until: until(end) };
+        (Some(stage), (axial_strain / increment).max(1.0))
+    };
+    let counted = |path: Path, increments: usize| {
+        let stage = Stage { path, steps: Steps::Count(increments), until: Until::default() };
+        (Some(stage), increments as f64)
+    };
+    let planned = |(index, stage): (usize, &StageCase)| {
+        let (run, increments) = match stage {
+            StageCase::Consolidate { axial_pressure, radial_pressure, increments } => {
+                let path = Path::Stress { axial: *axial_pressure, radial: *radial_pressure };
+                counted(path, *increments)
+            }
+            StageCase::Shear { axial_strain, increment, increment_max, until, .. } => {
+                drive(*axial_strain, Lateral::Pressure, *increment, *increment_max, until)
+            }
+            StageCase::Oedometer { axial_strain, increment, increment_max, until } => {
+                drive(*axial_strain, Lateral::Area, *increment, *increment_max, until)
+            }
+            StageCase::ConstantVolume { axial_strain, increment, increment_max, until } => {
+                drive(*axial_strain, Lateral::Volume, *increment, *increment_max, until)
+            }
+            StageCase::ConstantP { axial_strain, increment, increment_max, until } => {
+                drive(*axial_strain, Lateral::MeanStress, *increment, *increment_max, until)
+            }
+            StageCase::StressShear { deviatoric_stress, increments, .. } => {
+                counted(Path::Shear { deviatoric_stress: *deviatoric_stress }, *increments)
+            }
+            StageCase::Unload { deviatoric_stress, increment, increment_max, .. } => {
+                let path = Path::Strain { axial_strain: -MOST_UNLOADING, lateral: Lateral::Pressure };
+                let until =
+                    Until { deviatoric_stress: Some(*deviatoric_stress), drop_after_peak: None, must: true };
+                let stage = Stage { path, steps: steps(*increment, *increment_max), until };
+                (Some(stage), (EXPECTED_UNLOADING / increment).max(1.0))
+            }
+            StageCase::Reload {
+                axial_strain: Some(axial_strain), increment, increment_max, until, ..
+            } => drive(*axial_strain, Lateral::Pressure, *increment, *increment_max, until),
+            StageCase::Reload { axial_strain: None, increment, increment_max, until: end, .. } => {
+                let path = Path::Return { lateral: Lateral::Pressure };
+                let stage = Stage { path, steps: steps(*increment, *increment_max), until: until(end) };
+                (Some(stage), (EXPECTED_UNLOADING / increment).max(1.0))
+            }
+            StageCase::Hold { increments } if matches!(case.geometry, Geometry::Specimen(_)) => {
+                counted(Path::Hold, *increments)
+            }
+            StageCase::Hold { increments } | StageCase::Load { increments, .. } => (None, *increments as f64),
+        };
+        PlannedStage { index, kind: stage.kind(), stage: run, increments }
+    };
+    case.stages.iter().enumerate().map(planned).collect()
 }
 
 /// What the rig is built of.
@@ -68,6 +119,10 @@ pub fn rig_parameters(case: &Case) -> Result<RigParameters> {
             weakening_distance: contact.weakening_distance,
         },
         plate_friction: Friction::constant(case.plates.friction),
+        tilting: match case.plates.tilting {
+            Tilting::Free => true,
+            Tilting::Locked => false,
+        },
         membrane: rubber_sheet(case)?,
     })
 }
@@ -85,11 +140,13 @@ fn rubber_sheet(case: &Case) -> Result<Option<RubberSheet>> {
     };
     let rubber =
         Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
-    let pressures = case.stages.iter().map(|stage| match *stage {
-        StageCase::Consolidate { radial_pressure, .. } => radial_pressure,
+    // A stage without a pressure of its own keeps one that is listed here.
+    let pressures = case.stages.iter().map(|stage| match stage {
+        StageCase::Consolidate { radial_pressure, .. } => *radial_pressure,
         StageCase::Shear { pressure, .. }
+        | StageCase::StressShear { pressure, .. }
         | StageCase::Unload { pressure, .. }
-        | StageCase::Reload { pressure, .. } => pressure,
+        | StageCase::Reload { pressure, .. } => pressure.unwrap_or(0.0),
         StageCase::Oedometer { .. }
         | StageCase::ConstantVolume { .. }
         | StageCase::ConstantP { .. }
@@ -98,6 +155,14 @@ fn rubber_sheet(case: &Case) -> Result<Option<RubberSheet>> {
     });
     let pressure = pressures.fold(0.0, f64::max);
     Ok(Some(RubberSheet { rubber, thickness, mesh_size, pressure }))
+}
+
+pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
+    match solver.energy_gate {
+        None => EnergyGate::default(),
+        Some(GateCase::Warn) => EnergyGate { tolerance: solver.energy_tolerance, cuts: false },
+        Some(GateCase::Cut) => EnergyGate { tolerance: solver.energy_tolerance, cuts: true },
+    }
 }
 
 pub fn settings(solver: &SolverCase) -> Settings {

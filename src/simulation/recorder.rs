@@ -10,19 +10,20 @@ use crate::case::{Case, RawCase};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::results::{
-    BodyRow, CaseRecord, Existing, FieldMesh, FieldState, GrainRow, HistoryRow, Outcome as FileOutcome,
-    Writer, check_unused,
+    BodyRow, CaseRecord, Column, Existing, FieldMesh, FieldState, GrainRow, HistoryRow,
+    Outcome as FileOutcome, Writer, check_unused,
 };
 use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
-use crate::triaxial::{Rig, RigState, StageEnd, StepReport, Test};
+use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, StageEnd, StepReport, Test};
 
 use super::Options;
 use super::contact_table::ContactTable;
 use super::fields::{Points, field_mesh};
-use super::grain_stress::mean_stresses;
+use super::grain_stress::{components, mean_stresses};
 use super::observer::StageReport;
 use super::plan::PlannedStage;
+use super::profile::Profile;
 use super::restart::{RestartKeeper, encode_into};
 use super::specimen_table;
 
@@ -33,6 +34,7 @@ pub struct State {
     pub poses: Vec<Pose>,
     /// Of every grain, or of every body of a scene.
     pub stress: Vec<Mat3>,
+    pub local_strains: Vec<LocalStrain>,
     pub contacts: ContactTable,
 }
 
@@ -81,6 +83,7 @@ pub struct TestPoint<'a> {
     pub test: Cow<'a, Test>,
     pub rig: RigState<'a>,
     pub sums: Sums,
+    pub curve: Cow<'a, StageCurve>,
 }
 
 /// Writes a run as it goes on.
@@ -93,7 +96,6 @@ pub struct Recorder {
     grains: usize,
     fields_every: f64,
     with_contacts: bool,
-    energy_gate: f64,
     sums: Sums,
     /// The last accepted increment's state, until it is saved.
     unsaved: Option<State>,
@@ -101,6 +103,8 @@ pub struct Recorder {
     restarts: RestartKeeper,
     /// Where the test is, for its restart points.
     pub at: Position,
+    /// Of the stage under way.
+    curve: StageCurve,
 }
 
 /// Whether the results file can be written, before anything is computed.
@@ -156,17 +160,18 @@ impl Recorder {
             grains: 0,
             fields_every: case.output.fields_every,
             with_contacts: case.output.contacts,
-            energy_gate: case.solver.energy_gate,
             sums: Sums::default(),
             unsaved: None,
             states: 0,
             restarts: RestartKeeper::new(case.output.restart_every),
             at: Position::default(),
+            curve: StageCurve::default(),
         }
     }
 
     /// Goes on from the sums of a restart point that holds so many states.
-    pub fn restore(&mut self, sums: Sums, states: usize) {
+    pub fn restore(&mut self, sums: Sums, curve: StageCurve, states: usize) {
+        self.curve = curve;
         self.earlier = sums.seconds;
         self.sums = sums;
         self.states = states;
@@ -211,6 +216,7 @@ impl Recorder {
             increment: 0,
             poses: rig.committed.poses.clone(),
             stress: vec![Mat3::zeros(); self.grains],
+            local_strains: Vec::new(),
             contacts: ContactTable::default(),
         };
         self.begin_fields(mesh, points, first)
@@ -237,22 +243,26 @@ impl Recorder {
     pub fn begin_stage(&mut self, stage: &PlannedStage) {
         self.at.stage = stage.index;
         self.sums.stage = StageSums { begun: self.seconds(), start: self.sums.last, ..StageSums::default() };
+        self.curve = StageCurve::default();
     }
 
     /// Takes down an accepted increment; it is in the file when this returns.
     pub fn accept(&mut self, stage: &PlannedStage, rig: &Rig, report: &StepReport<'_>) -> Result<HistoryRow> {
         let begun = Instant::now();
         let row = self.row(stage, report);
+        self.curve.push(&report.row);
         let poses = &rig.committed.poses;
         let state = State {
             time: row.time,
             increment: row.increment as u64,
             poses: poses.clone(),
             stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure, self.grains),
+            local_strains: report.local_strains.to_vec(),
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
         };
         let position = report.row.progress * stage.axial_strain().unwrap_or(1.0);
         self.append(&row, &[], state, position, report.row.progress)?;
+        self.sums.stage.poorly_closed += usize::from(report.row.poorly_closed);
         self.hold(report.test, rig)?;
         self.commit()?;
         self.took_since(begun);
@@ -275,11 +285,9 @@ impl Recorder {
     ) -> Result<()> {
         let sums = &mut self.sums;
         sums.increments += 1;
-        let [work, error] = [row.energy_external - sums.last[0], row.energy_error - sums.last[1]];
         sums.last = [row.energy_external, row.energy_error];
         sums.stage.increments += 1;
         sums.stage.factorisations += row.factorisations;
-        sums.stage.poorly_closed += usize::from(error.abs() > self.energy_gate * work.abs());
         let due = (position / self.fields_every + 1e-9).floor() as usize;
         let is_due = due > sums.stage.due || progress >= 1.0 - 1e-9;
         sums.stage.due = due;
@@ -293,7 +301,13 @@ impl Recorder {
 
     /// Holds the state of a triaxial test for the next restart point.
     pub fn hold(&mut self, test: &Test, rig: &Rig) -> Result<()> {
-        let point = TestPoint { at: self.at, test: Cow::Borrowed(test), rig: rig.state(), sums: self.sums() };
+        let point = TestPoint {
+            at: self.at,
+            test: Cow::Borrowed(test),
+            rig: rig.state(),
+            sums: self.sums(),
+            curve: Cow::Borrowed(&self.curve),
+        };
         self.restarts.hold(self.sums.increments, &point, self.writer.path())
     }
 
@@ -326,19 +340,58 @@ impl Recorder {
         Ok(())
     }
 
+    /// Sums a stage of a test up in `/stages`.
+    pub fn sum_up(&mut self, stage: &PlannedStage) -> Result<()> {
+        let s = self.curve.summary();
+        let number = |name: &str, units: &str, long_name: &str, value: f64| {
+            Column::floats(name, units, long_name, vec![value])
+        };
+        let half = "secant modulus to half the rise of the deviatoric stress (E50)";
+        let residual = "mean mobilised friction angle over the last tenth of the stage's axial strain, where q has lost 2 % of its peak by then";
+        self.writer.write_table(
+            &format!("stages/{}", stage.index),
+            &[
+                number("peak_deviatoric_stress", "Pa", "largest deviatoric stress of the stage", s.peak[0]),
+                number("peak_axial_strain", "1", "axial strain at the largest deviatoric stress", s.peak[1]),
+                number(
+                    "peak_friction_angle",
+                    "rad",
+                    "largest mobilised friction angle",
+                    s.peak_friction_angle,
+                ),
+                number("residual_friction_angle", "rad", residual, s.residual_friction_angle),
+                number("initial_modulus", "Pa", "first tangent modulus of the stage", s.initial_modulus),
+                number("half_modulus", "Pa", half, s.half_modulus),
+                number(
+                    "largest_dilatancy_angle",
+                    "rad",
+                    "largest dilatancy angle",
+                    s.largest_dilatancy_angle,
+                ),
+            ],
+        )?;
+        self.writer.commit()
+    }
+
     pub fn stage_report<'a>(&self, stage: &'a PlannedStage, end: &'a StageEnd) -> StageReport<'a> {
         let (sums, last) = (&self.sums.stage, self.sums.last);
+        let work = last[0] - sums.start[0];
         StageReport {
             stage,
             end,
             increments: sums.increments,
             factorisations: sums.factorisations,
             poorly_closed: sums.poorly_closed,
-            energy_error: (last[1] - sums.start[1]) / (last[0] - sums.start[0]),
+            energy_error: if work == 0.0 { 0.0 } else { (last[1] - sums.start[1]) / work },
             wall_time: Duration::try_from_secs_f64(self.seconds() - sums.begun).unwrap_or_default(),
             writing_time: Duration::try_from_secs_f64(sums.writing).unwrap_or_default(),
             states: self.states,
         }
+    }
+
+    /// Writes `/profile`.
+    pub fn write_profile(&mut self, profile: &Profile) -> Result<()> {
+        self.writer.write_table("profile", &profile.columns())
     }
 
     pub fn finish(&mut self, outcome: FileOutcome, reason: &str) -> Result<()> {
@@ -356,16 +409,23 @@ impl Recorder {
             failed: &vec![false; cells],
             stress: &self.points.cell_stresses(&state.stress),
         })?;
-        let grain = |pose: &Pose| GrainRow {
-            position: pose.position,
-            rotation: pose.rotation.scaled_axis(),
-            damage_mean: 0.0,
-            damage_max: 0.0,
-            failed_fraction: 0.0,
-            fragments: 1,
+        let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
+        let grain = |(index, pose): (usize, &Pose)| {
+            let local = state.local_strains.get(index).unwrap_or(&none);
+            GrainRow {
+                position: pose.position,
+                rotation: pose.rotation.scaled_axis(),
+                damage_mean: 0.0,
+                damage_max: 0.0,
+                failed_fraction: 0.0,
+                fragments: 1,
+                local_shear_strain: local.shear,
+                local_volumetric_strain: local.volumetric,
+                turn: local.rotation,
+            }
         };
         if self.grains > 0 {
-            let grains: Vec<GrainRow> = state.poses.iter().take(self.grains).map(grain).collect();
+            let grains: Vec<GrainRow> = state.poses.iter().take(self.grains).enumerate().map(grain).collect();
             self.writer.save_grains(&grains)?;
         }
         if self.with_contacts {
@@ -378,6 +438,8 @@ impl Recorder {
     fn row(&self, stage: &PlannedStage, report: &StepReport<'_>) -> HistoryRow {
         let row = &report.row;
         let (m, ledger, counters) = (&row.measures, &row.ledger, &row.counters);
+        let (picture, network) = (&row.picture, &row.picture.network);
+        let fabric = components(&network.fabric);
         HistoryRow {
             stage: stage.index as i64,
             increment: self.sums.increments as i64 + 1,
@@ -389,9 +451,42 @@ impl Recorder {
             confining_pressure: m.confining_pressure,
             deviatoric_stress: m.deviatoric_stress,
             mean_stress: m.mean_stress,
+            stress_ratio: m.deviatoric_stress / m.mean_stress,
             void_ratio: m.void_ratio,
-            coordination_number: m.coordination_number,
+            void_ratio_nominal: m.void_ratio_nominal,
+            axial_stress_contacts: picture.contact_stress.axial,
+            radial_stress_contacts: picture.contact_stress.radial,
+            stress_disagreement: picture.contact_stress.disagreement,
+            control_error: row.control_error,
+            tangent_modulus: row.response.tangent_modulus,
+            secant_modulus: row.response.secant_modulus,
+            dilatancy_angle: row.response.dilatancy_angle,
+            friction_angle: row.response.friction_angle,
+            peak_friction_angle: row.response.peak_friction_angle,
+            coordination_number: network.coordination_number,
+            mechanical_coordination_number: network.mechanical_coordination_number,
+            rattlers: network.rattlers as i64,
             sliding_fraction: row.sliding_fraction,
+            fabric_xx: fabric[0],
+            fabric_yy: fabric[1],
+            fabric_zz: fabric[2],
+            fabric_xy: fabric[3],
+            fabric_yz: fabric[4],
+            fabric_xz: fabric[5],
+            fabric_anisotropy: network.fabric_anisotropy(),
+            contact_force_mean: network.force_mean,
+            contact_force_max: network.force_max,
+            contact_force_variation: network.force_variation,
+            strong_fraction: network.strong_fraction,
+            radial_strain_1: picture.slices[0],
+            radial_strain_2: picture.slices[1],
+            radial_strain_3: picture.slices[2],
+            radial_strain_4: picture.slices[3],
+            radial_strain_5: picture.slices[4],
+            mean_rotation: picture.unevenness.mean_rotation,
+            strain_localisation: picture.unevenness.localisation,
+            dead_fraction: picture.unevenness.dead_fraction,
+            plate_tilt: picture.tilt,
             failed_points: 0,
             deleted_cells: 0,
             fragments: 0,
@@ -409,6 +504,7 @@ impl Recorder {
             energy_stabilisation: ledger.stabilisation,
             energy_membrane: ledger.membrane,
             energy_error: ledger.error(),
+            energy_gap: row.energy_gap,
         }
     }
 }

@@ -54,6 +54,7 @@ impl Recorder {
             increment: 0,
             poses: scene.committed.poses.clone(),
             stress: vec![Mat3::zeros(); scene.model.bodies.len()],
+            local_strains: Vec::new(),
             contacts: ContactTable::default(),
         };
         self.begin_fields(mesh, points, first)
@@ -78,6 +79,7 @@ impl Recorder {
             increment: row.increment as u64,
             poses: poses.clone(),
             stress: body_stresses(scene, parameters, row.gravity),
+            local_strains: Vec::new(),
             contacts: ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
         };
         self.append(&history, &body_rows(row), state, row.progress, row.progress)?;
@@ -170,14 +172,6 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         stage: count(row.stage),
         increment: count(row.increment),
         time: row.stage as f64 + row.progress,
-        axial_strain: f64::NAN,
-        radial_strain: f64::NAN,
-        volumetric_strain: f64::NAN,
-        axial_stress: f64::NAN,
-        confining_pressure: f64::NAN,
-        deviatoric_stress: f64::NAN,
-        mean_stress: f64::NAN,
-        void_ratio: f64::NAN,
         coordination_number: 2.0 * row.measures.pairs as f64 / row.bodies.len().max(1) as f64,
         sliding_fraction: row.measures.sliding_fraction,
         failed_points: 0,
@@ -197,6 +191,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         energy_stabilisation: row.ledger.stabilisation,
         energy_membrane: row.ledger.membrane,
         energy_error: row.ledger.error(),
+        ..HistoryRow::UNKNOWN
     }
 }
 
@@ -349,6 +344,7 @@ fn load_stage((index, stage): (usize, &StageCase)) -> Result<LoadStage> {
         StageCase::Hold { increments } => Ok(LoadStage { increments: *increments, ..LoadStage::default() }),
         StageCase::Consolidate { .. }
         | StageCase::Shear { .. }
+        | StageCase::StressShear { .. }
         | StageCase::Unload { .. }
         | StageCase::Reload { .. }
         | StageCase::Oedometer { .. }

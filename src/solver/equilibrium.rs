@@ -52,11 +52,11 @@ impl Newton<'_> {
         loop {
             let balance = self.balance();
             history.push(balance.out_of_balance);
-            let mut converged = balance.out_of_balance < tolerance;
+            let mut converged = balance.out_of_balance < tolerance && self.control_is_met();
             let (mut mismatch, mut surface_energy) = (0.0, 0.0);
             if condensed && (converged || fresh) {
-                let loads = self.contacts.surface_loads(self.model, self.loads, &self.poses);
-                mismatch = self.contacts.relax(self.model, self.loads, &self.poses, gap_tolerance);
+                let loads = self.contacts.surface_loads(self.model, &self.loads, &self.poses);
+                mismatch = self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
                 tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");
                 surface_energy = self.contacts.surface_energy(&loads);
                 converged &= mismatch < gap_tolerance;
@@ -72,7 +72,8 @@ impl Newton<'_> {
             self.counters.augmentations += 1;
             let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)
                 * balance.reference_force;
-            let end = self.solve(weight, target, |n| n.balance().out_of_balance < tolerance);
+            let end =
+                self.solve(weight, target, |n| n.balance().out_of_balance < tolerance && n.control_is_met());
             tracing::trace!(
                 out_of_balance = balance.out_of_balance,
                 weight,

@@ -4,7 +4,7 @@ use crate::assembly::{self, Contacts, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::equilibrium::Balance;
-use crate::solver::newton::{Newton, PhaseTimes};
+use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
 use crate::tensor::{Pose, Vector6};
 
@@ -49,10 +49,11 @@ pub struct IncrementReport {
     /// Force and moment that contacts, and a membrane glued to it, exert on each body [N, N m].
     pub contact_wrench: Vec<Vector6<f64>>,
     pub counters: Counters,
-    pub times: PhaseTimes,
     /// Out-of-balance at each augmentation, for the dossier.
     pub history: Vec<f64>,
     pub measures: ContactMeasures,
+    /// The load factor that the loads' control was found to need; zero without one.
+    pub factor: f64,
 }
 
 impl IncrementReport {
@@ -128,9 +129,9 @@ pub fn advance(
             elastic_volume: 0.0,
             contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
             counters: Counters::default(),
-            times: PhaseTimes::default(),
             history: Vec::new(),
             measures: ContactMeasures::default(),
+            factor: 0.0,
         };
     };
     let outcome = newton.equilibrate();
@@ -190,9 +191,9 @@ pub fn advance(
         elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
         contact_wrench,
         counters,
-        times: newton.times(),
         history: outcome.history,
         measures,
+        factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
     };
     *contacts = newton.contacts;
     report

@@ -3,17 +3,23 @@
 //! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
-use crate::assembly::{self, BlockPattern, Contacts, Dofs};
-use crate::linalg::lu::LuSymbolic;
+use crate::assembly::{self, BlockPattern, Contacts, Dofs, Kernel};
+use crate::linalg::MultifrontalLu;
+use crate::linalg::lu::SolveFailure;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
+use crate::solver::control::Steering;
 use crate::tensor::Pose;
+use std::time::Instant;
 
 /// The state of a solve and its buffers.
 pub struct Newton<'a> {
     pub model: &'a Model,
     pub committed: &'a Committed,
-    pub loads: &'a Loads,
+    /// With the control's load factor as it is at `poses`.
+    pub loads: Loads,
+    /// The loads' control; its unknown and residual come last in `away` and `residual`.
+    pub steering: Option<Steering>,
     pub settings: &'a Settings,
     pub dofs: Dofs,
     pub contacts: Contacts,
@@ -27,22 +33,11 @@ pub struct Newton<'a> {
     typical_stiffness: f64,
     system: Option<System>,
     values: Vec<f64>,
-    times: PhaseTimes,
-}
-
-/// CPU-independent wall time per phase [s], for the log.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct PhaseTimes {
-    pub contacts: f64,
-    pub tangents: f64,
-    pub assembly: f64,
-    pub ordering: f64,
-    pub factor: f64,
 }
 
 struct System {
     pattern: BlockPattern,
-    symbolic: LuSymbolic,
+    lu: MultifrontalLu,
 }
 
 /// How a Newton solve ended.
@@ -61,7 +56,7 @@ impl<'a> Newton<'a> {
     pub fn new(
         model: &'a Model,
         committed: &'a Committed,
-        loads: &'a Loads,
+        loads: &Loads,
         settings: &'a Settings,
         mut contacts: Contacts,
         poses: Vec<Pose>,
@@ -71,48 +66,61 @@ impl<'a> Newton<'a> {
         if contacts.evaluate(model, committed, &poses).is_err() {
             return Err(Box::new(contacts));
         }
+        let typical_stiffness = model.typical_stiffness();
+        let mut loads = loads.clone();
+        let steering = loads
+            .control
+            .as_ref()
+            .map(|control| Steering::new(control, model, &dofs, &loads, &poses, typical_stiffness));
+        if let Some(steering) = &steering {
+            steering.apply(&mut loads);
+        }
         let mut newton = Newton {
             model,
             committed,
             loads,
+            away: vec![0.0; dofs.count() + usize::from(steering.is_some())],
+            steering,
             settings,
-            away: vec![0.0; dofs.count()],
             dofs,
             contacts,
             poses,
             residual: Vec::new(),
             counters: Counters::default(),
-            typical_stiffness: model.typical_stiffness(),
+            typical_stiffness,
             system: None,
             values: Vec::new(),
-            times: PhaseTimes::default(),
         };
         newton.update_residual();
         Ok(newton)
     }
 
-    pub fn times(&self) -> PhaseTimes {
-        self.times
-    }
-
     fn update_residual(&mut self) {
+        let start = Instant::now();
         assembly::residual_into(
             &mut self.residual,
             self.model,
             &self.dofs,
             &self.contacts,
-            self.loads,
+            &self.loads,
             &self.poses,
         );
+        if let Some(steering) = &self.steering {
+            self.residual.push(steering.residual(self.model, &self.poses));
+        }
+        self.contacts.timings.book(Kernel::Residual, start);
+    }
+
+    /// Whether the loads' control has reached its target.
+    pub fn control_is_met(&self) -> bool {
+        self.steering.as_ref().is_none_or(|steering| steering.is_met(self.model, &self.poses))
     }
 
     pub(super) fn evaluate(&mut self) -> bool {
-        let start = std::time::Instant::now();
         let fine = self.contacts.evaluate(self.model, self.committed, &self.poses).is_ok();
         if fine {
             self.update_residual();
         }
-        self.times.contacts += start.elapsed().as_secs_f64();
         fine
     }
 
@@ -124,6 +132,7 @@ impl<'a> Newton<'a> {
     /// The residual with the proximal term.
     fn held_residual(&self, weight: f64) -> Vec<f64> {
         let mut held = self.residual.clone();
+        // Nothing holds the load factor, the last entry with a control, back.
         for carrier in 0..self.dofs.bodies() {
             let hold = weight * self.model.holding_stiffness(carrier, self.typical_stiffness);
             for &unknown in self.dofs.of(carrier).iter().flatten() {
@@ -135,10 +144,8 @@ impl<'a> Newton<'a> {
 
     /// The Newton step for `held`, or `None` where the matrix is singular.
     pub(super) fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
-        let start = std::time::Instant::now();
         self.contacts.update_tangents(self.model, &self.poses);
-        self.times.tangents += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
         let touching =
             || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
@@ -149,12 +156,12 @@ impl<'a> Newton<'a> {
         let pairs = || touching().chain(covered()).chain(pressed());
         if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
             let pattern = BlockPattern::new(&self.dofs, pairs());
-            let symbolic = LuSymbolic::analyse(pattern.pattern.clone()).ok()?;
-            self.system = Some(System { pattern, symbolic });
+            let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
+            self.system = Some(System { pattern, lu });
+            self.contacts.timings.book(Kernel::Ordering, start);
         }
-        self.times.ordering += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
-        let system = self.system.as_ref()?;
+        let start = Instant::now();
+        let system = self.system.as_mut()?;
         self.values.clear();
         self.values.resize(system.pattern.entries(), 0.0);
         assembly::contact_stiffness_into(&mut self.values, &system.pattern, &self.dofs, &self.contacts);
@@ -163,17 +170,21 @@ impl<'a> Newton<'a> {
             self.model,
             &system.pattern,
             &self.dofs,
-            self.loads,
+            &self.loads,
             &self.poses,
         );
+        self.contacts.timings.book(Kernel::Assembly, start);
+        let start = Instant::now();
         assembly::cover_stiffness_into(
             &mut self.values,
             self.model,
             &system.pattern,
             &self.dofs,
-            self.loads,
+            &self.loads,
             &self.poses,
         );
+        self.contacts.timings.book(Kernel::Cover, start);
+        let start = Instant::now();
         assembly::membrane_stiffness_into(
             &mut self.values,
             self.model,
@@ -183,12 +194,26 @@ impl<'a> Newton<'a> {
         );
         let hold = |carrier| weight * self.model.holding_stiffness(carrier, self.typical_stiffness);
         system.pattern.add_diagonal(&mut self.values, &self.dofs, hold);
-        self.times.assembly += start.elapsed().as_secs_f64();
-        let start = std::time::Instant::now();
+        self.contacts.timings.book(Kernel::Assembly, start);
+        let start = Instant::now();
         let mut step = held.to_vec();
         self.counters.factorisations += 1;
-        let solved = system.symbolic.factorise(&self.values).and_then(|f| f.solve_in_place(&mut step));
-        self.times.factor += start.elapsed().as_secs_f64();
+        let motion = ..self.dofs.count();
+        let factorised = system.lu.factorise(&self.values);
+        self.contacts.timings.book(Kernel::Factor, start);
+        let start = Instant::now();
+        let mut solve = |right: &mut [f64]| system.lu.solve_in_place(&self.values, right).map(|_| ());
+        let mut solved = factorised.and_then(|()| solve(&mut step[motion]));
+        if let (Ok(()), Some(steering)) = (&solved, &mut self.steering) {
+            steering.update_border(self.model, &self.dofs, &self.poses);
+            if steering.complete(&mut step, |right| solve(right).ok()).is_none() {
+                solved = Err(SolveFailure::Singular);
+            }
+        }
+        if let Err(failure) = &solved {
+            tracing::warn!(?failure, "linear system");
+        }
+        self.contacts.timings.book(Kernel::Solve, start);
         solved.ok().map(|()| step)
     }
 
@@ -221,7 +246,9 @@ impl<'a> Newton<'a> {
         let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let centre = self.poses.clone();
+        let unmoved = vec![0.0; self.away.len()];
         self.away.iter_mut().for_each(|d| *d = 0.0);
+        self.steering.iter_mut().for_each(Steering::recentre);
         let mut held = self.held_residual(weight);
         let first = merit(&held);
         let mut merits = vec![first];
@@ -292,7 +319,7 @@ impl<'a> Newton<'a> {
             }
         }
         if end == NewtonEnd::Stalled {
-            self.go_to(centre, vec![0.0; self.dofs.count()]);
+            self.go_to(centre, unmoved);
         }
         end
     }
@@ -300,7 +327,15 @@ impl<'a> Newton<'a> {
     pub(super) fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
         self.poses = poses;
         self.away = away;
+        self.steer();
         self.evaluate();
+    }
+
+    /// Sets the loads to those of the control's unknown in `away`.
+    fn steer(&mut self) {
+        if let (Some(steering), Some(away)) = (&mut self.steering, self.away.last()) {
+            steering.move_to(*away, &mut self.loads);
+        }
     }
 
     /// Moves to `from + factor * step` and evaluates; `None` if bodies are too close there.
@@ -315,6 +350,7 @@ impl<'a> Newton<'a> {
         for (d, (old, s)) in self.away.iter_mut().zip(from.1.iter().zip(step)) {
             *d = old + factor * s;
         }
+        self.steer();
         if !self.evaluate() {
             return None;
         }

@@ -14,6 +14,7 @@ pub struct Pace {
     size: f64,
     smallest: f64,
     largest: f64,
+    growth: f64,
     cuts: usize,
 }
 
@@ -25,8 +26,15 @@ impl Pace {
             size: nominal,
             smallest: smallest.min(nominal),
             largest: largest.max(nominal),
+            growth: GROWTH,
             cuts: 0,
         }
+    }
+
+    /// Grows by this factor after an easy increment.
+    pub fn growing_by(mut self, growth: f64) -> Self {
+        self.growth = growth.max(1.0);
+        self
     }
 
     /// Share of the stage that is done.
@@ -42,12 +50,16 @@ impl Pace {
         (rest > 1e-12).then_some(share)
     }
 
+    /// Share of the stage that is done after an increment of `share`.
+    pub fn after(&self, share: f64) -> f64 {
+        if share >= 1.0 - self.done { 1.0 } else { self.done + share }
+    }
+
     /// Takes note of an accepted increment; returns how often it was cut.
     pub fn accept(&mut self, share: f64, augmentations: usize) -> usize {
-        let rest = 1.0 - self.done;
-        self.done = if share >= rest { 1.0 } else { self.done + share };
+        self.done = self.after(share);
         if augmentations <= EASY {
-            self.size = (GROWTH * self.size).min(self.largest);
+            self.size = (self.growth * self.size).min(self.largest);
         }
         std::mem::take(&mut self.cuts)
     }

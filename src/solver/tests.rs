@@ -8,8 +8,10 @@ use crate::geometry::Polyhedron;
 use crate::geometry::rounded::RoundedBody;
 use crate::material::{Rubber, RubberLaw};
 use crate::model::membrane::Fastening;
-use crate::model::{Body, BodyKind, Committed, Loads, Membrane, MembraneParameters, Model};
-use crate::tensor::{Pose, Vec3};
+use crate::model::{
+    Body, BodyKind, Committed, Control, Controlled, Loads, Membrane, MembraneParameters, Model,
+};
+use crate::tensor::{Pose, Vec3, Vector6};
 
 const ROUNDING: f64 = 1e-3;
 
@@ -205,4 +207,38 @@ fn membrane_on_a_smooth_core_hands_the_pressure_on() {
     let tension = thickness * rubber.shear_modulus() * (stretch - stretch.powi(-3));
     let expected = std::f64::consts::TAU * (pressure * radius + tension) * band;
     assert!((pushed / expected - 1.0).abs() < 4e-3, "{pushed} {expected}, {} rings", rings.len());
+}
+
+/// A block pressed onto a plate until it is where it should be: the load that the control finds is the
+/// contact force of a block that is put there, and the same whatever the guess.
+#[test]
+fn control_finds_the_load_that_a_position_needs() {
+    let depth = 4e-5;
+    let (model, committed, mut loads) = block_on_plate(0.65);
+    let mut put = committed.clone();
+    put.poses[1].position.z -= depth;
+    loads.prescribed[1] = [true; 6];
+    let settings = Settings::default();
+    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+    let held = advance(&increment, vec![put.poses.clone()], &mut Contacts::default());
+    assert_eq!(held.status, StepStatus::Converged);
+    let force = held.contact_wrench[1][2];
+    assert!(force > 1e3, "{force}");
+
+    loads.prescribed[1] = [false; 6];
+    for guess in [0.0, 0.7 * force, 3.0 * force] {
+        loads.control = Some(Control {
+            pressure: 0.0,
+            applied: vec![(1, Vector6::new(0.0, 0.0, -1.0, 0.0, 0.0, 0.0))],
+            of: Controlled::Position { body: 1, axis: 2 },
+            target: put.poses[1].position.z,
+            tolerance: 1e-3 * depth,
+            guess,
+        });
+        let report = settle(&model, &committed, &loads);
+        assert_eq!(report.status, StepStatus::Converged, "{:?}", report.history);
+        // As well as the position is met, and the forces balance: 1e-3 each.
+        assert!((report.factor / force - 1.0).abs() < 2e-3, "{} N, not {force} N", report.factor);
+        assert!((report.poses[1].position.z - put.poses[1].position.z).abs() <= 1e-3 * depth);
+    }
 }

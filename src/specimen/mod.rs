@@ -4,6 +4,7 @@
 //! specimen stands on z = 0 with its axis on the z axis. The same parameters give the same bits on
 //! any number of threads.
 
+pub mod breakage;
 pub mod compaction;
 mod engine_contacts;
 pub mod grading;

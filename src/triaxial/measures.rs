@@ -1,8 +1,17 @@
-//! Stress, strain and energy of the specimen as a whole. Compression positive.
+//! Stress and strain of the specimen as a whole, and what else is measured on an accepted increment.
+//! Compression positive.
 
 use serde::{Deserialize, Serialize};
 
-/// Stresses and strains of an accepted increment.
+use crate::assembly::Contacts;
+use crate::model::BodyKind;
+use crate::tensor::{Pose, Vec3};
+use crate::triaxial::deformation::{LocalStrain, Neighbourhood, SLICES, Unevenness, slice_strains};
+use crate::triaxial::drive::Origin;
+use crate::triaxial::network::{Network, mean_stress, pair_forces};
+use crate::triaxial::rig::Rig;
+
+/// Stresses and strains of an increment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measures {
     pub axial_strain: f64,
@@ -16,29 +25,115 @@ pub struct Measures {
     pub deviatoric_stress: f64,
     /// `p = (axial + 2 confining) / 3` [Pa]
     pub mean_stress: f64,
+    /// Of the volume that the cover encloses.
     pub void_ratio: f64,
-    /// Contacts per grain: touching pairs, plates included once.
-    pub coordination_number: f64,
+    /// The void ratio between the walls that the specimen was compacted in, carried on with the change of the
+    /// cover's volume since it was draped.
+    pub void_ratio_nominal: f64,
 }
 
-/// Energies since the start of the test [J].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ledger {
-    /// Work of the ram and of the pressure.
-    pub external: f64,
-    /// Stored in contacts (and grains), less what was stored at the start.
-    pub elastic: f64,
-    pub friction: f64,
-    /// Stored in the membrane's sheet, less what was stored at the start.
-    pub membrane: f64,
-    /// Set free in increments that snapped to another equilibrium, where the stabilising term
-    /// stands in for motion and its damping. Known by balance only: what these increments leave over.
-    pub stabilisation: f64,
+/// Stress from contact forces, beside what plates and pressure say.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactStress {
+    /// [Pa]
+    pub axial: f64,
+    /// Mean over the horizontal directions [Pa].
+    pub radial: f64,
+    /// The larger difference to the axial stress of the plate and to the pressure, over the mean stress.
+    pub disagreement: f64,
 }
 
-impl Ledger {
-    /// External work that no row accounts for [J].
-    pub fn error(&self) -> f64 {
-        self.external - self.elastic - self.friction - self.membrane - self.stabilisation
+/// What else is known of an accepted increment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Picture {
+    pub contact_stress: ContactStress,
+    pub network: Network,
+    pub unevenness: Unevenness,
+    /// Radial strain of slices of equal height, from the bottom.
+    pub slices: [f64; SLICES],
+    /// Angle of the top plate's axis to the specimen's [rad].
+    pub tilt: f64,
+}
+
+/// The state at which strains are zero.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Zero {
+    /// [m]
+    pub height: f64,
+    /// [m^3]
+    pub volume: f64,
+    /// Cross-sections of the slices [m^2].
+    areas: [f64; SLICES],
+    pub neighbourhood: Neighbourhood,
+}
+
+impl Zero {
+    /// The rig as it stands.
+    pub fn of(rig: &Rig) -> Self {
+        let poses = &rig.committed.poses;
+        let grains = rig.model.bodies.iter().filter(|body| body.kind == BodyKind::Grain);
+        let diameter = |volume: f64| (6.0 * volume / std::f64::consts::PI).cbrt();
+        let diameters: Vec<f64> = grains.map(|body| diameter(body.nominal.volume())).collect();
+        Zero {
+            height: rig.height(poses),
+            volume: rig.volume(poses),
+            areas: section_areas(rig, poses),
+            neighbourhood: Neighbourhood::new(poses, &diameters),
+        }
+    }
+}
+
+fn section_areas(rig: &Rig, poses: &[Pose]) -> [f64; SLICES] {
+    let mut areas = [f64::NAN; SLICES];
+    if let Some(cover) = &rig.model.cover {
+        cover.section_areas_into(&mut areas, poses);
+    }
+    areas
+}
+
+impl Measures {
+    /// `state` is that of the increment.
+    pub fn of(rig: &Rig, state: &Origin, zero: &Zero) -> Self {
+        let axial_strain = 1.0 - state.height / zero.height;
+        let volumetric_strain = 1.0 - state.volume / zero.volume;
+        let (p, q) = (state.pressure, state.deviatoric_stress);
+        Measures {
+            axial_strain,
+            radial_strain: 0.5 * (volumetric_strain - axial_strain),
+            volumetric_strain,
+            axial_stress: p + q,
+            confining_pressure: p,
+            deviatoric_stress: q,
+            mean_stress: p + q / 3.0,
+            void_ratio: state.volume / rig.solid_volume - 1.0,
+            void_ratio_nominal: rig.nominal_ratio * state.volume / rig.solid_volume - 1.0,
+        }
+    }
+}
+
+impl Picture {
+    /// `contacts` were last evaluated at `poses`, under what `measures` says.
+    pub fn of(
+        rig: &Rig,
+        contacts: &Contacts,
+        poses: &[Pose],
+        measures: &Measures,
+        zero: &Zero,
+        local_strains: &[LocalStrain],
+    ) -> Self {
+        let pairs = pair_forces(contacts);
+        let volume = rig.volume(poses);
+        let stress = mean_stress(&rig.model, contacts, &pairs, poses, measures.confining_pressure, volume);
+        let (axial, radial) = (stress[(2, 2)], 0.5 * (stress[(0, 0)] + stress[(1, 1)]));
+        let off = (axial - measures.axial_stress).abs().max((radial - measures.confining_pressure).abs());
+        let is_grain: Vec<bool> = rig.model.bodies.iter().map(|body| body.kind == BodyKind::Grain).collect();
+        let upright = poses[rig.top].rotation * Vec3::z();
+        Picture {
+            contact_stress: ContactStress { axial, radial, disagreement: off / measures.mean_stress.abs() },
+            network: Network::of(&pairs, &is_grain),
+            unevenness: Unevenness::of(local_strains),
+            slices: slice_strains(&zero.areas, &section_areas(rig, poses)),
+            tilt: upright.angle(&Vec3::z()),
+        }
     }
 }

@@ -1,12 +1,23 @@
 //! The triaxial rig: a specimen between plates under a cover, its stages, its measures and its
 //! energy ledger. Measures count compression positive; forces and poses underneath do not.
 
+pub mod deformation;
+mod drive;
+pub mod ledger;
 pub mod measures;
+pub mod network;
+pub mod response;
 pub mod rig;
 pub mod rubber;
 pub mod stage;
+pub mod summary;
+pub mod test;
 
-pub use measures::{Ledger, Measures};
+pub use deformation::LocalStrain;
+pub use ledger::{EnergyGate, Ledger};
+pub use measures::{Measures, Picture};
 pub use rig::{Rig, RigParameters, RigState};
 pub use rubber::RubberSheet;
-pub use stage::{Row, Stage, StageEnd, StepReport, Test};
+pub use stage::{Lateral, Path, Stage, StageEnd, Steps, Until};
+pub use summary::{StageCurve, StageSummary};
+pub use test::{Row, StepReport, Test};

@@ -30,6 +30,8 @@ pub struct RigParameters {
     pub plate_friction: Friction,
     /// `None`: a weightless pressure cover.
     pub membrane: Option<RubberSheet>,
+    /// Whether the top plate is free to tilt; else it stays level.
+    pub tilting: bool,
 }
 
 /// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
@@ -47,8 +49,13 @@ pub struct Rig {
     pub top: usize,
     /// Volume of all grains [m^3].
     pub solid_volume: f64,
+    /// Volume between the walls of the compaction over that of the cover as it was draped, or of the membrane
+    /// as it was laid.
+    pub nominal_ratio: f64,
     /// Pressure in force [Pa].
     pub pressure: f64,
+    /// Whether the top plate is free to tilt.
+    pub tilting: bool,
 }
 
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
@@ -57,18 +64,30 @@ pub struct RigState<'a> {
     committed: Cow<'a, Committed>,
     contacts: Cow<'a, Contacts>,
     pressure: f64,
+    nominal_ratio: f64,
 }
 
 impl Rig {
     /// The state to store, so that a test can go on from here to the same bits.
     pub fn state(&self) -> RigState<'_> {
         // Every field by name: a new one is either rebuilt by `new` or has to be stored.
-        let Rig { model: _, committed, contacts, settings: _, bottom: _, top: _, solid_volume: _, pressure } =
-            self;
+        let Rig {
+            model: _,
+            committed,
+            contacts,
+            settings: _,
+            bottom: _,
+            top: _,
+            solid_volume: _,
+            pressure,
+            nominal_ratio,
+            tilting: _,
+        } = self;
         RigState {
             committed: Cow::Borrowed(committed),
             contacts: Cow::Borrowed(contacts),
             pressure: *pressure,
+            nominal_ratio: *nominal_ratio,
         }
     }
 
@@ -81,6 +100,7 @@ impl Rig {
             self.committed = state.committed.into_owned();
             self.contacts = state.contacts.into_owned();
             self.pressure = state.pressure;
+            self.nominal_ratio = state.nominal_ratio;
         }
         fits
     }
@@ -148,12 +168,16 @@ impl Rig {
             bottom,
             top,
             solid_volume,
+            nominal_ratio: 1.0,
             pressure: 0.0,
+            tilting: parameters.tilting,
         };
         match &parameters.membrane {
             Some(sheet) => rig.wrap(sheet, specimen.diameter)?,
             None => rig.drape(specimen.diameter)?,
         }
+        let between_walls = std::f64::consts::PI * radius * radius * height;
+        rig.nominal_ratio = between_walls / rig.volume(&rig.committed.poses);
         Ok(rig)
     }
 
@@ -205,11 +229,12 @@ impl Rig {
         sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// Everything held but the grains and the membrane; the top plate's vertical free where `top_free`.
+    /// Everything held but the grains and the membrane; the top plate's vertical free where `top_free`,
+    /// its tilt where it may.
     pub fn loads(&self, top_free: bool, pressure: f64) -> Loads {
         let mut loads = Loads::none(self.model.bodies.len());
         loads.prescribed[self.bottom] = [true; 6];
-        loads.prescribed[self.top] = [true, true, !top_free, true, true, true];
+        loads.prescribed[self.top] = [true, true, !top_free, !self.tilting, !self.tilting, true];
         loads.free_nodes(self.model.carriers() - self.model.bodies.len());
         loads.pressure = pressure;
         loads

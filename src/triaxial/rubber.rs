@@ -79,7 +79,9 @@ impl Rig {
             settings: &self.settings,
         };
         let laid = drape(&increment, &mut self.contacts)?;
+        let before = self.volume(&self.committed.poses);
         self.committed.poses.clone_from(&laid.poses);
+        self.nominal_ratio *= before / self.volume(&self.committed.poses);
         Some(laid)
     }
 
@@ -133,6 +135,7 @@ mod tests {
     use crate::model::{Body, Committed, Model};
     use crate::solver::Settings;
     use crate::tensor::{Pose, Rotation, Vec3};
+    use crate::triaxial::network::membrane_forces;
 
     const ROUNDING: f64 = 1e-3;
     const HEIGHT: f64 = 0.06;
@@ -186,6 +189,8 @@ mod tests {
             top: 2,
             solid_volume: SIDE * SIDE * tall,
             pressure: 0.0,
+            nominal_ratio: 1.0,
+            tilting: false,
         }
     }
 
@@ -233,5 +238,35 @@ mod tests {
         let plate = wrenches[2].fixed_rows::<3>(0).norm();
         // Nodes are balanced to 1e-2 of their load, some 400 of them: far below the force on a plate.
         assert!(on_bodies.fixed_rows::<3>(0).norm() < 1e-2 * plate, "{on_bodies:?}");
+    }
+    /// What confines the prism, from contact forces: the pressure on the enclosed volume V and the tension of
+    /// the sheet. Forces in balance on the membrane make `sum x f = -2 p V - dE/dk` over the horizontal axes
+    /// for its energy E at horizontal stretch k about the axis (virtual work), less half the
+    /// thickness for which contacts lie within the middle surface.
+    #[test]
+    fn contact_stress_under_a_membrane_is_pressure_and_tension() {
+        let pressure = 0.2e6;
+        let (rig, stiff) = laid(0.002, 2e6, pressure);
+        assert!(stiff.converged);
+        let (model, poses) = (&rig.model, &rig.committed.poses);
+        let membrane = model.membrane.as_ref().expect("there");
+        let forces = membrane_forces(model, membrane, &rig.contacts, poses, pressure);
+        let sum: f64 = forces.iter().map(|f| f.point.xy().dot(&f.force.xy())).sum();
+        let stretched = |k: f64| {
+            let x = rig.contacts.membrane.positions.iter().map(|x| Vec3::new(k * x.x, k * x.y, x.z));
+            membrane.energy(&x.collect::<Vec<_>>())
+        };
+        let slope = (stretched(1.0 + 1e-5) - stretched(1.0 - 1e-5)) / 2e-5;
+        let within: f64 = rig
+            .contacts
+            .membrane
+            .points()
+            .map(|(_, point)| membrane.rounding() * point.on_body().xy().norm())
+            .sum();
+        let volume = model.cover.as_ref().expect("there").volume(poses);
+        let expected = -2.0 * pressure * volume - slope + within;
+        assert!(slope > 0.05 * pressure * volume, "{slope}");
+        // Nodes are balanced to 1e-2 of their load; their errors do not add up.
+        assert!((sum / expected - 1.0).abs() < 3e-3, "{sum} {expected} {slope} {within}");
     }
 }

@@ -30,10 +30,11 @@ pub fn derive(case: &mut Value) {
     {
         case.entry("membrane").or_insert(json!({"kind": "pressure"}));
         let plates = case.entry("plates").or_insert(json!({}));
-        if let Some(plates) = plates.as_object_mut()
-            && !friction.is_null()
-        {
-            plates.entry("friction").or_insert(friction);
+        if let Some(plates) = plates.as_object_mut() {
+            plates.entry("tilting").or_insert("locked".into());
+            if !friction.is_null() {
+                plates.entry("friction").or_insert(friction);
+            }
         }
         if let Some(specimen) = case.get_mut("specimen") {
             specimen::derive(specimen);
@@ -45,8 +46,16 @@ pub fn derive(case: &mut Value) {
             material::derive(own, &rock);
         }
     }
+    // The older form of the energy gate: a tolerance to warn at.
+    if let Some(tolerance) = case["solver"]["energy_gate"].as_f64()
+        && let Some(solver) = object(case, "/solver")
+    {
+        solver.insert("energy_tolerance".into(), tolerance.into());
+        solver.insert("energy_gate".into(), "warn".into());
+    }
+    let growth = number(&case["solver"], "increment_max");
     if let Some(list) = case.pointer_mut("/stages").and_then(Value::as_array_mut) {
-        stages::derive(list);
+        stages::derive(list, growth);
     }
     if let Some(case) = case.as_object_mut() {
         case.shift_remove("$schema");

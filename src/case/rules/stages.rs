@@ -7,10 +7,17 @@ use crate::error::Fault;
 use super::super::walk::{Walker, child, nearest, shown};
 use super::number;
 
-/// `pressure` of a consolidation means both pressures; later stages hold the one reached.
-pub fn derive(stages: &mut [Value]) {
+/// Stages in which the confining pressure follows from something else.
+const FLOATING: [&str; 3] = ["oedometer", "constant_volume", "constant_p"];
+
+/// `pressure` of a consolidation means both pressures; later stages hold the one reached. The largest
+/// increment is `growth` times the nominal one, where the stage does not say.
+pub fn derive(stages: &mut [Value], growth: Option<f64>) {
     let mut held = Value::Null;
     for stage in stages.iter_mut().filter_map(Value::as_object_mut) {
+        if let (Some(increment), Some(growth)) = (stage.get("increment").and_then(Value::as_f64), growth) {
+            stage.entry("increment_max").or_insert((increment * growth).into());
+        }
         match stage.get("kind").and_then(Value::as_str) {
             Some("consolidate") => {
                 let both = |s: &serde_json::Map<String, Value>| {
@@ -27,7 +34,8 @@ pub fn derive(stages: &mut [Value]) {
                 }
                 held = stage.get("radial_pressure").cloned().unwrap_or_default();
             }
-            Some("shear" | "unload" | "reload") if !held.is_null() => {
+            Some(kind) if FLOATING.contains(&kind) => held = Value::Null,
+            Some("shear" | "stress_shear" | "unload" | "reload") if !held.is_null() => {
                 stage.entry("pressure").or_insert(held.clone());
             }
             _ => {}
@@ -39,7 +47,7 @@ pub fn check_specimen(stages: &Value, walker: &mut Walker) {
     let Some(stages) = stages.as_array() else { return };
     // Pressure held so far; `Err` where a faulty stage hides it.
     let mut held: Result<Option<f64>, ()> = Ok(None);
-    let (mut sheared, mut unloaded) = (false, false);
+    let (mut sheared, mut unloaded, mut floating) = (false, false, false);
     for (i, stage) in stages.iter().enumerate() {
         let path = format!("$.stages[{i}]");
         let Some(kind) = stage["kind"].as_str() else {
@@ -51,7 +59,10 @@ pub fn check_specimen(stages: &Value, walker: &mut Walker) {
             "load" => {
                 Some(("loads the bodies of a scene, and this case has a specimen", "a stage of specimens"))
             }
-            "shear" | "unload" | "reload" | "constant_volume" | "constant_p" if adrift => {
+            "shear" | "stress_shear" | "unload" | "reload" | "oedometer" | "constant_volume"
+            | "constant_p" | "hold"
+                if adrift =>
+            {
                 // Said once: the stages after it lack the same.
                 held = Err(());
                 let accepted = "a first stage {\"kind\": \"consolidate\", \"pressure\": ...}";
@@ -68,8 +79,17 @@ pub fn check_specimen(stages: &Value, walker: &mut Walker) {
             "consolidate" => {
                 check_pressures(stage, &path, walker);
                 held = number(stage, "radial_pressure").map(Some).ok_or(());
+                floating = false;
             }
-            "shear" | "unload" | "reload" => {
+            kind if FLOATING.contains(&kind) => floating = true,
+            "shear" | "stress_shear" | "unload" | "reload" if floating => {
+                if let Some(pressure) = number(stage, "pressure") {
+                    let problem = "cannot be given: the pressure is what the stages before lead to";
+                    let accepted = "no pressure, or a consolidate stage to it before";
+                    walker.fault(Fault::new(format!("{path}.pressure"), pressure, problem, accepted));
+                }
+            }
+            "shear" | "stress_shear" | "unload" | "reload" => {
                 if let (Some(pressure), Ok(Some(reached))) = (number(stage, "pressure"), held)
                     && (pressure / reached - 1.0).abs() > 1e-9
                 {
@@ -80,7 +100,7 @@ pub fn check_specimen(stages: &Value, walker: &mut Walker) {
             }
             _ => {}
         }
-        sheared |= matches!(kind, "shear" | "reload" | "oedometer" | "constant_volume" | "constant_p");
+        sheared |= matches!(kind, "shear" | "stress_shear" | "reload") || FLOATING.contains(&kind);
         unloaded |= kind == "unload";
         check_increment(stage, &path, walker);
     }
@@ -114,6 +134,13 @@ fn check_increment(stage: &Value, path: &str, walker: &mut Walker) {
             problem,
             format!("at most {strain}"),
         ));
+    }
+    if let (Some(increment), Some(largest)) = (number(stage, "increment"), number(stage, "increment_max"))
+        && largest < increment
+    {
+        let place = format!("{path}.increment_max");
+        let problem = format!("is below the stage's increment {increment}");
+        walker.fault(Fault::new(place, largest, problem, format!("at least {increment}")));
     }
 }
 

@@ -1,0 +1,322 @@
+//! How long does it take to solve the linear system of a Newton step, by the number of grains?
+//!
+//! Four ways on the same made-up contact networks: faer's sparse LU (COLAMD), the multifrontal LU that the solver
+//! uses, on one thread and on all, and GMRES on the LDLT of the tangent in which sliding contacts have lost all but a
+//! thousandth of their tangential stiffness and what makes them unsymmetric. The networks have the graph of a
+//! packing (a jittered lattice in a cylinder, seven contacts a grain, two points a contact, 40 %
+//! sliding), not its geometry: the times are meant, the numbers of GMRES iterations depend on the rest.
+//!
+//! `cargo bench --bench linear_solvers [-- GRAINS ...]` prints CSV: one row a size, way and repetition.
+
+use riprap::linalg::lu::{LuSymbolic, Pattern};
+use riprap::linalg::{
+    Factorisation, MultifrontalLu, NodeGraph, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern,
+};
+use riprap::tensor::Vec3;
+use std::time::Instant;
+
+const REPETITIONS: usize = 3;
+const FRICTION: f64 = 0.65;
+const SLIDING: f64 = 0.4;
+const HOLD: f64 = 1e-4;
+/// Tangential stiffness that a sliding contact keeps in the preconditioner.
+const KEPT: f64 = 1e-3;
+
+fn main() {
+    let sizes: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    let sizes = if sizes.is_empty() { vec![100, 300, 1000, 3783] } else { sizes };
+    println!(
+        "grains,unknowns,entries,way,threads,analysis_s,factor_s,solve_s,iterations,relative_residual,factor_entries"
+    );
+    for grains in sizes {
+        let network = Network::new(grains);
+        for _ in 0..REPETITIONS {
+            network.by_faer();
+            network.by_fronts(1);
+            network.by_fronts(2);
+            network.by_gmres();
+        }
+    }
+}
+
+/// Numbers between -1 and 1 that repeat (Knuth's linear congruential generator).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.next(), self.next(), self.next())
+    }
+}
+
+/// A contact point: bodies, lever arms, and its stiffness, exact and symmetrised.
+struct Point {
+    bodies: [usize; 2],
+    arms: [Vec3; 2],
+    exact: nalgebra::Matrix3<f64>,
+    symmetric: nalgebra::Matrix3<f64>,
+}
+
+struct Network {
+    grains: usize,
+    pattern: Pattern,
+    graph: NodeGraph,
+    values: Vec<f64>,
+    symmetric: SymmetricMatrix,
+    right_side: Vec<f64>,
+}
+
+impl Network {
+    fn new(grains: usize) -> Self {
+        let mut numbers = Numbers(grains as u64);
+        // A cylinder of height over diameter 2.17, in units of the lattice.
+        let radius = (grains as f64 / (std::f64::consts::TAU * 2.17)).cbrt();
+        let reach = 3 + (2.2 * radius) as i64;
+        let mut places = vec![];
+        for k in -reach..reach {
+            for j in -reach..reach {
+                for i in -reach..reach {
+                    let x = Vec3::new(i as f64, j as f64, k as f64) + 0.2 * numbers.vector();
+                    places.push(((x.xy().norm() / radius).max(x.z.abs() / (2.17 * radius)), x));
+                }
+            }
+        }
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let places: Vec<Vec3> = places.into_iter().take(grains).map(|p| p.1).collect();
+        // The nearest pairs, seven ends a grain.
+        let mut pairs = vec![];
+        for (i, a) in places.iter().enumerate() {
+            for (j, b) in places.iter().enumerate().skip(i + 1) {
+                let distance = (a - b).norm();
+                if distance < 1.9 {
+                    pairs.push((distance, i, j));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        pairs.truncate(7 * grains / 2);
+        let points: Vec<Point> = pairs
+            .iter()
+            .flat_map(|&(_, i, j)| [(i, j); 2])
+            .map(|(i, j)| point([i, j], &places, &mut numbers))
+            .collect();
+        let cliques: Vec<[u32; 2]> = pairs.iter().map(|&(_, i, j)| [i as u32, j as u32]).collect();
+        let graph = NodeGraph::from_cliques(grains, cliques.iter().map(|c| &c[..])).expect("a graph");
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; 6 * grains];
+        let pattern = SymmetricPattern::from_graph(&graph, 6).expect("a pattern");
+        let mut symmetric = SymmetricMatrix::zeros(pattern);
+        for body in 0..grains {
+            // The two ends stand on plates.
+            let ends = places[body].z.abs() > 2.17 * radius - 0.7;
+            for k in 0..6 {
+                let held = HOLD + if ends { 1.0 } else { 0.0 };
+                columns[6 * body + k].push((6 * body + k, held));
+                assert!(symmetric.add(6 * body + k, 6 * body + k, held));
+            }
+        }
+        for point in &points {
+            point.for_each(&point.exact, |row, column, value| columns[column].push((row, value)));
+            point.for_each(&point.symmetric, |row, column, value| {
+                if row >= column {
+                    assert!(symmetric.add(row, column, value));
+                }
+            });
+        }
+        let mut pattern = Pattern { size: 6 * grains, column_starts: vec![0], rows: vec![] };
+        let mut values = vec![];
+        for column in &mut columns {
+            column.sort_by_key(|entry| entry.0);
+            for &(row, value) in column.iter() {
+                let start = pattern.column_starts[pattern.column_starts.len() - 1];
+                match pattern.rows[start..].last() {
+                    Some(&last) if last == row => *values.last_mut().expect("an entry") += value,
+                    _ => {
+                        pattern.rows.push(row);
+                        values.push(value);
+                    }
+                }
+            }
+            pattern.column_starts.push(pattern.rows.len());
+        }
+        let right_side = (0..6 * grains).map(|_| numbers.next()).collect();
+        Network { grains, pattern, graph, values, symmetric, right_side }
+    }
+
+    fn row(
+        &self,
+        way: &str,
+        threads: usize,
+        [analysis, factor, solve]: [f64; 3],
+        iterations: usize,
+        x: &[f64],
+        entries: usize,
+    ) {
+        let mut left = self.right_side.clone();
+        self.multiply(x).iter().zip(&mut left).for_each(|(ax, b)| *b -= ax);
+        println!(
+            "{},{},{},{way},{threads},{analysis:.6},{factor:.6},{solve:.6},{iterations},{:.1e},{entries}",
+            self.grains,
+            self.pattern.size,
+            self.values.len(),
+            norm(&left) / norm(&self.right_side),
+        );
+    }
+
+    fn multiply(&self, x: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; x.len()];
+        for column in 0..x.len() {
+            for k in self.pattern.column_starts[column]..self.pattern.column_starts[column + 1] {
+                product[self.pattern.rows[k]] += self.values[k] * x[column];
+            }
+        }
+        product
+    }
+
+    fn by_faer(&self) {
+        let start = Instant::now();
+        let lu = LuSymbolic::analyse(self.pattern.clone()).expect("analysed");
+        let analysed = Instant::now();
+        let factor = lu.factorise(&self.values).expect("factorised");
+        let factorised = Instant::now();
+        let mut x = self.right_side.clone();
+        factor.solve_in_place(&mut x).expect("solved");
+        self.row("faer LU", 1, times(start, analysed, factorised), 0, &x, 0);
+    }
+
+    fn by_fronts(&self, threads: usize) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| {
+            let first: Vec<u32> = (0..=self.grains).map(|g| 6 * g as u32).collect();
+            let start = Instant::now();
+            let mut lu = MultifrontalLu::analyse(self.pattern.clone(), &first).expect("analysed");
+            let analysed = Instant::now();
+            lu.factorise(&self.values).expect("factorised");
+            let factorised = Instant::now();
+            let mut x = self.right_side.clone();
+            lu.solve_in_place(&self.values, &mut x).expect("solved");
+            self.row(
+                "multifrontal LU",
+                threads,
+                times(start, analysed, factorised),
+                0,
+                &x,
+                lu.factor_entries(),
+            );
+        });
+    }
+
+    fn by_gmres(&self) {
+        let start = Instant::now();
+        let ordering = Ordering::nested_dissection(&self.graph, 6).expect("an ordering");
+        let mut ldlt = SparseCholesky::analyse(self.symmetric.pattern(), &ordering, Factorisation::Ldlt)
+            .expect("analysed");
+        let analysed = Instant::now();
+        ldlt.factorise(&self.symmetric).expect("factorised");
+        let factorised = Instant::now();
+        let (x, iterations) = self.gmres(&mut ldlt, 1e-8, 200);
+        self.row("GMRES on LDLT", 1, times(start, analysed, factorised), iterations, &x, 0);
+    }
+
+    /// Saad & Schultz (1986), preconditioned from the right, without restarts.
+    fn gmres(&self, preconditioner: &mut SparseCholesky, tolerance: f64, most: usize) -> (Vec<f64>, usize) {
+        let size = self.right_side.len();
+        let scale = norm(&self.right_side);
+        let mut basis = vec![self.right_side.iter().map(|b| b / scale).collect::<Vec<f64>>()];
+        let mut turned: Vec<Vec<f64>> = vec![];
+        let (mut columns, mut turns): (Vec<Vec<f64>>, Vec<[f64; 2]>) = (vec![], vec![]);
+        let mut right = vec![scale];
+        for k in 0..most {
+            let mut z = basis[k].clone();
+            preconditioner.back_substitute(&mut z, 1).expect("solved");
+            let mut w = self.multiply(&z);
+            turned.push(z);
+            let mut column: Vec<f64> = vec![];
+            for v in &basis {
+                let h: f64 = v.iter().zip(&w).map(|(v, w)| v * w).sum();
+                w.iter_mut().zip(v).for_each(|(w, v)| *w -= h * v);
+                column.push(h);
+            }
+            let rest = norm(&w);
+            basis.push(w.iter().map(|w| w / rest).collect());
+            for (i, [c, s]) in turns.iter().enumerate() {
+                let (a, b) = (column[i], column[i + 1]);
+                (column[i], column[i + 1]) = (c * a + s * b, c * b - s * a);
+            }
+            let length = column[k].hypot(rest);
+            let [c, s] = [column[k] / length, rest / length];
+            column[k] = length;
+            turns.push([c, s]);
+            columns.push(column);
+            right.push(-s * right[k]);
+            right[k] *= c;
+            if right[k + 1].abs() <= tolerance * scale || k + 1 == most {
+                break;
+            }
+        }
+        let count = columns.len();
+        for k in (0..count).rev() {
+            right[k] /= columns[k][k];
+            for i in 0..k {
+                right[i] -= columns[k][i] * right[k];
+            }
+        }
+        let mut x = vec![0.0; size];
+        for (z, y) in turned.iter().zip(&right) {
+            x.iter_mut().zip(z).for_each(|(x, z)| *x += y * z);
+        }
+        (x, count)
+    }
+}
+
+fn point(bodies: [usize; 2], places: &[Vec3], numbers: &mut Numbers) -> Point {
+    let [a, b] = bodies.map(|i| places[i]);
+    let normal = ((b - a).normalize() + 0.4 * numbers.vector()).normalize();
+    let at = 0.5 * (a + b) + 0.2 * numbers.vector();
+    let along = nalgebra::Matrix3::from_fn(|r, c| normal[r] * normal[c]);
+    let across = nalgebra::Matrix3::identity() - along;
+    let slip = (across * numbers.vector()).normalize();
+    let (exact, symmetric) = if numbers.next() < 2.0 * SLIDING - 1.0 {
+        (along + FRICTION * slip * normal.transpose(), along + KEPT * across)
+    } else {
+        (along + across, along + across)
+    };
+    Point { bodies, arms: [at - a, at - b], exact, symmetric }
+}
+
+impl Point {
+    /// Entries of the 12 x 12 stiffness of relative motion at the point.
+    fn for_each(&self, stiffness: &nalgebra::Matrix3<f64>, mut entry: impl FnMut(usize, usize, f64)) {
+        let motion: Vec<nalgebra::Matrix3x6<f64>> = (0..2)
+            .map(|side| {
+                let sign = if side == 0 { -1.0 } else { 1.0 };
+                let mut motion = nalgebra::Matrix3x6::zeros();
+                motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nalgebra::Matrix3::identity() * sign));
+                motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&(self.arms[side].cross_matrix() * -sign));
+                motion
+            })
+            .collect();
+        for row in 0..2 {
+            for column in 0..2 {
+                let block = motion[row].transpose() * stiffness * motion[column];
+                for r in 0..6 {
+                    for c in 0..6 {
+                        entry(6 * self.bodies[row] + r, 6 * self.bodies[column] + c, block[(r, c)]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn times(start: Instant, analysed: Instant, factorised: Instant) -> [f64; 3] {
+    let seconds = |from: Instant, to: Instant| (to - from).as_secs_f64();
+    [seconds(start, analysed), seconds(analysed, factorised), factorised.elapsed().as_secs_f64()]
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}

@@ -1,0 +1,425 @@
+//! Reports, studies and batches from outside: what is drawn is what the file says, the page needs nothing but itself, and
+//! series go on where they were broken off.
+//!
+//! Reports are made of files written here, with curves that are known; studies and batches run a scene of two blocks (a third of
+//! a second).
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use riprap::report::write_report;
+use riprap::results::{
+    CaseRecord, CellKind, Column, Existing, FieldMesh, FieldState, HistoryRow, Outcome, Reader, Writer,
+};
+use riprap::tensor::Vec3;
+
+const CASE: &str = r#"{"title": "<b>Known & made</b>", "solver": {"force_tolerance": 1e-3},
+    "specimen": {"grading": [[0.06, 1.0], [0.04, 0.0]]}}"#;
+
+/// q of the made run [Pa]: a parabola with its peak of 3.2 MPa at 4 % strain.
+fn stress(strain: f64) -> f64 {
+    3.2e6 * (1.0 - (strain / 0.04 - 1.0).powi(2))
+}
+
+/// A run of a consolidation and a shearing to 5 % in 50 increments, two grains, damage, contacts, breakage.
+fn write_made_run(path: &Path, outcome: Outcome) {
+    let record = CaseRecord {
+        title: "<b>Known & made</b>".into(),
+        given: CASE.into(),
+        completed: CASE.into(),
+        seed: 1,
+        threads: 1,
+        stages: vec!["consolidate".into(), "shear".into()],
+    };
+    let mut writer = Writer::create(path, &record, Existing::Refuse).expect("a new file");
+    let mut mesh = FieldMesh::new();
+    let part = mesh.add_part("grains");
+    for grain in 0..2 {
+        let at = Vec3::new(0.0, 0.0, 0.05 * grain as f64);
+        let corners = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]];
+        let nodes = corners.map(|corner| mesh.add_point(&(at + Vec3::from(corner))));
+        mesh.add_cell(CellKind::Tetrahedron, &nodes, part, Some(grain), 30e9).expect("a cell");
+    }
+    writer.set_mesh(mesh.clone()).expect("a mesh");
+    let sizes = Column::floats("sieve_size", "m", "sieve size", vec![0.045, 0.055]);
+    let masses = Column::floats("mass", "kg", "mass", vec![1.0, 3.0]);
+    writer.write_table("grains", &[sizes, masses]).expect("grains");
+    let save = |writer: &mut Writer, increment: u64, state: usize| {
+        let moved: Vec<Vec3> =
+            (0..8).map(|point| Vec3::new(0.0, 0.0, -1e-3 * (increment * point) as f64)).collect();
+        let fields = FieldState {
+            time: if increment == 1 { 1.0 } else { 2.0 },
+            increment,
+            displacement: &moved,
+            damage: &[0.0, 0.4],
+            failed: &[false, false],
+            stress: &[[0.0; 6]; 2],
+        };
+        writer.save_state(&fields).expect("a state");
+        let contacts = [
+            Column::integers("body_a", "a", vec![0, 0, -1]),
+            Column::integers("body_b", "b", vec![1, 1, 1]),
+            Column::vectors("normal", "1", "n", vec![[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+            Column::floats("normal_force", "N", "f", vec![100.0, 300.0, 7.0]),
+        ];
+        writer.write_table(&format!("contacts/{state}"), &contacts).expect("contacts");
+    };
+    for increment in 1..=51 {
+        let strain = 1e-3 * (increment - 1) as f64;
+        let work = 10.0 * increment as f64;
+        let row = HistoryRow {
+            stage: i64::from(increment > 1),
+            increment,
+            time: increment as f64 / 51.0,
+            // At the end of the consolidation strains are its own, and begin anew behind it.
+            axial_strain: if increment == 1 { 0.012 } else { strain },
+            volumetric_strain: if increment == 1 { 0.03 } else { 0.2 * strain },
+            deviatoric_stress: stress(strain),
+            factorisations: 3,
+            augmentations: 2,
+            cuts: i64::from(increment == 7),
+            out_of_balance: 1e-4,
+            wall_time: 0.5 * increment as f64,
+            energy_external: work,
+            energy_elastic: 0.25 * work,
+            energy_friction: 0.75 * work,
+            ..HistoryRow::default()
+        };
+        writer.append(&row, &[]).expect("a row");
+        if increment == 1 {
+            save(&mut writer, 1, 0);
+        }
+    }
+    save(&mut writer, 51, 1);
+    let grading = [
+        Column::floats("size", "m", "sieve", vec![0.02, 0.04, 0.06]),
+        Column::floats("passing_before", "1", "before", vec![0.0, 0.1, 1.0]),
+        Column::floats("passing_after", "1", "after", vec![0.2, 0.5, 1.0]),
+    ];
+    writer.write_table("breakage", &[Column::floats("hardin", "1", "B_r", vec![0.125])]).expect("indices");
+    writer.write_table("breakage/grading", &grading).expect("grading");
+    writer
+        .finish(outcome, if outcome == Outcome::Stopped { "no convergence" } else { "" }, 51)
+        .expect("an end");
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// The points of the lines of a colour in an SVG, in its pixels.
+fn lines(svg: &str, colour: &str) -> Vec<Vec<[f64; 2]>> {
+    let of = |tag: &str| {
+        let (_, points) = tag.split_once("points=\"")?;
+        let pairs = points.split('"').next()?.split_whitespace();
+        pairs
+            .map(|pair| {
+                let (x, y) = pair.split_once(',')?;
+                Some([x.parse().ok()?, y.parse().ok()?])
+            })
+            .collect()
+    };
+    svg.lines().filter(|line| line.contains(&format!("stroke=\"{colour}\""))).filter_map(of).collect()
+}
+
+/// Labels of ticks with their places in an SVG: (text, x, y).
+fn texts(svg: &str) -> Vec<(String, f64, f64)> {
+    let number = |tag: &str, name: &str| -> Option<f64> {
+        tag.split_once(&format!(" {name}=\""))?.1.split('"').next()?.parse().ok()
+    };
+    svg.split("<text")
+        .skip(1)
+        .filter_map(|piece| {
+            let (tag, rest) = piece.split_once('>')?;
+            let text = rest.split("</text>").next()?.trim().to_string();
+            Some((text, number(tag, "x")?, number(tag, "y")?))
+        })
+        .collect()
+}
+
+#[test]
+fn the_curve_is_where_the_ticks_say() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("made.h5");
+    write_made_run(&file, Outcome::Finished);
+    let out = folder.path().join("report");
+    write_report(&[file], None, &out).unwrap_or_else(|e| panic!("{e}"));
+    let svg = read(&out.join("stress_strain.svg"));
+    let texts = texts(&svg);
+    let at = |label: &str| -> Vec<[f64; 2]> {
+        texts.iter().filter(|(text, ..)| text == label).map(|(_, x, y)| [*x, *y]).collect()
+    };
+    // Of the two curves of 51 points the upper panel's comes first.
+    let curve = lines(&svg, "#0072B2").into_iter().find(|line| line.len() > 40).expect("a curve");
+    assert_eq!(curve.len(), 51, "one point an increment, led by the consolidation's end");
+    // Ticks: x of 2 % and 4 % strain; y of 1 and 3 MPa in the upper panel.
+    let lowest = |label: &str| at(label).into_iter().max_by(|a, b| a[1].total_cmp(&b[1])).expect("a tick");
+    let x = |label: &str| lowest(label)[0];
+    let y = |label: &str| at(label).iter().map(|p| p[1]).min_by(f64::total_cmp).expect("a tick");
+    let strain_of = |px: f64| 2.0 + 2.0 * (px - x("2.0")) / (x("4.0") - x("2.0"));
+    let stress_of = |py: f64| 1.0 + 2.0 * (py - y("1.0")) / (y("3.0") - y("1.0"));
+    for (number, point) in curve.iter().enumerate() {
+        let strain = 1e-3 * number as f64;
+        // A quarter of a pixel in some hundred.
+        assert!((strain_of(point[0]) - 100.0 * strain).abs() < 0.01, "{number}: {}", strain_of(point[0]));
+        assert!(
+            (stress_of(point[1]) - 1e-6 * stress(strain)).abs() < 0.02,
+            "{number}: {}",
+            stress_of(point[1])
+        );
+    }
+    assert!(svg.contains("3.2 MPa at 4 %"), "the peak is named");
+}
+
+#[test]
+fn the_page_needs_nothing_but_itself() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (one, two) = (folder.path().join("one.h5"), folder.path().join("two.h5"));
+    write_made_run(&one, Outcome::Finished);
+    write_made_run(&two, Outcome::Stopped);
+    let table = folder.path().join("lab.csv");
+    std::fs::write(&table, "axial_strain [%], deviatoric_stress [MPa]\n0,0\n2,2.5\n4,3\n").expect("a table");
+    let out = folder.path().join("report");
+    let report = write_report(&[one, two], Some(&table), &out).unwrap_or_else(|e| panic!("{e}"));
+    assert!(report.files.iter().all(|file| file.exists()));
+    let html = read(&report.page);
+    // Nothing is fetched: no address at all but SVG's own name.
+    let rest = html.replace("http://www.w3.org/2000/svg", "");
+    for forbidden in ["http:", "https:", "<script", "<link", "@import", "url(", "src=\"/", "file:"] {
+        assert!(!rest.contains(forbidden), "the page has {forbidden}");
+    }
+    for source in rest.split("src=\"").skip(1) {
+        assert!(source.starts_with("data:image/png;base64,"), "{}", &source[..40.min(source.len())]);
+    }
+    // What users wrote stays text.
+    assert!(!html.contains("<b>") && html.contains("&lt;b&gt;Known &amp; made&lt;/b&gt;"));
+    assert!(html.contains("stopped after increment 51 (no convergence)"));
+    assert!(html.contains("3.2 MPa at 4 % axial strain") && html.contains("laboratory, lab"));
+    assert!(html.contains("Hardin") && html.contains("0.125"));
+    for part in
+        ["<svg", "Where the work goes", "Grading: ", "after the test", "Contact normals", "damage at the end"]
+    {
+        assert!(html.contains(part), "the page lacks {part}");
+    }
+    // A picture of every kind is a PNG beside it.
+    for stem in [
+        "stress_strain",
+        "energy",
+        "specimen_one",
+        "damage_two",
+        "grading_one",
+        "fabric_two",
+        "convergence_one",
+    ] {
+        let bytes = std::fs::read(out.join(format!("{stem}.png"))).unwrap_or_else(|e| panic!("{stem}: {e}"));
+        assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n", "{stem}");
+    }
+}
+
+/// What is wrong with a file is an error that names it, never a panic.
+#[test]
+fn files_without_runs_are_errors_and_empty_runs_are_reports() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (missing, text) = (folder.path().join("none.h5"), folder.path().join("text.h5"));
+    std::fs::write(&text, "no results").expect("a file");
+    let out = folder.path().join("report");
+    for file in [missing, text] {
+        let message =
+            write_report(std::slice::from_ref(&file), None, &out).expect_err("no report").to_string();
+        assert!(message.contains(&*file.file_name().expect("a name").to_string_lossy()), "{message}");
+    }
+    let empty = folder.path().join("empty.h5");
+    let record = CaseRecord { completed: "{}".into(), stages: vec!["shear".into()], ..CaseRecord::default() };
+    drop(Writer::create(&empty, &record, Existing::Refuse).expect("a new file"));
+    let report = write_report(&[empty], None, &out).unwrap_or_else(|e| panic!("{e}"));
+    assert!(read(&report.page).contains("killed"));
+}
+
+/// Two blocks, the upper pressed and pushed over the lower.
+const SCENE: &str = r#"{"title": "Push", "scene": {"bodies": [
+        {"name": "plane", "shape": {"box": [1.0, 1.0, 0.1]}, "position": [0, 0, -0.05], "fixed": true},
+        {"name": "block", "shape": {"box": [0.1, 0.1, 0.1]}, "position": [0, 0, 0.05]}]},
+    "rock": {"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2},
+    "contact": {"friction": 0.65, "residual_friction": 0.2, "weakening_distance": "50 um"},
+    "stages": [{"kind": "load", "increments": 2, "bodies": {"block": {"force": [0, 0, "-1 kN"]}}},
+               {"kind": "load", "increments": 40, "bodies": {"block": {"displacement": ["0.5 mm", null, null], "rotation": [0, 0, 0]}}}],
+    "solver": {"fidelity": "rigid"}}"#;
+
+fn riprap(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_riprap"));
+    command.current_dir(folder).args(arguments).output().expect("riprap starts")
+}
+
+#[track_caller]
+fn ends_with(code: i32, folder: &Path, arguments: &[&str]) -> (String, String) {
+    let output = riprap(folder, arguments);
+    let [stdout, stderr] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert_eq!(output.status.code(), Some(code), "riprap {arguments:?}\n{stdout}\n{stderr}");
+    (stdout, stderr)
+}
+
+fn scene() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("push.json"), SCENE).expect("a case");
+    folder
+}
+
+fn external_work(path: PathBuf) -> f64 {
+    let reader = Reader::open(&path).unwrap_or_else(|e| panic!("{e}"));
+    *reader.history("energy_external").expect("work").last().expect("a row")
+}
+
+/// The weakened coefficient of friction lags by an increment, so that the work is of first order in its length, and
+/// its limit is the area below the law: 0.2 kN x 0.5 mm + 0.45 kN x 50 um x (1 - exp(-10)) = 0.1225 J, less the elastic stretch and
+/// more the pressing.
+#[test]
+fn a_study_finds_the_order_and_goes_on_where_it_was() {
+    let folder = scene();
+    let study = ["study", "push.json", "--vary", "increment", "--values", "40,80,160", "--out", "study"];
+    let (stdout, stderr) = ends_with(0, folder.path(), &study);
+    assert!(stderr.contains("[3/3] increment_160"), "{stderr}");
+    let order = read(&folder.path().join("study/order.csv"));
+    let row = order.lines().find(|line| line.starts_with("external work")).expect("the work's order");
+    let order: f64 =
+        row.split(',').nth(1).expect("an order").parse().unwrap_or_else(|e| panic!("{row}: {e}"));
+    // First order; three values that are not small see it within a quarter.
+    assert!((order - 1.0).abs() < 0.25, "{row}");
+    assert!(stdout.contains("| 160 "), "{stdout}");
+    for file in ["study.csv", "speed_accuracy.svg", "speed_accuracy.png", "increment_40.h5"] {
+        assert!(folder.path().join("study").join(file).exists(), "{file}");
+    }
+    // Again: nothing is run, and one that was lost alone is.
+    std::fs::remove_file(folder.path().join("study/increment_80.h5")).expect("a file to lose");
+    let (_, stderr) = ends_with(0, folder.path(), &study);
+    assert_eq!(stderr.matches("is finished: left as it is").count(), 2, "{stderr}");
+    // What is left alone is told first.
+    assert!(stderr.contains("[3/3] increment_80\n"), "{stderr}");
+    // Files of another case are not taken for this one's.
+    let changed = [&study[..], &["--set", "/contact/friction=0.5"]].concat();
+    let (_, stderr) = ends_with(2, folder.path(), &changed);
+    assert!(stderr.contains("holds another case") && stderr.contains("--force"), "{stderr}");
+}
+
+#[test]
+fn what_cannot_be_varied_is_said_by_name() {
+    let folder = scene();
+    let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "penalty"]);
+    assert!(stderr.contains("--vary penalty") && stderr.contains("no key of the case sets it"), "{stderr}");
+    let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "mesh"]);
+    assert!(stderr.contains("--vary mesh"), "{stderr}");
+    let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "increments"]);
+    assert!(stderr.contains("increment, mesh, tolerance, fidelity, penalty, seed"), "{stderr}");
+    let (_, stderr) =
+        ends_with(2, folder.path(), &["study", "push.json", "--vary", "tolerance", "--values", "1e-3,x"]);
+    assert!(stderr.contains("\"x\" is not a positive number"), "{stderr}");
+    let (stdout, stderr) = ends_with(
+        0,
+        folder.path(),
+        &["study", "push.json", "--vary", "fidelity", "--values", "rigid,full", "--out", "f"],
+    );
+    assert!(stderr.contains("left out: fidelity full"), "{stderr}");
+    assert!(stdout.contains("| rigid ") && !stdout.contains("| full "), "{stdout}");
+}
+
+#[test]
+fn a_batch_runs_its_members_and_goes_on_where_it_was() {
+    let folder = scene();
+    let plan = r#"{"case": "push.json", // comments are allowed
+        "set": {"/stages/1/increments": 20},
+        "grid": {"/contact/friction": [0.65, 0.4], "/contact/residual_friction": [0.2, 0.1]}, "jobs": 2}"#;
+    std::fs::write(folder.path().join("plan.json"), plan).expect("a plan");
+    let (stdout, _) = ends_with(0, folder.path(), &["batch", "plan.json"]);
+    let results = folder.path().join("results/plan");
+    let summary = read(&results.join("summary.csv"));
+    assert_eq!(summary.lines().count(), 5, "{summary}");
+    assert!(summary.lines().skip(1).all(|line| line.contains(",finished,")), "{summary}");
+    assert!(stdout.contains("push_friction=0.65_residual_friction=0.1"), "{stdout}");
+    // Less friction, less work: the members are what they are called.
+    let work = |peak: &str, residual: &str| {
+        external_work(results.join(format!("push_friction={peak}_residual_friction={residual}.h5")))
+    };
+    assert!(work("0.65", "0.2") > work("0.65", "0.1") && work("0.65", "0.1") > work("0.4", "0.1"));
+    // The same number as a run by itself.
+    let set = ["--set", "/stages/1/increments=20", "--set", "/contact/friction=0.4"];
+    ends_with(0, folder.path(), &[&["run", "push.json", "--out", "alone.h5", "--quiet"][..], &set].concat());
+    assert_eq!(work("0.4", "0.2"), external_work(folder.path().join("alone.h5")));
+    let (_, stderr) = ends_with(0, folder.path(), &["batch", "plan.json"]);
+    assert_eq!(stderr.matches("left as it is").count(), 4, "{stderr}");
+    // One of an array, and the array.
+    let (_, stderr) = ends_with(0, folder.path(), &["batch", "plan.json", "--only", "2", "--force"]);
+    assert!(stderr.contains("[1/1] push_friction=0.65_residual_friction=0.1"), "{stderr}");
+    ends_with(2, folder.path(), &["batch", "plan.json", "--only", "4"]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_riprap"));
+    // A cluster's sbatch must not be found by a test.
+    let output = command
+        .current_dir(folder.path())
+        .env("PATH", folder.path())
+        .args(["batch", "plan.json", "--slurm"])
+        .output()
+        .expect("riprap starts");
+    assert!(output.status.success());
+    assert!(read(&results.join("array.sh")).contains("--array=0-3%2"));
+}
+
+#[test]
+fn a_member_that_fails_is_told_and_the_others_are_run() {
+    let folder = scene();
+    let plan = r#"{"cases": ["push.json", {"name": "loose", "case": "push.json",
+        "set": {"/stages/0/bodies/block": {"force": [0, 0, "1 kN"]}, "/stages/0/increments": 1, "/solver/max_augmentations": 1,
+                "/solver/max_newton_iterations": 1}}]}"#;
+    std::fs::write(folder.path().join("plan.json"), plan).expect("a plan");
+    let (stdout, stderr) = ends_with(3, folder.path(), &["batch", "plan.json", "--out", "out"]);
+    assert!(stdout.lines().any(|line| line.starts_with("| push ") && line.contains("finished")), "{stdout}");
+    assert!(stdout.lines().any(|line| line.starts_with("| loose ") && line.contains("stopped")), "{stdout}");
+    assert!(
+        stderr.contains("loose: exit code 3") && stderr.contains("1 of 2 runs did not reach"),
+        "{stderr}"
+    );
+}
+
+/// The fitting recipe returns the parameters of curves that the model itself makes. Their points are 2000 to a curve, so
+/// that interpolation between them is good to 1e-6.
+#[test]
+fn duncan_chang_parameters_of_synthetic_curves_are_found() {
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts");
+    let program = r#"
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy
+from fit_duncan_chang import ATMOSPHERE, Curve, fit
+given = {"K": 1200, "n": 0.45, "Rf": 0.78, "Kb": 600, "m": 0.2, "phi0 [deg]": 52, "dphi [deg]": 9}
+curves = []
+for pressure in (0.4e6, 0.8e6, 1.6e6, 2.5e6):
+    ratio = pressure / ATMOSPHERE
+    angle = numpy.radians(given["phi0 [deg]"] - given["dphi [deg]"] * numpy.log10(ratio))
+    strength = 2 * pressure * numpy.sin(angle) / (1 - numpy.sin(angle))
+    modulus = given["K"] * ATMOSPHERE * ratio ** given["n"]
+    bulk = given["Kb"] * ATMOSPHERE * ratio ** given["m"]
+    strain = numpy.linspace(0, strength / modulus / (1 - given["Rf"]), 2000)
+    q = strain / (1 / modulus + given["Rf"] * strain / strength)
+    curves.append(Curve(pressure, strain, q, q / 3 / bulk))
+_, found = fit(curves)
+assert found.keys() == given.keys(), found
+for name, value in given.items():
+    assert abs(found[name] / value - 1) < 1e-6, (name, value, found[name])
+print("found")
+"#;
+    // Needs numpy and h5py. Where they cannot be had the test is skipped with the reason, but never in CI.
+    let environment = Command::new("sh").arg(scripts.join("python_env")).output().expect("sh runs");
+    if !environment.status.success() {
+        let reason = String::from_utf8_lossy(&environment.stderr).trim().to_string();
+        assert!(std::env::var("CI").as_deref() != Ok("true"), "CI needs Python: {reason}");
+        eprintln!("SKIPPED: {reason}");
+        return;
+    }
+    let python = String::from_utf8_lossy(&environment.stdout).trim().to_string();
+    let output = Command::new(python)
+        .args(["-c", program])
+        .arg(&scripts)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .output()
+        .expect("Python starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && output.stdout.starts_with(b"found"), "{said}");
+}

@@ -1,0 +1,340 @@
+//! Stages of the triaxial rig on a specimen of sixteen grains: every quantity that a stage prescribes is
+//! held to 1e-3 in every accepted increment, stages end where they say, and what is measured in
+//! different ways agrees. One specimen is generated, seated and consolidated for all of them.
+
+use std::sync::OnceLock;
+
+use riprap::contact::law::Friction;
+use riprap::geometry::{Polyhedron, RoundedBody};
+use riprap::solver::Settings;
+use riprap::specimen::shape::GrainShape;
+use riprap::specimen::statistics::Statistics;
+use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
+use riprap::tensor::{Pose, Rotation, Vec3};
+use riprap::triaxial::{
+    EnergyGate, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until,
+};
+
+const PRESSURE: f64 = 4e5;
+/// What the rig promises for what it prescribes.
+const HELD: f64 = 1e-3;
+
+/// A rig and its test, consolidated, with the rows of the consolidation.
+fn consolidated() -> (Rig, Test, &'static [Row]) {
+    static READY: OnceLock<(Rig, Test, Vec<Row>)> = OnceLock::new();
+    let (rig, test, rows) = READY.get_or_init(|| {
+        let specimen = SpecimenParameters {
+            grading: vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }],
+            size: SpecimenSize::Grains { count: 16, aspect: 1.5 },
+            void_ratio: 0.6,
+            unreachable: Unreachable::Nearest,
+            vertices: [8, 16],
+            vertex_separation: 0.45,
+            rounding: 0.02,
+            seed: 4,
+        };
+        let specimen = generate(&specimen, &mut |_, _| {}).expect("a specimen");
+        let parameters = RigParameters {
+            density: 2700.0,
+            youngs_modulus: 3e10,
+            poissons_ratio: 0.2,
+            friction: Friction::constant(0.65),
+            plate_friction: Friction::constant(0.65),
+            tilting: false,
+            membrane: None,
+        };
+        let mut rig = Rig::new(&specimen, &parameters, Settings::default()).expect("a rig");
+        let mut test = Test::new(&rig);
+        for _ in 0..8 {
+            if test.seat(&mut rig, PRESSURE).converged() {
+                break;
+            }
+        }
+        let stage = Stage {
+            path: Path::Stress { axial: PRESSURE, radial: PRESSURE },
+            steps: Steps::Count(6),
+            until: Until::default(),
+        };
+        let (rows, end) = run(&mut rig, &mut test, &stage);
+        assert_eq!(end, StageEnd::Finished);
+        test.zero_strains(&rig);
+        (rig, test, rows)
+    });
+    (rig.clone(), test.clone(), rows)
+}
+
+fn run(rig: &mut Rig, test: &mut Test, stage: &Stage) -> (Vec<Row>, StageEnd) {
+    let mut rows = Vec::new();
+    let end = test.run(rig, stage, &mut |_, step| {
+        rows.push(step.row.clone());
+        true
+    });
+    (rows, end)
+}
+
+fn steps(nominal: f64) -> Steps {
+    Steps::Strain { nominal, largest: nominal, growth: 1.5 }
+}
+
+fn drive(axial_strain: f64, lateral: Lateral) -> Stage {
+    Stage { path: Path::Strain { axial_strain, lateral }, steps: steps(5e-5), until: Until::default() }
+}
+
+#[track_caller]
+fn finished(rows: &[Row], end: &StageEnd, least: usize) {
+    assert_eq!(*end, StageEnd::Finished);
+    assert!(rows.len() >= least, "{} rows", rows.len());
+    for row in rows {
+        assert!(row.control_error <= HELD && row.out_of_balance < 1e-3, "{row:?}");
+    }
+}
+
+/// Isotropic: no deviatoric stress, the pressure in equal steps up to the asked one, and the stress from
+/// contact forces within a few per cent (the rough plates of so small a specimen confine it too).
+#[test]
+fn isotropic_consolidation_is_isotropic() {
+    let (_, _, rows) = consolidated();
+    finished(rows, &StageEnd::Finished, 6);
+    for (k, row) in rows.iter().enumerate() {
+        let m = &row.measures;
+        let pressure = PRESSURE * (0.5 + 0.5 * (k + 1) as f64 / 6.0);
+        assert!((m.confining_pressure / pressure - 1.0).abs() < 1e-12);
+        assert!(m.deviatoric_stress.abs() < HELD * pressure, "{m:?}");
+        // Along the axis the plates are all there is: 1 %, as the rig promises.
+        let stress = &row.picture.contact_stress;
+        assert!((stress.axial / m.axial_stress - 1.0).abs() < 0.01, "{stress:?}");
+        assert!((stress.radial / pressure - 1.0).abs() < 0.05, "{stress:?}");
+    }
+}
+
+#[test]
+fn anisotropic_consolidation_follows_both_stresses() {
+    let (mut rig, mut test, _) = consolidated();
+    let (axial, radial) = (1.2 * PRESSURE, 0.9 * PRESSURE);
+    let stage =
+        Stage { path: Path::Stress { axial, radial }, steps: Steps::Count(8), until: Until::default() };
+    let (rows, end) = run(&mut rig, &mut test, &stage);
+    finished(&rows, &end, 8);
+    for row in &rows {
+        let m = &row.measures;
+        let at = |to: f64| PRESSURE + row.progress * (to - PRESSURE);
+        assert!((m.axial_stress - at(axial)).abs() < HELD * PRESSURE, "{m:?}");
+        assert!((m.confining_pressure - at(radial)).abs() < HELD * PRESSURE);
+    }
+}
+
+#[test]
+fn drained_shear_lands_on_a_stress_and_unloads_and_reloads() {
+    let (mut rig, mut test, _) = consolidated();
+    let height = rig.height(&rig.committed.poses);
+    let to = |q: f64, must: bool| Until { deviatoric_stress: Some(q), drop_after_peak: None, must };
+    let goal = 0.3 * PRESSURE;
+    let loading = Stage { until: to(goal, false), ..drive(0.01, Lateral::Pressure) };
+    let (rows, end) = run(&mut rig, &mut test, &loading);
+    finished(&rows, &end, 2);
+    let loaded = rows[rows.len() - 1].measures;
+    assert!((loaded.deviatoric_stress / goal - 1.0).abs() < HELD, "{loaded:?}");
+    for row in &rows[..rows.len() - 1] {
+        assert!(row.measures.deviatoric_stress < goal);
+        assert!((row.measures.confining_pressure - PRESSURE).abs() < 1e-9 * PRESSURE);
+    }
+    assert!((1.0 - rig.height(&rig.committed.poses) / height - loaded.axial_strain).abs() < 1e-12);
+
+    let unloading =
+        Stage { steps: steps(2e-5), until: to(0.1 * PRESSURE, true), ..drive(-0.01, Lateral::Pressure) };
+    let (rows, end) = run(&mut rig, &mut test, &unloading);
+    finished(&rows, &end, 2);
+    let unloaded = rows[rows.len() - 1].measures;
+    assert!((unloaded.deviatoric_stress - 0.1 * PRESSURE).abs() < HELD * goal, "{unloaded:?}");
+    assert!(unloaded.axial_strain < loaded.axial_strain);
+
+    let reloading = Stage {
+        path: Path::Return { lateral: Lateral::Pressure },
+        steps: steps(2e-5),
+        until: Until::default(),
+    };
+    let (rows, end) = run(&mut rig, &mut test, &reloading);
+    finished(&rows, &end, 2);
+    let reloaded = rows[rows.len() - 1].measures;
+    assert!((reloaded.axial_strain - loaded.axial_strain).abs() < 1e-12, "{reloaded:?}");
+    // A loop takes energy, it gives none.
+    assert!(test.ledger.friction > 0.0);
+}
+
+/// The volume stays, and the mean cross-section stays; the pressure follows.
+#[test]
+fn constant_volume_and_oedometer_hold_volume_and_area() {
+    for (lateral, per_axial) in [(Lateral::Volume, 0.0), (Lateral::Area, 1.0)] {
+        let (mut rig, mut test, _) = consolidated();
+        let stage = drive(4e-4, lateral);
+        let (rows, end) = run(&mut rig, &mut test, &stage);
+        finished(&rows, &end, 8);
+        for row in &rows {
+            let m = &row.measures;
+            let miss = (m.volumetric_strain - per_axial * m.axial_strain).abs();
+            assert!(miss < HELD * 5e-5, "{lateral:?}: {m:?}");
+            assert!(m.confining_pressure != PRESSURE);
+        }
+        let last = rows[rows.len() - 1].measures;
+        assert!((last.axial_strain - 4e-4).abs() < 1e-12);
+        assert!((rig.pressure - last.confining_pressure).abs() == 0.0);
+    }
+}
+
+#[test]
+fn constant_mean_stress_is_constant() {
+    let (mut rig, mut test, _) = consolidated();
+    let (rows, end) = run(&mut rig, &mut test, &drive(4e-4, Lateral::MeanStress));
+    finished(&rows, &end, 8);
+    for (k, row) in rows.iter().enumerate() {
+        let m = &row.measures;
+        assert!((m.mean_stress / PRESSURE - 1.0).abs() < HELD, "{m:?}");
+        assert!((m.axial_strain - 5e-5 * (k + 1) as f64).abs() < HELD * 5e-5);
+    }
+    assert!(rows[rows.len() - 1].measures.deviatoric_stress > 0.0);
+}
+
+/// Loaded and driven, the specimen goes the same way as long as it gets stronger.
+#[test]
+fn stress_control_reaches_what_strain_control_reaches() {
+    let (mut rig, mut test, _) = consolidated();
+    let deviatoric_stress = 0.2 * PRESSURE;
+    let stage =
+        Stage { path: Path::Shear { deviatoric_stress }, steps: Steps::Count(10), until: Until::default() };
+    let (rows, end) = run(&mut rig, &mut test, &stage);
+    finished(&rows, &end, 10);
+    let loaded = rows[rows.len() - 1].measures;
+    assert!((loaded.deviatoric_stress / deviatoric_stress - 1.0).abs() < HELD);
+
+    let (mut rig, mut test, _) = consolidated();
+    let until = Until { deviatoric_stress: Some(deviatoric_stress), drop_after_peak: None, must: true };
+    let stage = Stage { until, steps: steps(1e-5), ..drive(0.01, Lateral::Pressure) };
+    let (rows, end) = run(&mut rig, &mut test, &stage);
+    finished(&rows, &end, 2);
+    // Increments of different sizes take different paths through friction: first order in their size,
+    // of which there are ten.
+    let driven = rows[rows.len() - 1].measures;
+    assert!((driven.axial_strain / loaded.axial_strain - 1.0).abs() < 0.1, "{driven:?} {loaded:?}");
+}
+
+#[test]
+fn hold_changes_nothing() {
+    for lateral in [None, Some(Lateral::Pressure)] {
+        let (mut rig, mut test, _) = consolidated();
+        if let Some(lateral) = lateral {
+            run(&mut rig, &mut test, &drive(1e-4, lateral));
+        }
+        let before = rig.committed.poses.clone();
+        let hold = Stage { path: Path::Hold, steps: Steps::Count(2), until: Until::default() };
+        let (rows, end) = run(&mut rig, &mut test, &hold);
+        finished(&rows, &end, 2);
+        for (old, new) in before.iter().zip(&rig.committed.poses) {
+            // Nothing moves further than what the tolerance on forces leaves open.
+            assert!((new.position - old.position).norm() < 1e-7);
+        }
+    }
+}
+
+#[test]
+fn a_free_top_plate_tilts_until_it_carries_no_moment() {
+    let (mut rig, mut test, _) = consolidated();
+    rig.tilting = true;
+    let (rows, end) = run(&mut rig, &mut test, &drive(2e-4, Lateral::Pressure));
+    finished(&rows, &end, 4);
+    let tilt = rows[rows.len() - 1].picture.tilt;
+    assert!(tilt > 1e-6 && tilt < 0.1, "{tilt}");
+}
+
+/// What cannot be reached ends the stage with a reason: no stress, no silence.
+#[test]
+fn a_stress_that_never_comes_stops_the_stage() {
+    let (mut rig, mut test, _) = consolidated();
+    let until = Until { deviatoric_stress: Some(100.0 * PRESSURE), drop_after_peak: None, must: true };
+    let stage = Stage { until, ..drive(1e-4, Lateral::Pressure) };
+    let (_, end) = run(&mut rig, &mut test, &stage);
+    assert!(matches!(end, StageEnd::Stopped { reason } if reason.contains("deviatoric stress")));
+}
+
+/// Cutting at the energy gate: every increment closes within it, or is the smallest there is.
+#[test]
+fn an_energy_gate_that_cuts_keeps_increments_closed() {
+    let (mut rig, mut test, _) = consolidated();
+    test.energy_gate = EnergyGate { tolerance: 5e-3, cuts: true };
+    let (rows, end) = run(&mut rig, &mut test, &drive(3e-4, Lateral::Pressure));
+    finished(&rows, &end, 6);
+    let smallest = 5e-5 * 0.5f64.powi(rig.settings.max_cuts as i32);
+    let mut before = 0.0;
+    for row in &rows {
+        let increment = row.measures.axial_strain - before;
+        before = row.measures.axial_strain;
+        assert!(row.energy_gap.abs() <= 5e-3 || row.poorly_closed, "{row:?}");
+        assert!(!row.poorly_closed || increment < 1.01 * smallest, "{increment}: {row:?}");
+    }
+}
+
+/// A column of three cubes, 60, 50 and 60 mm, rounded with 1 mm, between the plates: each joint is four
+/// corners of the smaller face on the larger one, each corner a spring `k` (two cubes in series; a plate gives
+/// none) beyond the onset. The column's stiffness is `1 / (2 / (4 k60) + 2 / (4 k))`.
+///
+/// At 2 MPa every corner carries more than the 460 N at which the onset (4 um) ends. Tolerance: the confining
+/// pressure on the slanted cover between the cubes adds about `p l`, 1.2e5 N/m to 1.4e8 N/m; forces balance to 1e-6.
+#[test]
+fn column_of_cubes_has_the_stiffness_of_its_joints() {
+    let (e, nu, rounding) = (3e10, 0.2, 1e-3);
+    let sizes = [0.06, 0.05, 0.06];
+    let (mut grains, mut poses, mut base) = (Vec::new(), Vec::new(), 0.0);
+    for size in sizes {
+        let nominal = Polyhedron::cuboid([size; 3]).expect("a cube");
+        let rounded = RoundedBody::inset(&nominal, rounding).expect("rounded");
+        grains.push(GrainShape { nominal, rounded, sieve_size: size, class: 0, semi_axes: [0.5 * size; 3] });
+        poses.push(Pose::new(Vec3::new(0.0, 0.0, base + 0.5 * size), Rotation::identity()));
+        base += size;
+    }
+    let specimen =
+        Specimen { grains, poses, diameter: 0.09, height: base, statistics: Statistics::default() };
+    let friction = Friction::constant(0.65);
+    let parameters = RigParameters {
+        density: 2700.0,
+        youngs_modulus: e,
+        poissons_ratio: nu,
+        friction,
+        plate_friction: friction,
+        tilting: false,
+        membrane: None,
+    };
+    let settings = Settings { force_tolerance: 1e-6, ..Settings::default() };
+    let mut rig = Rig::new(&specimen, &parameters, settings).expect("a rig");
+    let mut test = Test::new(&rig);
+    test.energy_gate = EnergyGate { tolerance: 1e-3, cuts: false };
+    let pressure = 2e6;
+    assert!(test.seat(&mut rig, pressure).converged());
+    let consolidate = Stage {
+        path: Path::Stress { axial: pressure, radial: pressure },
+        steps: Steps::Count(2),
+        until: Until::default(),
+    };
+    let (rows, end) = run(&mut rig, &mut test, &consolidate);
+    finished(&rows, &end, 2);
+    test.zero_strains(&rig);
+
+    let spring = |size: f64| 0.1 * e / (1.0 - nu * nu) * size * (6.0 / std::f64::consts::PI).cbrt();
+    let joint = 1.0 / (1.0 / spring(0.06) + 1.0 / spring(0.05));
+    let stiffness = 1.0 / (2.0 / (4.0 * spring(0.06)) + 2.0 / (4.0 * joint));
+    let height = rig.height(&rig.committed.poses);
+    let force = |rig: &Rig, row: &Row| {
+        row.measures.deviatoric_stress * rig.volume(&rig.committed.poses) / rig.height(&rig.committed.poses)
+    };
+    for (strain, from_zero) in [(1e-5, 1.0), (-1e-5, 0.0)] {
+        let stage = Stage { steps: steps(2e-6), ..drive(strain, Lateral::Pressure) };
+        let (rows, end) = run(&mut rig, &mut test, &stage);
+        finished(&rows, &end, 5);
+        let last = &rows[rows.len() - 1];
+        let expected = from_zero * stiffness * 1e-5 * height;
+        let scale = stiffness * 1e-5 * height;
+        let is = force(&rig, last);
+        assert!((is - expected).abs() < 2e-3 * scale, "{is} N, not {expected} N");
+        assert!(!rows.iter().any(|row| row.poorly_closed), "elastic: the ledger closes");
+        let stress = &last.picture.contact_stress;
+        assert!((stress.axial / last.measures.axial_stress - 1.0).abs() < 1e-3, "{stress:?}");
+    }
+}

@@ -1,0 +1,207 @@
+//! The damage law against closed forms.
+//!
+//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10 as corrected in `material::damage`. Everything here is algebra on the
+//! principal values, so the tolerance is rounding through two eigenvalue problems: 1e-8 relative, as LADDER B asks.
+//!
+//! - Uniaxial tension and compression of a single tet10, forces on its nodes: `E e (e0 / e)^N`, zero beyond `e0 / 0.01^(1/N)`.
+//! - Tension, unloading, compression beyond the peak, and back, with recoveries 0, 0.5, 1.
+//! - Proportional paths in turned axes: eqs. 8-10 from the principal values.
+//! - Turned strains give turned stresses.
+
+use nalgebra::Vector6;
+
+use riprap::element::StraightTet10;
+use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic, Softening};
+use riprap::mesh::tet10::EDGES;
+use riprap::tensor::{Mat3, Rotation, Vec3};
+
+const E: f64 = 30e9;
+const NU: f64 = 0.2;
+const F_T: f64 = 25e6;
+const F_C: f64 = 250e6;
+
+fn law(exponent: f64, w_c: f64, w_t: f64) -> DamageLaw {
+    let softening = Softening::Exponent(exponent);
+    let parameters = DamageParameters {
+        tension: softening,
+        compression: softening,
+        threshold: 0.99,
+        recovery_in_compression: w_c,
+        recovery_in_tension: w_t,
+    };
+    let elastic = Elastic::new(E, NU).expect("allowed");
+    DamageLaw::new(elastic, F_T, F_C, &parameters, 1e-3).expect("a law")
+}
+
+fn uniaxial(e: f64) -> Vector6<f64> {
+    Vector6::new(e, -NU * e, -NU * e, 0.0, 0.0, 0.0)
+}
+
+fn tensor(v: &Vector6<f64>, shear: f64) -> Mat3 {
+    let s = v.map(|x| shear * x);
+    Mat3::new(v[0], s[3], s[5], s[3], v[1], s[4], s[5], s[4], v[2])
+}
+
+fn strain_vector(t: &Mat3) -> Vector6<f64> {
+    Vector6::new(t[(0, 0)], t[(1, 1)], t[(2, 2)], 2.0 * t[(0, 1)], 2.0 * t[(1, 2)], 2.0 * t[(2, 0)])
+}
+
+#[test]
+fn uniaxial_curves_of_one_cell() {
+    let corners = [
+        Vec3::new(0.1, -0.2, 0.05),
+        Vec3::new(1.3, 0.2, -0.1),
+        Vec3::new(0.4, 1.1, 0.3),
+        Vec3::new(-0.2, 0.3, 0.9),
+    ];
+    let cell = StraightTet10::new(&corners).expect("a cell");
+    let mut x = [Vec3::zeros(); 10];
+    x[..4].copy_from_slice(&corners);
+    for (k, [i, j]) in EDGES.into_iter().enumerate() {
+        x[4 + k] = (corners[i] + corners[j]) * 0.5;
+    }
+    for exponent in [1.5, 2.0, 3.0, 5.0] {
+        let law = law(exponent, 1.0, 0.0);
+        for (sign, strength) in [(1.0, F_T), (-1.0, F_C)] {
+            let e0 = strength / E;
+            let last = e0 * 0.01_f64.powf(-1.0 / exponent);
+            let mut states = [DamageState::default(); 4];
+            for k in 1..=300 {
+                let e = last * 1.01 * f64::from(k) / 300.0;
+                let u = x.map(|x| Vec3::new(e * x.x, -NU * e * x.y, -NU * e * x.z) * sign);
+                let strains = cell.strains(&u);
+                let responses: [_; 4] = std::array::from_fn(|p| law.respond(&strains[p], &states[p]));
+                states = responses.map(|response| response.state);
+                let mut forces = [Vec3::zeros(); 10];
+                cell.add_forces(&mut forces, &responses.map(|response| response.stress));
+                // Work of the nodal forces on a unit strain along x: stress times volume.
+                let stress = forces.iter().zip(&x).map(|(f, x)| f.x * x.x).sum::<f64>() / cell.volume;
+                let across: f64 = forces.iter().zip(&x).map(|(f, x)| f.y * x.y).sum::<f64>() / cell.volume;
+                let expected = match e {
+                    e if e > last => 0.0,
+                    e if e > e0 => sign * E * e * (e0 / e).powf(exponent),
+                    e => sign * E * e,
+                };
+                assert!(
+                    (stress - expected).abs() < 1e-8 * strength,
+                    "N {exponent} at {e}: {stress} {expected}"
+                );
+                assert!(across.abs() < 1e-8 * strength);
+            }
+            assert!(states.iter().all(|state| state.failed));
+        }
+    }
+    // N = 3 at twice the peak strain: a quarter of the strength.
+    let stress = law(3.0, 1.0, 0.0).respond(&uniaxial(2.0 * F_T / E), &DamageState::default()).stress[0];
+    assert!((stress / F_T - 0.25).abs() < 1e-8);
+}
+
+#[test]
+fn cycles_recover_as_asked() {
+    let (t0, c0) = (F_T / E, F_C / E);
+    let n = 3.0;
+    for w_c in [0.0, 0.5, 1.0] {
+        for w_t in [0.0, 0.5, 1.0] {
+            let law = law(n, w_c, w_t);
+            let mut state = DamageState::default();
+            let mut run = |to: f64| {
+                let from = state.strain[0];
+                let mut stress = 0.0;
+                for k in 1..=50 {
+                    let e = from + (to - from) * f64::from(k) / 50.0;
+                    let response = law.respond(&uniaxial(e), &state);
+                    (stress, state) = (response.stress[0], response.state);
+                    assert!(response.stress.rows(1, 5).norm() < 1e-8 * F_T);
+                }
+                stress
+            };
+            let close = |found: f64, expected: f64, what: &str| {
+                assert!((found - expected).abs() < 1e-8 * F_T, "{what}, w {w_c} {w_t}: {found} {expected}");
+            };
+            // Tension to 2.5 peak strains, half way back, zero.
+            let d_t = 1.0 - (1.0 / 2.5_f64).powf(n);
+            close(run(2.5 * t0), (1.0 - d_t) * E * 2.5 * t0, "softened");
+            close(run(1.2 * t0), (1.0 - d_t) * E * 1.2 * t0, "unloaded");
+            close(run(0.0), 0.0, "zero");
+            // Compression below its peak: w_c = 1 gives E back, w_c = 0 nothing.
+            close(run(-0.5 * c0), -(1.0 - (1.0 - w_c) * d_t) * E * 0.5 * c0, "closed");
+            // Beyond the peak; the lateral extension nu e now leads the tension history.
+            let e = 1.5 * c0;
+            let d_t = 1.0 - (t0 / (NU * 2.0_f64.sqrt() * e)).powf(n);
+            let d_c = 1.0 - (1.0 / 1.5_f64).powf(n);
+            // At the ends of such a path the point may be past its threshold: with w_c = 0 both damages count.
+            let d = 1.0 - (1.0 - d_c) * (1.0 - (1.0 - w_c) * d_t);
+            close(run(-e), if d > 0.99 { 0.0 } else { -(1.0 - d) * E * e }, "crushed");
+            if d > 0.99 {
+                continue;
+            }
+            close(run(-0.4 * c0), -(1.0 - d) * E * 0.4 * c0, "unloaded from compression");
+            // Tension again: w_t = 1 forgets the compression damage.
+            let d = 1.0 - (1.0 - (1.0 - w_t) * d_c) * (1.0 - d_t);
+            close(run(0.8 * t0), if d > 0.99 { 0.0 } else { (1.0 - d) * E * 0.8 * t0 }, "pulled again");
+        }
+    }
+}
+
+#[test]
+fn proportional_paths_in_turned_axes() {
+    let (t0, c0) = (F_T / E, F_C / E);
+    let turn = Rotation::from_scaled_axis(Vec3::new(0.7, -1.1, 0.4)).to_rotation_matrix();
+    let lame = E * NU / ((1.0 + NU) * (1.0 - 2.0 * NU));
+    let mu = E / (2.0 * (1.0 + NU));
+    let mut checked = 0;
+    for (w_c, w_t) in [(1.0, 0.0), (0.5, 0.5), (0.0, 1.0)] {
+        for exponent in [1.5, 3.0] {
+            let law = law(exponent, w_c, w_t);
+            for direction in
+                [[1.0, 0.3, -0.5], [1.0, 1.0, 1.0], [0.2, -1.0, -2.0], [-1.0, -1.0, -0.2], [1.0, -1.0, 0.0]]
+            {
+                let mut state = DamageState::default();
+                for k in 1..=60 {
+                    let e = Vec3::from(direction) * (k as f64 * 4e-4);
+                    let theta = |sign: f64| e.iter().map(|v| (sign * v).max(0.0).powi(2)).sum::<f64>().sqrt();
+                    let softened = |theta: f64, e0: f64| {
+                        if theta > e0 { 1.0 - (e0 / theta).powf(exponent) } else { 0.0 }
+                    };
+                    let (d_t, d_c) = (softened(theta(1.0), t0), softened(theta(-1.0), c0));
+                    let s = e.map(|v| lame * e.sum() + 2.0 * mu * v);
+                    let r =
+                        s.iter().filter(|s| **s > 0.0).sum::<f64>() / s.iter().map(|s| s.abs()).sum::<f64>();
+                    let intact = (1.0 - (1.0 - w_t * r) * d_c) * (1.0 - (1.0 - w_c * (1.0 - r)) * d_t);
+                    let turned = turn.matrix() * Mat3::from_diagonal(&e) * turn.matrix().transpose();
+                    let response = law.respond(&strain_vector(&turned), &state);
+                    state = response.state;
+                    if intact < 0.01 {
+                        assert!(state.failed && response.stress == Vector6::zeros());
+                        break;
+                    }
+                    let expected =
+                        turn.matrix() * Mat3::from_diagonal(&(s * intact)) * turn.matrix().transpose();
+                    let error = (tensor(&response.stress, 1.0) - expected).norm();
+                    assert!(error < 1e-8 * s.norm(), "{direction:?} {k}: {error:e}");
+                    assert!((1.0 - response.damage - intact).abs() < 1e-8);
+                    checked += usize::from(intact < 0.9);
+                }
+            }
+        }
+    }
+    assert!(checked > 200, "most of the path is damaged: {checked}");
+}
+
+#[test]
+fn turned_strain_gives_turned_stress() {
+    let law = law(2.0, 0.5, 0.3);
+    let strain = Mat3::new(2e-3, 5e-4, -3e-4, 5e-4, -1e-3, 8e-4, -3e-4, 8e-4, 4e-4);
+    let still = law.respond(&strain_vector(&strain), &DamageState::default());
+    assert!(still.damage > 0.3);
+    for degrees in 0..=360 {
+        let turn = Rotation::from_scaled_axis(
+            Vec3::new(0.3, 0.5, -0.8).normalize() * f64::from(degrees).to_radians(),
+        );
+        let turn = *turn.to_rotation_matrix().matrix();
+        let found = law.respond(&strain_vector(&(turn * strain * turn.transpose())), &DamageState::default());
+        let expected = turn * tensor(&still.stress, 1.0) * turn.transpose();
+        assert!((tensor(&found.stress, 1.0) - expected).norm() < 1e-9 * expected.norm());
+        assert!((found.dissipated / still.dissipated - 1.0).abs() < 1e-9);
+    }
+}

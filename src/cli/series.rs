@@ -1,0 +1,188 @@
+//! `riprap study` and `riprap batch`: series of runs, each a process of its own.
+
+use std::path::{Path, PathBuf};
+
+use crate::case::parse_override;
+use crate::error::Error;
+use crate::report::chart::Chart;
+use crate::report::write_chart;
+use crate::study::launch::{Event, Launch, Standing};
+use crate::study::outcome::{Figures, compared};
+use crate::study::plan::read_plan;
+use crate::study::vary::{Setting, Vary};
+use crate::study::{Member, Refusal, chart, safe, slurm, table};
+
+use super::arguments::{Batch, Study};
+use super::commands::{Ended, checked};
+use super::exit::Ending;
+use super::{complain, interrupt, note, say};
+
+pub fn study(arguments: &Study) -> Ended {
+    let (source, case) = checked(&arguments.input, None)?;
+    let settings = arguments.vary.settings(&source, &case, &arguments.values)?;
+    let folder =
+        arguments.out.clone().unwrap_or_else(|| beside(&arguments.input.case, arguments.vary.word()));
+    // The member's process reads the case file anew, so that it needs what --set said here too.
+    let given: Vec<_> =
+        arguments.input.overrides.iter().filter_map(|text| parse_override(text).ok()).collect();
+    let (mut members, mut kept): (Vec<Member>, Vec<Setting>) = Default::default();
+    for setting in settings {
+        let name = format!("{}_{}", arguments.vary.word(), setting.label);
+        let mut overrides = given.clone();
+        overrides.extend(setting.overrides.iter().cloned());
+        match Member::new(&name, &source, overrides, &folder) {
+            Ok(member) => {
+                members.push(member);
+                kept.push(setting);
+            }
+            Err(Refusal::Unsupported(faults)) => {
+                note(&format!(
+                    "left out: {} {}, since riprap cannot do it yet:",
+                    arguments.vary.word(),
+                    setting.label
+                ));
+                faults.iter().for_each(|fault| note(&format!("  {fault}")));
+            }
+            Err(Refusal::Faulty(faults)) => return Err(Error::Case { file: source.file, faults }.into()),
+        }
+    }
+    if members.is_empty() {
+        let message = format!("--vary {}: nothing is left to run", arguments.vary.word());
+        return Err(Error::Usage(message).into());
+    }
+    let whole = launch(&members, arguments.jobs, arguments.threads, arguments.force)?;
+
+    let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
+    let quantities = compared(&figures);
+    let heading = arguments.vary.heading(&case);
+    let values = table::study(heading, &kept, &figures, &quantities);
+    say(&format!("{}\n\n{}", case.title, values.to_markdown()));
+    values.write_csv(&folder.join("study.csv"))?;
+    let ensemble = arguments.vary == Vary::Seed;
+    let second = match ensemble {
+        true => table::scatter(&quantities),
+        false => table::orders(&kept, &quantities),
+    };
+    if ensemble || kept.iter().any(|setting| setting.size.is_some()) {
+        say(&format!("\n{}", second.to_markdown()));
+        second.write_csv(&folder.join(if ensemble { "scatter.csv" } else { "order.csv" }))?;
+    }
+    let draw = |stem: &str, chart: Option<Chart>| -> Result<(), Error> {
+        if let Some(chart) = chart {
+            write_chart(&folder, stem, &chart)?;
+            note(&folder.join(format!("{stem}.png")).display().to_string());
+        }
+        Ok(())
+    };
+    draw("curves", chart::curves(&kept, &figures, ensemble))?;
+    if !ensemble {
+        draw("speed_accuracy", chart::speed_and_accuracy(heading, &kept, &figures, &quantities))?;
+    }
+    Ok(conclude(whole, &members, &figures))
+}
+
+pub fn batch(arguments: &Batch) -> Ended {
+    let plan = read_plan(&arguments.plan, arguments.out.as_deref())?;
+    let jobs = arguments.jobs.map_or(plan.jobs, usize::from);
+    let mut plan = plan;
+    plan.threads = arguments.threads.map_or(plan.threads, usize::from);
+    if arguments.slurm {
+        let program = program()?;
+        let (script, answer) = slurm::submit(&plan, &program, jobs)?;
+        match answer {
+            Some(answer) => note(&answer),
+            None => note("there is no sbatch here: the script is written and not submitted"),
+        }
+        say(&script.display().to_string());
+        return Ok(Ending::Done);
+    }
+    let members = match arguments.only {
+        None => plan.members,
+        Some(number) => match plan.members.get(number) {
+            Some(member) => vec![member.clone()],
+            None => {
+                let last = plan.members.len().saturating_sub(1);
+                let message = format!("--only {number}: the plan has members 0 to {last}");
+                return Err(Error::Usage(message).into());
+            }
+        },
+    };
+    if arguments.list {
+        members.iter().for_each(|member| say(&member.name));
+        return Ok(Ending::Done);
+    }
+    let whole = launch(&members, jobs, plan.threads, arguments.force)?;
+    let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
+    if arguments.only.is_none() {
+        let summary = table::batch(&members, &figures);
+        say(&summary.to_markdown());
+        summary.write_csv(&plan.out.join("summary.csv"))?;
+    }
+    Ok(conclude(whole, &members, &figures))
+}
+
+fn program() -> Result<PathBuf, Error> {
+    std::env::current_exe().map_err(|e| Error::io("find", Path::new("the riprap program"), e))
+}
+
+/// Runs what has to be run, and tells.
+fn launch(members: &[Member], jobs: usize, threads: usize, force: bool) -> Result<bool, Error> {
+    interrupt::listen();
+    let program = program()?;
+    let launch = Launch { program: &program, jobs, threads, force, stop: &interrupt::requested };
+    let all = members.len();
+    let mut begun = 0;
+    launch.run(members, &mut |event| match event {
+        Event::Skipped(member, standing) => {
+            begun += 1;
+            let how = match standing {
+                Standing::Finished => "is finished",
+                Standing::Stopped(_) => "stopped short before and would again",
+                Standing::Running => "is being run by another process",
+                Standing::New | Standing::Broken { .. } | Standing::Foreign | Standing::Unreadable(_) => {
+                    "is there"
+                }
+            };
+            note(&format!("[{begun}/{all}] {} {how}: left as it is", member.name));
+        }
+        Event::Started(member) => {
+            begun += 1;
+            note(&format!("[{begun}/{all}] {}", member.name));
+        }
+        Event::Ended(_, Some(0), _) => {}
+        Event::Ended(member, Some(130), _) => note(&format!("{}: interrupted", member.name)),
+        Event::Ended(member, code, line) => {
+            let code = code.map_or("a signal".to_string(), |code| format!("exit code {code}"));
+            note(&format!("{}: {code}: {line}", member.name));
+        }
+    })
+}
+
+fn conclude(whole: bool, members: &[Member], figures: &[Figures]) -> Ending {
+    if !whole {
+        return Ending::Interrupted;
+    }
+    let short: Vec<&str> = members
+        .iter()
+        .zip(figures)
+        .filter(|(_, figures)| !figures.is_finished())
+        .map(|(member, _)| member.name.as_str())
+        .collect();
+    if short.is_empty() {
+        return Ending::Done;
+    }
+    let shown = short.iter().take(10).copied().collect::<Vec<_>>().join(", ");
+    let more = if short.len() > 10 { ", …" } else { "" };
+    complain(&format!(
+        "{} of {} runs did not reach the end of their case: {shown}{more}",
+        short.len(),
+        members.len()
+    ));
+    Ending::Stopped
+}
+
+/// `results/<case>_<what is varied>` beside the case.
+fn beside(case: &Path, word: &str) -> PathBuf {
+    let stem = case.file_stem().unwrap_or(case.as_os_str()).to_string_lossy();
+    case.parent().unwrap_or(Path::new("")).join("results").join(safe(&format!("{stem}_{word}")))
+}

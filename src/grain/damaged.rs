@@ -1,0 +1,441 @@
+//! A grain that damages: its rock cell by cell, a damage state at every integration point, and the flexibility that follows.
+//!
+//! Within an increment the caller alternates: forces on the surface → [`DamagedGrain::propose`] (strains at the points, more damage,
+//! at most so much at a time) → [`DamagedGrain::refresh`] (a new factor, if damage moved). All of that is trial; only
+//! [`DamagedGrain::commit`] keeps it, and [`DamagedGrain::reject`] forgets it without a trace. Between two proposals damage is frozen, so the
+//! grain is linear. Trial damage grows monotonically from the committed one.
+//!
+//! A failed point gives no stress. A cell all of whose points have failed is deleted after the commit
+//! ([`DamagedGrain::break_up`]): its nodes leave the system and what falls apart becomes grains of their own. Until then failed points keep [`HELD`] of
+//! their stiffness in the factor, since a cell with some failed points has nodes that nothing else holds: a force on such a node finds
+//! next to no resistance, instead of a singular matrix.
+//!
+//! Source: Ma, Zhou, Chang & Zhou (2011), section 2.3, for failing points and deleted cells.
+
+use std::sync::Arc;
+
+use nalgebra::Vector6;
+
+use crate::element::{POINT_COUNT, StraightTet10};
+use crate::error::{Error, Result};
+use crate::grain::condensed::CondensedGrain;
+use crate::grain::surface::SurfacePoint;
+use crate::material::{DamageLaw, DamageState, Elastic};
+use crate::mesh::{CellId, Mesh};
+use crate::tensor::Vec3;
+
+/// Part of the stiffness of a failed point that stays in the factor while its cell lives.
+pub const HELD: f64 = 1e-6;
+
+/// Where a grain comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ancestry {
+    /// Number of the grain of the specimen that this was part of.
+    pub origin: u32,
+    /// Number of the body that broke, if this is a fragment.
+    pub parent: Option<u32>,
+    /// 0 for a grain as generated, 1 for a part of it, 2 for a part of a part.
+    pub generation: u32,
+}
+
+impl Ancestry {
+    /// Of a grain as generated.
+    pub const fn of_grain(number: u32) -> Self {
+        Ancestry { origin: number, parent: None, generation: 0 }
+    }
+}
+
+/// What a proposal did to the trial damage.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DamageChange {
+    /// Largest change of `1 - d` at a point that was applied.
+    pub applied: f64,
+    /// Largest change that the limit held back.
+    pub held_back: f64,
+    /// Points whose cracks open and close in turn without settling: their change has been damped to nothing.
+    pub flipping: usize,
+    /// Points that failed in this proposal.
+    pub newly_failed: usize,
+}
+
+/// What a commit kept.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DamageCommit {
+    /// Energy that damage set free since the last commit [J]: `integral of Y dd` over the strains going straight from one accepted state
+    /// to the next, second order in the step; or, where that is less, over the way that the proposals took, each change of d at the strains it was made at.
+    /// In a snap the points do not go straight, and the second is what the stored energy really gave.
+    pub dissipated: f64,
+    /// Elastic energy now [J].
+    pub elastic: f64,
+    pub newly_failed: usize,
+    /// Cells without a working point: [`DamagedGrain::break_up`] will delete them.
+    pub failed_cells: usize,
+}
+
+/// Damage of a grain, in numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DamageSummary {
+    /// Volume-weighted mean of d.
+    pub mean: f64,
+    pub largest: f64,
+    pub failed_points: usize,
+    pub points: usize,
+    /// Volume with d above 0 [m^3].
+    pub damaged_volume: f64,
+}
+
+/// States of all points and the factor that goes with them.
+#[derive(Debug, Clone)]
+pub(super) struct Condition {
+    pub states: Vec<[DamageState; POINT_COUNT]>,
+    /// `1 - d` as it stands in the factor; 0 for failed points.
+    pub intact: Vec<[f64; POINT_COUNT]>,
+    pub condensed: Arc<CondensedGrain>,
+}
+
+/// A crushable meshed grain in body coordinates.
+#[derive(Debug, Clone)]
+pub struct DamagedGrain {
+    pub(super) laws: Vec<DamageLaw>,
+    pub(super) elements: Vec<StraightTet10>,
+    pub(super) density: f64,
+    pub(super) committed: Condition,
+    trial: Condition,
+    /// The trial damage moved since its factor was made.
+    stale: bool,
+    /// For each point, the sign of its last change of `1 - d` times the limit of the next: halved when the sign turns, doubled (up to the
+    /// caller's limit) when it stays, after the Rprop rule of Riedmiller & Braun (1993). So cracks that open and close in turn settle.
+    pace: Vec<[f64; POINT_COUNT]>,
+    /// Energy that the proposals since the last commit set free, each at the strains it was made at [J].
+    freed: f64,
+    pub(super) dissipated: f64,
+    /// For each cell, its number in the mesh of the grain as generated.
+    pub(super) origin_cells: Vec<CellId>,
+    /// For each facet of the surface, whether breaking exposed it.
+    pub(super) exposed: Vec<bool>,
+    pub(super) ancestry: Ancestry,
+}
+
+/// Limits below this mean that a point flips.
+const FLIPPING: f64 = 1e-4;
+
+/// The limit of a wanted change, with its sign; see [`DamagedGrain::pace`].
+fn next_pace(last: f64, wanted: f64, most: f64) -> f64 {
+    let size = if last == 0.0 {
+        most
+    } else if last * wanted < 0.0 {
+        0.5 * last.abs()
+    } else {
+        (2.0 * last.abs()).min(most)
+    };
+    size.copysign(wanted)
+}
+
+/// Condenses with failed points held.
+pub(super) fn condense(
+    mesh: Mesh,
+    laws: &[DamageLaw],
+    density: f64,
+    intact: &[[f64; POINT_COUNT]],
+) -> Result<CondensedGrain> {
+    let elastic: Vec<Elastic> = laws.iter().map(|law| *law.elastic()).collect();
+    let held: Vec<[f64; POINT_COUNT]> =
+        intact.iter().map(|points| points.map(|share| share.max(HELD))).collect();
+    CondensedGrain::with_damage_on_demand(mesh, &elastic, density, &held)
+}
+
+fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {
+    mesh.cell_ids()
+        .map(|cell| {
+            StraightTet10::new(&mesh.corners(cell)).ok_or_else(|| Error::Mesh {
+                name: "grain".into(),
+                message: format!("cell {} has no volume", cell.index()),
+            })
+        })
+        .collect()
+}
+
+impl DamagedGrain {
+    /// A sound grain with one law a cell and a uniform `density` [kg/m^3].
+    ///
+    /// Errors ([`Error::Mesh`]) as [`CondensedGrain::new`].
+    pub fn new(mesh: Mesh, laws: Vec<DamageLaw>, density: f64, ancestry: Ancestry) -> Result<Self> {
+        let states = vec![[DamageState::default(); POINT_COUNT]; laws.len()];
+        Self::with_states(mesh, laws, density, states, ancestry)
+    }
+
+    /// A grain whose points have a history: one that goes on from a restart. Points that have failed stay so.
+    ///
+    /// Errors ([`Error::Mesh`]) as [`Self::new`], and where there is not one state a point.
+    pub fn with_states(
+        mesh: Mesh,
+        laws: Vec<DamageLaw>,
+        density: f64,
+        states: Vec<[DamageState; POINT_COUNT]>,
+        ancestry: Ancestry,
+    ) -> Result<Self> {
+        if states.len() != laws.len() {
+            let message = format!("has {} laws and {} damage states", laws.len(), states.len());
+            return Err(Error::Mesh { name: "grain".into(), message });
+        }
+        let intact: Vec<[f64; POINT_COUNT]> = laws
+            .iter()
+            .zip(&states)
+            .map(|(law, states)| states.map(|state| 1.0 - law.damage(&state)))
+            .collect();
+        let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
+        let condensed = Arc::new(condense(mesh, &laws, density, &intact)?);
+        Self::assemble(
+            laws,
+            density,
+            Condition { states, intact, condensed },
+            origin_cells,
+            exposed,
+            ancestry,
+        )
+    }
+
+    pub(super) fn assemble(
+        laws: Vec<DamageLaw>,
+        density: f64,
+        committed: Condition,
+        origin_cells: Vec<CellId>,
+        exposed: Vec<bool>,
+        ancestry: Ancestry,
+    ) -> Result<Self> {
+        let elements = elements_of(committed.condensed.mesh())?;
+        Ok(DamagedGrain {
+            pace: vec![[0.0; POINT_COUNT]; laws.len()],
+            laws,
+            elements,
+            density,
+            trial: committed.clone(),
+            committed,
+            stale: false,
+            freed: 0.0,
+            dissipated: 0.0,
+            origin_cells,
+            exposed,
+            ancestry,
+        })
+    }
+
+    /// The grain's flexibility with the trial damage as of the last [`Self::refresh`].
+    pub fn condensed(&self) -> &Arc<CondensedGrain> {
+        &self.trial.condensed
+    }
+
+    pub fn mesh(&self) -> &Mesh {
+        self.committed.condensed.mesh()
+    }
+
+    pub fn law(&self, cell: CellId) -> &DamageLaw {
+        &self.laws[cell.index()]
+    }
+
+    /// Committed states of the integration points of each cell.
+    pub fn states(&self) -> &[[DamageState; POINT_COUNT]] {
+        &self.committed.states
+    }
+
+    /// Committed `1 - d` of each point, as in the factor; 0 where failed.
+    pub fn intact(&self) -> &[[f64; POINT_COUNT]] {
+        &self.committed.intact
+    }
+
+    /// For each cell, its number in the mesh of the grain as generated.
+    pub fn origin_cells(&self) -> &[CellId] {
+        &self.origin_cells
+    }
+
+    /// For each facet of the mesh's surface, whether breaking exposed it.
+    pub fn exposed_facets(&self) -> &[bool] {
+        &self.exposed
+    }
+
+    pub const fn ancestry(&self) -> &Ancestry {
+        &self.ancestry
+    }
+
+    /// Energy that damage has set free in all commits since this body exists [J].
+    pub const fn dissipated(&self) -> f64 {
+        self.dissipated
+    }
+
+    fn strains(&self, cell: usize, u: &[Vec3]) -> [Vector6<f64>; POINT_COUNT] {
+        let nodal = self.mesh().cells[cell].map(|node| u[node.index()]);
+        self.elements[cell].strains(&nodal)
+    }
+
+    /// Moves the trial damage towards what the strains under `loads` (forces [N] on surface points) ask for. No damage grows by more than
+    /// `max_change`: where one point asks for more, all grow in proportion, so that the weakest leads and others can unload before
+    /// they break. Makes a fresh factor first where the last proposal moved damage.
+    ///
+    /// The caller goes on until `applied` is below its tolerance and nothing is held back.
+    pub fn propose(&mut self, loads: &[(SurfacePoint, Vec3)], max_change: f64) -> Result<DamageChange> {
+        self.refresh()?;
+        let u = self.trial.condensed.nodal_displacements(loads);
+        let mut most = 0.0_f64;
+        for cell in 0..self.laws.len() {
+            let strains = self.strains(cell, &u);
+            for (strain, state) in strains.iter().zip(&mut self.trial.states[cell]) {
+                if !strain.iter().all(|e| e.is_finite()) {
+                    return Err(Error::Mesh {
+                        name: "grain".into(),
+                        message: format!("the strain in cell {cell} is not finite"),
+                    });
+                }
+                most = most.max(self.laws[cell].growth(strain, state));
+                state.strain = *strain;
+            }
+        }
+        let share = if most > max_change { max_change / most } else { 1.0 };
+        let mut change = DamageChange { held_back: (1.0 - share) * most, ..Default::default() };
+        for cell in 0..self.laws.len() {
+            let law = &self.laws[cell];
+            let volume = self.elements[cell].point_volume();
+            for point in 0..POINT_COUNT {
+                let old = self.trial.states[cell][point];
+                if old.failed {
+                    continue;
+                }
+                let new = law.advance_partly(&old.strain, &old, share);
+                let before = self.trial.intact[cell][point];
+                let wanted = 1.0 - law.damage(&new);
+                let after = if new.failed {
+                    0.0
+                } else {
+                    // Closing and opening cracks change d too.
+                    let pace = &mut self.pace[cell][point];
+                    *pace = next_pace(*pace, wanted - before, max_change);
+                    if pace.abs() < FLIPPING {
+                        change.flipping += 1;
+                    } else {
+                        change.held_back = change.held_back.max((wanted - before).abs() - pace.abs());
+                    }
+                    wanted.clamp(before - pace.abs(), before + pace.abs())
+                };
+                change.applied = change.applied.max((after - before).abs());
+                change.newly_failed += usize::from(new.failed);
+                if after != before {
+                    self.stale = true;
+                    self.freed += volume * (before - after) * law.elastic().energy_density(&old.strain);
+                }
+                self.trial.states[cell][point] = new;
+                self.trial.intact[cell][point] = after;
+            }
+        }
+        Ok(change)
+    }
+
+    /// Makes a new factor if the trial damage moved; returns whether it did.
+    ///
+    /// Errors ([`Error::Mesh`]) where what is left cannot be factored: reject the increment.
+    pub fn refresh(&mut self) -> Result<bool> {
+        if !self.stale {
+            return Ok(false);
+        }
+        let condensed = condense(self.mesh().clone(), &self.laws, self.density, &self.trial.intact)?;
+        self.trial.condensed = Arc::new(condensed);
+        self.stale = false;
+        Ok(true)
+    }
+
+    /// Forgets the trial damage.
+    pub fn reject(&mut self) {
+        if self.stale || !Arc::ptr_eq(&self.trial.condensed, &self.committed.condensed) {
+            self.trial = self.committed.clone();
+        } else {
+            // No damage moved, but strains were written down.
+            self.trial.states.clone_from(&self.committed.states);
+            self.trial.intact.clone_from(&self.committed.intact);
+        }
+        self.stale = false;
+        self.settle();
+    }
+
+    /// Begins a new step.
+    fn settle(&mut self) {
+        self.freed = 0.0;
+        self.pace.iter_mut().for_each(|pace| *pace = [0.0; POINT_COUNT]);
+    }
+
+    /// Keeps the trial damage, with the strains under the accepted `loads`.
+    pub fn commit(&mut self, loads: &[(SurfacePoint, Vec3)]) -> Result<DamageCommit> {
+        self.refresh()?;
+        let u = self.trial.condensed.nodal_displacements(loads);
+        let mut kept = DamageCommit::default();
+        for cell in 0..self.laws.len() {
+            let (law, strains) = (&self.laws[cell], self.strains(cell, &u));
+            let volume = self.elements[cell].point_volume();
+            for (point, strain) in strains.into_iter().enumerate() {
+                let (from, to) = (self.committed.states[cell][point], &mut self.trial.states[cell][point]);
+                let (before, after) = (self.committed.intact[cell][point], self.trial.intact[cell][point]);
+                to.strain = strain;
+                kept.newly_failed += usize::from(to.failed && !from.failed);
+                let stored = after * law.elastic().energy_density(&to.strain);
+                kept.elastic += volume * stored;
+                if before != 1.0 || after != 1.0 {
+                    let freed =
+                        law.work(&from, to) - (stored - before * law.elastic().energy_density(&from.strain));
+                    kept.dissipated += volume * freed;
+                }
+            }
+            kept.failed_cells += usize::from(self.trial.states[cell].iter().all(|state| state.failed));
+        }
+        kept.dissipated = kept.dissipated.min(self.freed);
+        self.settle();
+        self.committed = self.trial.clone();
+        self.dissipated += kept.dissipated;
+        Ok(kept)
+    }
+
+    /// Elastic energy of the committed state [J], from the strains and `1 - d` at the points.
+    pub fn elastic_energy(&self) -> f64 {
+        let point = |cell: usize, point: usize| {
+            let strain = &self.committed.states[cell][point].strain;
+            self.committed.intact[cell][point] * self.laws[cell].elastic().energy_density(strain)
+        };
+        let cell =
+            |k: usize| self.elements[k].point_volume() * (0..POINT_COUNT).map(|p| point(k, p)).sum::<f64>();
+        (0..self.laws.len()).map(cell).sum()
+    }
+
+    /// Stresses [Pa] at the integration points of the committed state; zero at failed ones.
+    pub fn stresses(&self) -> Vec<[Vector6<f64>; POINT_COUNT]> {
+        let cell = |k: usize| {
+            std::array::from_fn(|p| {
+                let strain = &self.committed.states[k][p].strain;
+                self.laws[k].elastic().stress(strain) * self.committed.intact[k][p]
+            })
+        };
+        (0..self.laws.len()).map(cell).collect()
+    }
+
+    /// Numbers of the committed damage.
+    pub fn summary(&self) -> DamageSummary {
+        let mut summary = DamageSummary {
+            mean: 0.0,
+            largest: 0.0,
+            failed_points: 0,
+            points: POINT_COUNT * self.laws.len(),
+            damaged_volume: 0.0,
+        };
+        let mut volume = 0.0;
+        for (cell, states) in self.committed.states.iter().enumerate() {
+            let share = self.elements[cell].point_volume();
+            for state in states {
+                // The larger of both histories, whether or not cracks are closed just now.
+                let [d_t, d_c] = self.laws[cell].parts(state);
+                let d = if state.failed { 1.0 } else { d_t.max(d_c) };
+                volume += share;
+                summary.mean += share * d;
+                summary.largest = summary.largest.max(d);
+                summary.failed_points += usize::from(state.failed);
+                summary.damaged_volume += if d > 0.0 { share } else { 0.0 };
+            }
+        }
+        summary.mean /= volume;
+        summary
+    }
+}

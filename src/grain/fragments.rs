@@ -1,0 +1,167 @@
+//! What is left of a grain when failed cells are deleted: one smaller grain, fragments, or nothing.
+//!
+//! Parts hang together through whole facets. Parts that touch only along an edge or at a node come apart: such a hinge
+//! carries no moment and next to no force; each part gets its own copy of the shared nodes.
+//!
+//! A part keeps the body coordinates of the grain that broke (nodes, laws and damage states are where they were) and has a frame of its own: its mean
+//! motion at the moment of breaking, so that the displacement left in that frame has neither linear nor angular momentum.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, condense};
+use crate::grain::mass::mean_motion;
+use crate::grain::surface::SurfacePoint;
+use crate::mesh::{CellId, Mesh, NodeId, SurfaceFacet};
+use crate::tensor::Vec3;
+
+/// A part of a grain, itself a grain.
+#[derive(Debug, Clone)]
+pub struct Fragment {
+    pub grain: DamagedGrain,
+    /// Its cells in the mesh of the grain that broke.
+    pub cells: Vec<CellId>,
+    /// The node that each of its nodes was there.
+    pub nodes: Vec<NodeId>,
+    /// Mean translation [m] at its centroid and rotation [rad], in the frame of the grain that broke: where the fragment's own frame goes.
+    pub translation: Vec3,
+    pub rotation: Vec3,
+}
+
+/// Why a part that still hangs together is given up.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Loss {
+    /// Smaller than asked for.
+    Small { volume: f64 },
+    /// Its stiffness could not be factored.
+    Unsolvable { reason: String },
+}
+
+/// The outcome of deleting failed cells. One fragment: the grain lives on, smaller. None: nothing is left.
+#[derive(Debug, Clone)]
+pub struct BreakUp {
+    /// Largest first.
+    pub fragments: Vec<Fragment>,
+    /// Cells all of whose points had failed.
+    pub deleted: Vec<CellId>,
+    /// [m^3]
+    pub deleted_volume: f64,
+    /// Parts that were given up, with their cells.
+    pub lost: Vec<(Vec<CellId>, Loss)>,
+    /// Volume of those parts [m^3].
+    pub lost_volume: f64,
+    /// Elastic energy [J] that went with deleted cells and lost parts.
+    pub lost_energy: f64,
+}
+
+impl DamagedGrain {
+    /// Deletes the cells all of whose points have failed, and separates what no longer hangs together. `None` if no cell has
+    /// failed. `number` is this body's number, the parent of its fragments; parts below `least_volume` [m^3] are given up.
+    ///
+    /// `loads` are the forces [N] of the committed state, from which the fragments' motion follows. Works on the
+    /// committed state and leaves this grain as it is.
+    pub fn break_up(
+        &self,
+        loads: &[(SurfacePoint, Vec3)],
+        number: u32,
+        least_volume: f64,
+    ) -> Result<Option<BreakUp>> {
+        let mesh = self.mesh();
+        let alive = |cell: CellId| self.states()[cell.index()].iter().any(|state| !state.failed);
+        let deleted: Vec<CellId> = mesh.cell_ids().filter(|&cell| !alive(cell)).collect();
+        if deleted.is_empty() {
+            return Ok(None);
+        }
+        let volume_of = |cells: &[CellId]| cells.iter().map(|&cell| mesh.cell_volume(cell)).sum::<f64>();
+        let mut parts: Vec<(f64, Vec<CellId>)> =
+            mesh.connected_parts_of(alive).into_iter().map(|part| (volume_of(&part), part)).collect();
+        parts.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let kept = parts.iter().filter(|(volume, _)| *volume >= least_volume).count();
+        let ancestry = if kept > 1 {
+            Ancestry { parent: Some(number), generation: self.ancestry().generation + 1, ..*self.ancestry() }
+        } else {
+            *self.ancestry()
+        };
+        let before = exposed_before(mesh, self.exposed_facets());
+        let u = self.committed.condensed.nodal_displacements(loads);
+        let mut outcome = BreakUp {
+            fragments: vec![],
+            deleted_volume: volume_of(&deleted),
+            lost_energy: self.energy_of(&deleted),
+            deleted,
+            lost: vec![],
+            lost_volume: 0.0,
+        };
+        for (volume, cells) in parts {
+            let loss = if volume < least_volume {
+                Loss::Small { volume }
+            } else {
+                match self.part(&cells, &before, ancestry) {
+                    Ok((grain, nodes)) => {
+                        let displacements: Vec<Vec3> = nodes.iter().map(|node| u[node.index()]).collect();
+                        let (translation, rotation) = mean_motion(grain.mesh(), &displacements);
+                        outcome.fragments.push(Fragment { grain, cells, nodes, translation, rotation });
+                        continue;
+                    }
+                    Err(error) => Loss::Unsolvable { reason: error.to_string() },
+                }
+            };
+            outcome.lost_volume += volume;
+            outcome.lost_energy += self.energy_of(&cells);
+            outcome.lost.push((cells, loss));
+        }
+        Ok(Some(outcome))
+    }
+
+    fn part(
+        &self,
+        cells: &[CellId],
+        exposed: &BTreeMap<[NodeId; 3], bool>,
+        ancestry: Ancestry,
+    ) -> Result<(DamagedGrain, Vec<NodeId>)> {
+        let (mesh, nodes) = self.mesh().part(cells)?;
+        let laws: Vec<_> = cells.iter().map(|&cell| *self.law(cell)).collect();
+        let states = cells.iter().map(|cell| self.states()[cell.index()]).collect();
+        let intact: Vec<_> = cells.iter().map(|cell| self.intact()[cell.index()]).collect();
+        let origin_cells = cells.iter().map(|cell| self.origin_cells()[cell.index()]).collect();
+        let exposed = mesh
+            .surface
+            .iter()
+            .map(|facet| {
+                // A facet that was not on the surface before is new.
+                let old = key(facet).map(|node| nodes[node.index()]);
+                exposed.get(&old).copied().unwrap_or(true)
+            })
+            .collect();
+        let condensed = Arc::new(condense(mesh, &laws, self.density, &intact)?);
+        let condition = Condition { states, intact, condensed };
+        let grain = DamagedGrain::assemble(laws, self.density, condition, origin_cells, exposed, ancestry)?;
+        Ok((grain, nodes))
+    }
+
+    fn energy_of(&self, cells: &[CellId]) -> f64 {
+        let point = |cell: usize, point: usize| {
+            let strain = &self.states()[cell][point].strain;
+            self.intact()[cell][point] * self.laws[cell].elastic().energy_density(strain)
+        };
+        let of = |cell: &CellId| {
+            let k = cell.index();
+            self.elements[k].point_volume() * (0..self.states()[k].len()).map(|p| point(k, p)).sum::<f64>()
+        };
+        cells.iter().map(of).sum()
+    }
+}
+
+/// Sorted corners of a facet.
+fn key(facet: &SurfaceFacet) -> [NodeId; 3] {
+    let mut key = [facet.nodes[0], facet.nodes[1], facet.nodes[2]];
+    key.sort_unstable();
+    key
+}
+
+/// Whether breaking exposed it, for each surface facet. Node numbers of a part ascend with those of the whole
+/// ([`Mesh::part`]), so sorted corners stay sorted.
+fn exposed_before(mesh: &Mesh, exposed: &[bool]) -> BTreeMap<[NodeId; 3], bool> {
+    mesh.surface.iter().zip(exposed).map(|(facet, exposed)| (key(facet), *exposed)).collect()
+}

@@ -1,0 +1,418 @@
+//! Damage softening of rock: isotropic, with separate histories in tension and compression.
+//!
+//! `sigma = (1 - d) C e` with `(1 - d) = (1 - k_t d_c)(1 - k_c d_t)`, `k_t = 1 - w_t r`,
+//! `k_c = 1 - w_c (1 - r)`. Each of `d_t`, `d_c` is `1 - (e0 / theta)^N` of the largest equivalent strain
+//! so far, `theta_t = sqrt(sum <e_i>^2)` and `theta_c = sqrt(sum <-e_i>^2)` of the principal strains; `e0` is the
+//! strength over Young's modulus. `r` is the tensile share of the effective principal stresses (those of `C e`).
+//! A point whose d exceeds the threshold has failed: it carries nothing any more.
+//!
+//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10, with two corrections. Continuity at the peak makes `e_p` of
+//! eq. 6 zero, hence `sigma = E e (e0 / e)^N`. Eq. 9 pairs `w_c` with the compression damage, while the recovery that
+//! its text describes (cracks close: `w_c = 1` restores the stiffness lost in tension) needs the crosswise pairing
+//! above, that of Lee & Fenves (1998). At zero stress r is 0, as there.
+//!
+//! With `w_c = 1` tension damage does not weaken compression. With less it does, and not only after tension: in uniaxial compression
+//! the lateral strains `nu e` damage in tension from `nu sqrt 2 e = f_t / E` on, well before the peak where `f_c / f_t > 1 / (nu sqrt 2)`.
+//!
+//! Stress [Pa] and strain tension positive; the histories and strengths are positive in both.
+//!
+//! **Kinks.** The stress is continuous except where a point fails. Its derivative jumps where a history starts or stops
+//! growing and where a principal effective stress changes sign; `Response::tangent` is there the one of growth, and of a
+//! vanishing stress counted as neither tension nor compression. Equal principal values are no kink. At zero strain
+//! `r` jumps, but the stress is zero.
+
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+
+use crate::material::softening::{Branch, Softening, relative_energy};
+use crate::material::{Elastic, MaterialError};
+use crate::tensor::{Mat3, Vec3};
+
+/// Damage parameters that all cells share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DamageParameters {
+    pub tension: Softening,
+    pub compression: Softening,
+    /// Damage above which a point fails, above 0 and at most 1.
+    pub threshold: f64,
+    /// w_c: share of the stiffness lost in tension that returns in compression, 0 to 1.
+    pub recovery_in_compression: f64,
+    /// w_t: share of the stiffness lost in compression that returns in tension, 0 to 1.
+    pub recovery_in_tension: f64,
+}
+
+impl Default for DamageParameters {
+    fn default() -> Self {
+        DamageParameters {
+            tension: Softening::Exponent(3.0),
+            compression: Softening::Exponent(3.0),
+            threshold: 0.99,
+            recovery_in_compression: 1.0,
+            recovery_in_tension: 0.0,
+        }
+    }
+}
+
+/// The law of one cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DamageLaw {
+    elastic: Elastic,
+    tension: Branch,
+    compression: Branch,
+    threshold: f64,
+    /// w_c and w_t.
+    recovery: [f64; 2],
+}
+
+/// What an integration point remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DamageState {
+    /// Strain at which this state was reached (Voigt, engineering shear).
+    pub strain: Vector6<f64>,
+    /// Largest theta_t so far.
+    pub tension: f64,
+    /// Largest theta_c so far.
+    pub compression: f64,
+    /// Failed points carry nothing and stay so.
+    pub failed: bool,
+}
+
+impl Default for DamageState {
+    fn default() -> Self {
+        DamageState { strain: Vector6::zeros(), tension: 0.0, compression: 0.0, failed: false }
+    }
+}
+
+/// Everything about one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// [Pa]
+    pub stress: Vector6<f64>,
+    /// Damage d at this strain, 1 where failed. The secant stiffness is `(1 - d) C`.
+    pub damage: f64,
+    /// Derivative of the stress by the strain [Pa]; not symmetric while damage grows or `r` varies.
+    pub tangent: Matrix6<f64>,
+    pub state: DamageState,
+    /// Energy per volume set free on a straight strain path from the old state [J/m^3]; see [`DamageLaw::dissipation`].
+    pub dissipated: f64,
+}
+
+/// Principal view of a strain.
+struct Principal {
+    values: Vec3,
+    axes: Mat3,
+    theta_t: f64,
+    theta_c: f64,
+    /// Tensile share of the principal effective stresses.
+    r: f64,
+    stresses: Vec3,
+}
+
+/// Nodes and weights of the three-point Gauss rule on 0..1.
+const GAUSS: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+/// Panels per unit of damage change in [`DamageLaw::dissipation`].
+const PANELS: f64 = 16.0;
+
+impl DamageLaw {
+    /// The law of a cell of `cell_size` [m] (used by [`Softening::FractureEnergy`] only) with strengths [Pa],
+    /// both positive.
+    ///
+    /// Errors where a parameter is impossible, or the cell is too large for its fracture energy: its stored energy at the
+    /// peak would exceed what its crack can take (or too small: softening would be slower than N = 1).
+    pub fn new(
+        elastic: Elastic,
+        tensile_strength: f64,
+        compressive_strength: f64,
+        parameters: &DamageParameters,
+        cell_size: f64,
+    ) -> Result<Self, MaterialError> {
+        let threshold = parameters.threshold;
+        if !(threshold > 0.0 && threshold <= 1.0) {
+            return Err(MaterialError::Threshold(threshold));
+        }
+        let recovery = [parameters.recovery_in_compression, parameters.recovery_in_tension];
+        if let Some(bad) = recovery.into_iter().find(|w| !(0.0..=1.0).contains(w)) {
+            return Err(MaterialError::Recovery(bad));
+        }
+        // A threshold of 1 is never exceeded; the tail's energy is then counted to 1 - 1e-12.
+        let counted = threshold.min(1.0 - 1e-12);
+        Ok(DamageLaw {
+            tension: parameters.tension.branch("tensile", tensile_strength, &elastic, cell_size, counted)?,
+            compression: parameters.compression.branch(
+                "compressive",
+                compressive_strength,
+                &elastic,
+                cell_size,
+                counted,
+            )?,
+            elastic,
+            threshold,
+            recovery,
+        })
+    }
+
+    /// The sound rock.
+    pub const fn elastic(&self) -> &Elastic {
+        &self.elastic
+    }
+
+    /// Peak strains in tension and compression, both positive.
+    pub const fn onsets(&self) -> [f64; 2] {
+        [self.tension.onset, self.compression.onset]
+    }
+
+    /// N in tension and compression.
+    pub const fn exponents(&self) -> [f64; 2] {
+        [self.tension.exponent, self.compression.exponent]
+    }
+
+    /// `d_t` and `d_c` of a state, without recovery.
+    pub fn parts(&self, state: &DamageState) -> [f64; 2] {
+        [self.tension.damage(state.tension), self.compression.damage(state.compression)]
+    }
+
+    /// Energy per volume that loading to failure in uniaxial tension takes [J/m^3].
+    pub fn energy_to_fail_in_tension(&self) -> f64 {
+        let threshold = self.threshold.min(1.0 - 1e-12);
+        let onset = self.tension.onset;
+        self.elastic.youngs_modulus() * onset * onset * relative_energy(self.tension.exponent, threshold)
+    }
+
+    fn principal(&self, strain: &Vector6<f64>) -> Principal {
+        let e = strain;
+        let tensor = Mat3::new(
+            e[0],
+            0.5 * e[3],
+            0.5 * e[5],
+            0.5 * e[3],
+            e[1],
+            0.5 * e[4],
+            0.5 * e[5],
+            0.5 * e[4],
+            e[2],
+        );
+        let eigen = SymmetricEigen::new(tensor);
+        let values = eigen.eigenvalues;
+        let part = |sign: f64| values.iter().map(|v| (sign * v).max(0.0).powi(2)).sum::<f64>().sqrt();
+        let (lambda, mu) = self.elastic.lame();
+        let stresses = values.map(|v| lambda * values.sum() + 2.0 * mu * v);
+        let total: f64 = stresses.iter().map(|s| s.abs()).sum();
+        let r = if total > 0.0 { stresses.iter().map(|s| s.max(0.0)).sum::<f64>() / total } else { 0.0 };
+        Principal { theta_t: part(1.0), theta_c: part(-1.0), values, axes: eigen.eigenvectors, r, stresses }
+    }
+
+    /// Whether a sound point certainly stays sound: theta_t and theta_c are at most the norm of the strain tensor.
+    fn cannot_damage(&self, strain: &Vector6<f64>, old: &DamageState) -> bool {
+        let least = self.tension.onset.min(self.compression.onset);
+        let sound = old.tension <= self.tension.onset && old.compression <= self.compression.onset;
+        let e = strain;
+        let squared =
+            e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
+        sound && squared < least * least
+    }
+
+    /// `1 - d` for histories and stress state.
+    fn integrity(&self, theta_t: f64, theta_c: f64, r: f64) -> f64 {
+        let [w_c, w_t] = self.recovery;
+        let (k_t, k_c) = (1.0 - w_t * r, 1.0 - w_c * (1.0 - r));
+        (1.0 - k_t * self.compression.damage(theta_c)) * (1.0 - k_c * self.tension.damage(theta_t))
+    }
+
+    /// Damage d of a state at its own strain; 1 where failed.
+    pub fn damage(&self, state: &DamageState) -> f64 {
+        if state.failed {
+            return 1.0;
+        }
+        if state.tension <= self.tension.onset && state.compression <= self.compression.onset {
+            return 0.0;
+        }
+        1.0 - self.integrity(state.tension, state.compression, self.principal(&state.strain).r)
+    }
+
+    /// Stored energy per volume of a state at its own strain [J/m^3].
+    pub fn stored_energy(&self, state: &DamageState) -> f64 {
+        (1.0 - self.damage(state)) * self.elastic.energy_density(&state.strain)
+    }
+
+    /// The state at a new strain. Not a number where the strain is not.
+    pub fn advance(&self, strain: &Vector6<f64>, old: &DamageState) -> DamageState {
+        if old.failed || self.cannot_damage(strain, old) {
+            return DamageState { strain: *strain, ..*old };
+        }
+        let new = self.principal(strain);
+        self.grown(strain, old, &new)
+    }
+
+    fn grown(&self, strain: &Vector6<f64>, old: &DamageState, new: &Principal) -> DamageState {
+        let (tension, compression) = (old.tension.max(new.theta_t), old.compression.max(new.theta_c));
+        let failed = 1.0 - self.integrity(tension, compression, new.r) > self.threshold;
+        DamageState { strain: *strain, tension, compression, failed }
+    }
+
+    /// Growth of `d_t` or `d_c`, the larger, that a strain asks for.
+    pub fn growth(&self, strain: &Vector6<f64>, old: &DamageState) -> f64 {
+        if old.failed || self.cannot_damage(strain, old) {
+            return 0.0;
+        }
+        let new = self.principal(strain);
+        let grown = |branch: &Branch, before: f64, theta: f64| branch.damage(theta) - branch.damage(before);
+        grown(&self.tension, old.tension, new.theta_t)
+            .max(grown(&self.compression, old.compression, new.theta_c))
+            .max(0.0)
+    }
+
+    /// As [`Self::advance`], but `d_t` and `d_c` grow only by `share` (0 to 1) of what the strain asks for, and a point that this
+    /// holds below the threshold does not fail yet. (A history below the onset need not be kept: nothing depends on it.)
+    pub fn advance_partly(&self, strain: &Vector6<f64>, old: &DamageState, share: f64) -> DamageState {
+        if share >= 1.0 {
+            return self.advance(strain, old);
+        }
+        if old.failed || self.cannot_damage(strain, old) {
+            return DamageState { strain: *strain, ..*old };
+        }
+        let new = self.principal(strain);
+        let part = |branch: &Branch, before: f64, theta: f64| {
+            if theta <= before || theta <= branch.onset {
+                return before.max(theta);
+            }
+            let (from, to) = (branch.damage(before), branch.damage(theta));
+            branch.history(from + share * (to - from)).clamp(before, theta)
+        };
+        let tension = part(&self.tension, old.tension, new.theta_t);
+        let compression = part(&self.compression, old.compression, new.theta_c);
+        let failed = 1.0 - self.integrity(tension, compression, new.r) > self.threshold;
+        DamageState { strain: *strain, tension, compression, failed }
+    }
+
+    /// Work of the stress per volume [J/m^3] between two states of a point, the strain going straight from one to the
+    /// other and the histories growing with it from those of the one to at most those of the other.
+    ///
+    /// By Gauss quadrature, with panels of at most 1/16 of damage each.
+    pub fn work(&self, from: &DamageState, to: &DamageState) -> f64 {
+        if from.failed {
+            return 0.0;
+        }
+        let change = to.strain - from.strain;
+        if to.tension <= self.tension.onset && to.compression <= self.compression.onset {
+            return self.elastic.energy_density(&to.strain) - self.elastic.energy_density(&from.strain);
+        }
+        let [dt, dc] = self.parts(from);
+        let [dt_end, dc_end] = self.parts(to);
+        let panels = 1 + (PANELS * (dt_end - dt).max(dc_end - dc).max(0.0)) as usize;
+        let mut work = 0.0;
+        for panel in 0..panels {
+            for (node, weight) in GAUSS {
+                let s = (panel as f64 + node) / panels as f64;
+                let strain = from.strain + change * s;
+                let now = self.principal(&strain);
+                let tension = now.theta_t.min(to.tension).max(from.tension);
+                let compression = now.theta_c.min(to.compression).max(from.compression);
+                let intact = self.integrity(tension, compression, now.r);
+                if 1.0 - intact <= self.threshold {
+                    work += weight / panels as f64 * intact * self.elastic.stress(&strain).dot(&change);
+                }
+            }
+        }
+        work
+    }
+
+    /// Energy per volume [J/m^3] that damage sets free between two states of a point, the strain going straight from one to
+    /// the other: `integral of Y dd`, `Y = e : C e / 2`, which is the work of the stress less the change of stored energy.
+    ///
+    /// Changes of d by recovery count too: a crack that opens sets energy free that its closing takes up again, so this can be
+    /// negative for a step in which cracks close under load.
+    pub fn dissipation(&self, from: &DamageState, to: &DamageState) -> f64 {
+        if from.failed || (to.tension <= self.tension.onset && to.compression <= self.compression.onset) {
+            return 0.0;
+        }
+        self.work(from, to) - (self.stored_energy(to) - self.stored_energy(from))
+    }
+
+    /// Stress, tangent, new state and dissipation at a new strain.
+    pub fn respond(&self, strain: &Vector6<f64>, old: &DamageState) -> Response {
+        if old.failed {
+            return Response {
+                stress: Vector6::zeros(),
+                damage: 1.0,
+                tangent: Matrix6::zeros(),
+                state: DamageState { strain: *strain, ..*old },
+                dissipated: 0.0,
+            };
+        }
+        let new = self.principal(strain);
+        let state = self.grown(strain, old, &new);
+        let dissipated = self.dissipation(old, &state);
+        if state.failed {
+            return Response {
+                stress: Vector6::zeros(),
+                damage: 1.0,
+                tangent: Matrix6::zeros(),
+                state,
+                dissipated,
+            };
+        }
+        let effective = self.elastic.stress(strain);
+        let intact = self.integrity(state.tension, state.compression, new.r);
+        let slope = self.integrity_slope(&new, &state);
+        Response {
+            stress: effective * intact,
+            damage: 1.0 - intact,
+            tangent: self.elastic.stiffness() * intact + effective * slope.transpose(),
+            state,
+            dissipated,
+        }
+    }
+
+    /// Derivative of `1 - d` by the strain.
+    fn integrity_slope(&self, new: &Principal, state: &DamageState) -> Vector6<f64> {
+        let [w_c, w_t] = self.recovery;
+        let (k_t, k_c) = (1.0 - w_t * new.r, 1.0 - w_c * (1.0 - new.r));
+        let (d_t, d_c) = (self.tension.damage(state.tension), self.compression.damage(state.compression));
+        let (a, b) = (1.0 - k_t * d_c, 1.0 - k_c * d_t);
+        // d theta / d e = sum of <e_i> / theta times n_i n_i; only where the history grows with it.
+        let mut slope = Vector6::zeros();
+        if new.theta_t >= state.tension && new.theta_t > 0.0 {
+            let by_value = new.values.map(|v| v.max(0.0) / new.theta_t);
+            slope -= sum_of_axes(&new.axes, &by_value) * (a * k_c * self.tension.slope(state.tension));
+        }
+        if new.theta_c >= state.compression && new.theta_c > 0.0 {
+            let by_value = new.values.map(|v| -(-v).max(0.0) / new.theta_c);
+            slope -=
+                sum_of_axes(&new.axes, &by_value) * (b * k_t * self.compression.slope(state.compression));
+        }
+        // r depends on the strain through the effective stress; dA/dr = w_t d_c, dB/dr = -w_c d_t.
+        let by_r = b * w_t * d_c - a * w_c * d_t;
+        let total: f64 = new.stresses.iter().map(|s| s.abs()).sum();
+        if by_r != 0.0 && total > 0.0 {
+            let tensile = new.r * total;
+            let by_stress = new.stresses.map(|s| {
+                if s == 0.0 {
+                    0.0
+                } else {
+                    f64::from(s > 0.0) / total - tensile * s.signum() / (total * total)
+                }
+            });
+            // C applied to the (coaxial) derivative by the stress.
+            let (lambda, mu) = self.elastic.lame();
+            let by_value = by_stress.map(|g| lambda * by_stress.sum() + 2.0 * mu * g);
+            slope += sum_of_axes(&new.axes, &by_value) * by_r;
+        }
+        slope
+    }
+}
+
+/// `sum of v_i n_i n_i^T` as a derivative by the Voigt strain: shear entries not doubled.
+fn sum_of_axes(axes: &Mat3, values: &Vec3) -> Vector6<f64> {
+    let tensor = axes * Mat3::from_diagonal(values) * axes.transpose();
+    Vector6::new(
+        tensor[(0, 0)],
+        tensor[(1, 1)],
+        tensor[(2, 2)],
+        tensor[(0, 1)],
+        tensor[(1, 2)],
+        tensor[(2, 0)],
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,167 @@
+//! Where the work goes: shares of the energies in the external work over axial strain (the source's Figure 9) or, for
+//! scenes, over progress.
+
+use crate::error::Result;
+
+use super::axis::{Axis, short};
+use super::chart::{Arrangement, Chart, Layer, Panel};
+use super::palette::{AXIS, BLUE, Colour, DASHED, GREY, ORANGE, SKY, Stroke, VERMILLION};
+use super::run::Run;
+
+/// Dataset, name and colour from the bottom of the stack to its top; neighbours differ in lightness.
+pub const PARTS: [(&str, &str, Colour); 5] = [
+    ("energy_elastic", "elastic", BLUE),
+    ("energy_friction", "friction", ORANGE),
+    ("energy_damage", "damage", VERMILLION),
+    ("energy_stabilisation", "stabilisation", GREY),
+    ("energy_membrane", "membrane", SKY),
+];
+
+/// Less than this share of the largest external work is too little to divide by.
+const STARTED: f64 = 1e-4;
+
+/// The stack of one run over its abscissa.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Stack {
+    /// Axial strain [%] or progress.
+    pub abscissa: Vec<f64>,
+    /// Upper ends of the parts [%], in the order of [`PARTS`]: each adds to the one below.
+    pub tops: [Vec<f64>; 5],
+    /// What negative parts would take away and the stack does not show [%], at worst.
+    pub hidden: f64,
+    /// Largest energy error over the largest external work.
+    pub error: f64,
+    /// External work at the end [J].
+    pub external: f64,
+}
+
+/// Shares of the parts in the external work.
+pub fn stack(run: &Run) -> Result<Stack> {
+    let (rows, abscissa) = match run.is_scene() {
+        true => ((0..run.rows).collect(), run.column("time")?),
+        false => {
+            let shearing = run.shearing()?;
+            (shearing.rows, shearing.axial_strain.iter().map(|strain| 100.0 * strain).collect())
+        }
+    };
+    let external = run.column("energy_external")?;
+    let parts = PARTS.map(|(name, ..)| run.column(name));
+    let [elastic, friction, damage, stabilisation, membrane] = parts;
+    let parts = [elastic?, friction?, damage?, stabilisation?, membrane?];
+    let error = run.column("energy_error")?;
+    Ok(stacked(&rows, &abscissa, &external, &parts, &error))
+}
+
+fn stacked(
+    rows: &[usize],
+    abscissa: &[f64],
+    external: &[f64],
+    parts: &[Vec<f64>; 5],
+    error: &[f64],
+) -> Stack {
+    let largest =
+        |values: &[f64]| values.iter().map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f64::max);
+    let most = largest(external);
+    let mut stack = Stack {
+        external: rows.last().map_or(f64::NAN, |&row| external[row]),
+        error: largest(error) / most,
+        ..Stack::default()
+    };
+    for (&row, &x) in rows.iter().zip(abscissa) {
+        let work = external[row];
+        if !(work > STARTED * most && x.is_finite()) {
+            continue;
+        }
+        stack.abscissa.push(x);
+        let (mut top, mut hidden) = (0.0, 0.0);
+        for (part, tops) in parts.iter().zip(&mut stack.tops) {
+            let share = 100.0 * part[row] / work;
+            // A part that is not there (NaN) or that a spring gave back has no height.
+            if share > 0.0 {
+                top += share;
+            } else if share < 0.0 {
+                hidden -= share;
+            }
+            tops.push(top);
+        }
+        stack.hidden = stack.hidden.max(hidden);
+    }
+    stack
+}
+
+/// One panel a run; `None` where no run has done work.
+pub fn chart(runs: &[&Run]) -> Result<Option<Chart>> {
+    let mut panels = Vec::new();
+    for run in runs {
+        let stack = stack(run)?;
+        if stack.abscissa.len() < 2 {
+            continue;
+        }
+        let x = if run.is_scene() { "progress [stages]" } else { "axial strain [%]" };
+        let mut panel = Panel::new(Axis::new(x), Axis::new("share of the external work [%]").from(0.0));
+        if runs.len() > 1 {
+            panel.title = run.label.clone();
+        }
+        let points = |heights: &[f64]| stack.abscissa.iter().zip(heights).map(|(x, y)| [*x, *y]).collect();
+        let mut low = vec![0.0; stack.abscissa.len()];
+        for ((_, name, colour), high) in PARTS.iter().zip(&stack.tops) {
+            // What never reaches a thousandth would only crowd the legend.
+            if high.iter().zip(&low).any(|(high, low)| high - low > 0.1) {
+                panel.layers.push(Layer::Band {
+                    label: name.to_string(),
+                    low: points(&low),
+                    high: points(high),
+                    colour: *colour,
+                });
+            }
+            low.clone_from(high);
+        }
+        let stroke = Stroke { dash: DASHED, ..Stroke::thin(AXIS) };
+        panel.layers.push(Layer::Level { label: "external work".into(), value: 100.0, stroke });
+        panels.push(panel);
+    }
+    if panels.is_empty() {
+        return Ok(None);
+    }
+    let columns = panels.len().min(2);
+    let rows = panels.len().div_ceil(columns);
+    let mut chart = Chart::new("Where the work goes", panels, Arrangement::Beside(columns));
+    chart.size = [if columns == 1 { 720.0 } else { 960.0 }, 400.0 * rows as f64];
+    Ok(Some(chart))
+}
+
+/// One line on the ledger of a run.
+pub fn remark(stack: &Stack) -> String {
+    let mut text = format!(
+        "External work {} J; the ledger's largest error is {} % of it.",
+        short(stack.external),
+        short(100.0 * stack.error)
+    );
+    if stack.hidden > 0.1 {
+        text.push_str(&format!(
+            " Parts below zero (up to {} %) are not drawn, so that the stack stands that much too high.",
+            short(stack.hidden)
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_add_up_to_what_is_booked() {
+        let parts =
+            [vec![1.0, 2.0, 3.0], vec![0.0, 1.0, 5.0], vec![0.0; 3], vec![0.0, 0.5, -1.0], vec![f64::NAN; 3]];
+        let external = [1e-9, 4.0, 8.0];
+        let error = [0.0, 0.4, 0.2];
+        let stack = stacked(&[0, 1, 2], &[0.0, 0.5, 1.0], &external, &parts, &error);
+        // The first row has done no work worth the name.
+        assert_eq!(stack.abscissa, [0.5, 1.0]);
+        assert_eq!(stack.tops[0], [50.0, 37.5]);
+        assert_eq!(stack.tops[1], [75.0, 100.0]);
+        assert_eq!(stack.tops[4], [87.5, 100.0]);
+        assert_eq!((stack.hidden, stack.error, stack.external), (12.5, 0.05, 8.0));
+    }
+}

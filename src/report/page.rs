@@ -1,0 +1,272 @@
+//! The HTML page: one file that needs no other, readable in any browser, on paper and without colours.
+
+use std::fmt::Write as _;
+
+use crate::error::Result;
+
+use super::axis::short;
+use super::cost::Cost;
+use super::grading;
+use super::run::Run;
+
+/// A part of the page.
+pub enum Section {
+    Heading(String),
+    /// An SVG and its caption.
+    Chart(String, String),
+    /// A PNG, its width on the page [px] and its caption.
+    Picture(Vec<u8>, usize, String),
+    /// A case file as given.
+    Case(String),
+}
+
+/// The page in the making.
+pub struct Page {
+    title: String,
+    /// Names of the columns and rows of the overview.
+    overview: (Vec<String>, Vec<(String, Vec<String>)>),
+    /// Runs that are not finished, with the reason.
+    warnings: Vec<String>,
+    pub sections: Vec<Section>,
+}
+
+const STYLE: &str = "\
+body{font:16px/1.5 'DejaVu Sans',Verdana,Helvetica,Arial,sans-serif;color:#222;background:#fff;max-width:1020px;margin:2em auto;padding:0 1em}
+h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.25em;margin-top:2.2em;border-bottom:1px solid #ccc;padding-bottom:.2em}
+figure{margin:1.2em 0;break-inside:avoid}figure svg,figure img{max-width:100%;height:auto;display:block}
+figcaption{color:#555;font-size:.85em;margin:.3em 0 0 1em}
+table{border-collapse:collapse;font-size:.88em;margin:1em 0;display:block;overflow-x:auto}
+th,td{text-align:left;padding:.25em .9em .25em 0;border-bottom:1px solid #e2e2e2;vertical-align:top}
+thead th{border-bottom:1.5px solid #555}tbody th{font-weight:normal;color:#555;white-space:nowrap}
+.warning{border-left:5px solid #D55E00;background:#fdf1e8;padding:.5em 1em;margin:1em 0}
+details{margin:1em 0}summary{cursor:pointer}pre{font-size:.82em;background:#f6f6f6;padding:1em;overflow-x:auto;white-space:pre-wrap}
+footer{margin-top:3em;color:#777;font-size:.8em}
+@media print{body{max-width:none;margin:0}details{display:none}}";
+
+impl Page {
+    pub fn new(runs: &[Run]) -> Result<Page> {
+        let title = match runs {
+            [run] if !run.summary.title.is_empty() => run.summary.title.clone(),
+            [run] => run.label.clone(),
+            runs => format!("{} runs", runs.len()),
+        };
+        let mut warnings = Vec::new();
+        let mut columns = Vec::new();
+        for run in runs {
+            let summary = &run.summary;
+            if summary.status != "finished" {
+                let reason = if summary.reason.is_empty() { "no reason is given" } else { &summary.reason };
+                warnings.push(format!(
+                    "{}: {} after increment {} ({reason}). What is shown ends there.",
+                    run.label, summary.status, summary.last_good_increment
+                ));
+            }
+            columns.push(overview(run)?);
+        }
+        let names: Vec<String> = columns.iter().flatten().fold(Vec::new(), |mut names, (name, _)| {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+            names
+        });
+        let value = |column: &[(String, String)], name: &str| {
+            column
+                .iter()
+                .find(|(known, _)| known == name)
+                .map_or("–".to_string(), |(_, value)| value.clone())
+        };
+        let rows = names
+            .into_iter()
+            .map(|name| {
+                let values = columns.iter().map(|column| value(column, &name)).collect();
+                (name, values)
+            })
+            .collect();
+        let labels = runs.iter().map(|run| run.label.clone()).collect();
+        Ok(Page { title, overview: (labels, rows), warnings, sections: Vec::new() })
+    }
+
+    pub fn to_html(&self) -> String {
+        let mut html = String::new();
+        // Writing into a text does not fail.
+        let _ = write!(
+            html,
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+             content=\"width=device-width,initial-scale=1\">\n<title>{}</title>\n<style>\n{STYLE}\n</style>\n</head>\n<body>\n\
+             <h1>{}</h1>\n",
+            escaped(&self.title),
+            escaped(&self.title)
+        );
+        for warning in &self.warnings {
+            let _ = writeln!(html, "<p class=\"warning\">{}</p>", escaped(warning));
+        }
+        let (labels, rows) = &self.overview;
+        html.push_str("<table>\n");
+        if labels.len() > 1 {
+            html.push_str("<thead><tr><th></th>");
+            for label in labels {
+                let _ = write!(html, "<th>{}</th>", escaped(label));
+            }
+            html.push_str("</tr></thead>\n");
+        }
+        html.push_str("<tbody>\n");
+        for (name, values) in rows {
+            let _ = write!(html, "<tr><th>{}</th>", escaped(name));
+            for value in values {
+                let _ = write!(html, "<td>{}</td>", escaped(value));
+            }
+            html.push_str("</tr>\n");
+        }
+        html.push_str("</tbody>\n</table>\n");
+        for section in &self.sections {
+            section.write(&mut html);
+        }
+        let version = env!("CARGO_PKG_VERSION");
+        let _ = write!(html, "<footer>Written by riprap {version}.</footer>\n</body>\n</html>\n");
+        html
+    }
+}
+
+impl Section {
+    fn write(&self, html: &mut String) {
+        let _ = match self {
+            Section::Heading(text) => writeln!(html, "<h2>{}</h2>", escaped(text)),
+            Section::Chart(svg, caption) => {
+                writeln!(html, "<figure>\n{}{}</figure>", svg.trim_start(), figcaption(caption))
+            }
+            Section::Picture(png, width, caption) => writeln!(
+                html,
+                "<figure><img width=\"{width}\" alt=\"{}\" src=\"data:image/png;base64,{}\">{}</figure>",
+                escaped(caption),
+                base64(png),
+                figcaption(caption)
+            ),
+            Section::Case(text) => writeln!(
+                html,
+                "<details><summary>The case file as given</summary><pre>{}</pre></details>",
+                escaped(text)
+            ),
+        };
+    }
+}
+
+fn figcaption(caption: &str) -> String {
+    match caption {
+        "" => String::new(),
+        caption => format!("<figcaption>{}</figcaption>", escaped(caption)),
+    }
+}
+
+/// The overview's lines on a run: name and value.
+fn overview(run: &Run) -> Result<Vec<(String, String)>> {
+    let s = &run.summary;
+    let cost = Cost::of(run)?;
+    let mut lines: Vec<(String, String)> = Vec::new();
+    let mut line = |name: &str, value: String| lines.push((name.into(), value));
+    let reason = if s.reason.is_empty() { String::new() } else { format!(": {}", s.reason) };
+    line("file", s.file.display().to_string());
+    line("status", format!("{}{reason}", s.status));
+    line("stages", s.stages.join(", "));
+    if s.grains > 0 {
+        line("grains, cells", format!("{}, {}", s.grains, s.cells));
+    }
+    if run.is_scene() {
+        line("bodies", s.bodies.join(", "));
+    } else {
+        let shearing = run.shearing()?;
+        if let Some(peak) = shearing.peak() {
+            let q = 1e-6 * shearing.deviatoric_stress[peak];
+            let strain = 100.0 * shearing.axial_strain[peak];
+            line("peak of q", format!("{} MPa at {} % axial strain", short(q), short(strain)));
+        }
+        if let Some(last) = shearing.rows.len().checked_sub(1) {
+            let of = |values: &[f64], factor: f64| short(factor * values[last]);
+            line("axial strain reached", format!("{} %", of(&shearing.axial_strain, 100.0)));
+            line("volume strain there", format!("{} %", of(&shearing.volumetric_strain, 100.0)));
+            line("q there", format!("{} MPa", of(&shearing.deviatoric_stress, 1e-6)));
+        }
+    }
+    for (name, value) in grading::indices(run)? {
+        line(name, short(value));
+    }
+    line("increments", cost.increments.to_string());
+    let each =
+        |sum: f64| if cost.increments > 0 { short(sum / cost.increments as f64) } else { "–".into() };
+    line("factorisations", format!("{:.0}, {} an increment", cost.factorisations, each(cost.factorisations)));
+    line("augmentations", format!("{:.0}, {} an increment", cost.augmentations, each(cost.augmentations)));
+    line("cuts", format!("{:.0}", cost.cuts));
+    line("worst out of balance", short(cost.out_of_balance));
+    line("wall time", seconds(cost.wall_time));
+    line("seed", s.seed.to_string());
+    line("riprap", format!("{} ({})", s.riprap_version, s.riprap_commit));
+    line("host, threads", format!("{}, {}", s.host, s.threads));
+    Ok(lines)
+}
+
+fn seconds(time: f64) -> String {
+    match time {
+        t if !t.is_finite() => "–".into(),
+        t if t < 120.0 => format!("{t:.1} s"),
+        t if t < 7200.0 => format!("{:.0} min {:02.0} s", (t / 60.0).floor(), t % 60.0),
+        t => format!("{:.0} h {:02.0} min", (t / 3600.0).floor(), t % 3600.0 / 60.0),
+    }
+}
+
+/// Text that HTML takes as text.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let byte = |k: usize| u32::from(group.get(k).copied().unwrap_or(0));
+        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for k in 0..4 {
+            let digit = char::from(DIGITS[(word >> (18 - 6 * k) & 63) as usize]);
+            text.push(if k <= group.len() { digit } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The test vectors of RFC 4648, section 10.
+    #[test]
+    fn base64_of_the_standard() {
+        for (plain, coded) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+    }
+
+    #[test]
+    fn texts_cannot_leave_their_place() {
+        let title = "<script>alert(1)</script>".to_string();
+        let page = Page {
+            title: title.clone(),
+            overview: (vec![title.clone(); 2], vec![(title.clone(), vec![title.clone(); 2])]),
+            warnings: vec![title.clone()],
+            sections: vec![Section::Heading(title.clone()), Section::Case(title.clone())],
+        };
+        assert!(!page.to_html().contains("<script"));
+    }
+
+    #[test]
+    fn times_as_people_read_them() {
+        assert_eq!(seconds(86.8), "86.8 s");
+        assert_eq!(seconds(1500.0), "25 min 00 s");
+        assert_eq!(seconds(f64::NAN), "–");
+    }
+}

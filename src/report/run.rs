@@ -1,0 +1,128 @@
+//! A results file as a report sees it: what was run, its history, its name among the others.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::error::Result;
+use crate::results::{Reader, Summary};
+
+/// An opened results file with its history at hand.
+pub struct Run {
+    pub reader: Reader,
+    pub summary: Summary,
+    /// Short, and its own among the runs of a report.
+    pub label: String,
+    /// Of files that belong to this run alone: letters, digits, `-` and `_`.
+    pub stem: String,
+    /// The case with every value in force; null where the file has none that can be read.
+    pub case: Value,
+    /// The case file as given.
+    pub given: String,
+    /// Accepted increments.
+    pub rows: usize,
+}
+
+/// Rows and columns of the stages behind the leading consolidation, strains counted from its end.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Shearing {
+    /// Rows of `/history`, the last of the consolidation first where there is one.
+    pub rows: Vec<usize>,
+    /// Compression positive, 0 at the first row if that is the consolidation's.
+    pub axial_strain: Vec<f64>,
+    /// Contraction positive.
+    pub volumetric_strain: Vec<f64>,
+    /// [Pa]
+    pub deviatoric_stress: Vec<f64>,
+}
+
+impl Run {
+    /// Opens results files and names them apart.
+    pub fn open_all(paths: &[PathBuf]) -> Result<Vec<Run>> {
+        let mut runs = paths.iter().map(|path| Run::open(path)).collect::<Result<Vec<_>>>()?;
+        let titles: Vec<String> = runs.iter().map(|run| run.summary.title.clone()).collect();
+        let stems: Vec<String> = paths.iter().map(|path| stem_of(path)).collect();
+        for (at, run) in runs.iter_mut().enumerate() {
+            let own_title = titles.iter().filter(|title| **title == titles[at]).count() == 1;
+            let own_stem = stems.iter().filter(|stem| **stem == stems[at]).count() == 1;
+            run.label = match (own_title && !titles[at].is_empty(), own_stem) {
+                (true, _) => titles[at].clone(),
+                (false, true) => stems[at].clone(),
+                (false, false) => paths[at].display().to_string(),
+            };
+            if run.summary.status != "finished" {
+                run.label = format!("{} ({})", run.label, run.summary.status);
+            }
+            let safe = |c: char| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' };
+            run.stem = stems[at].chars().map(safe).collect();
+            if !own_stem {
+                run.stem = format!("{}_{}", run.stem, at + 1);
+            }
+        }
+        Ok(runs)
+    }
+
+    /// Opens a results file; label and stem are empty.
+    pub fn open(path: &Path) -> Result<Run> {
+        let reader = Reader::open(path)?;
+        let summary = Summary::of(&reader)?;
+        let completed = reader.text("case/completed")?;
+        let case = serde_json::from_str(&completed).unwrap_or(Value::Null);
+        let given = reader.text("case/given")?;
+        let rows = reader.increments()?;
+        Ok(Run { reader, summary, label: String::new(), stem: String::new(), case, given, rows })
+    }
+
+    /// Whether bodies were set by hand.
+    pub fn is_scene(&self) -> bool {
+        !self.summary.bodies.is_empty()
+    }
+
+    /// A column of the history.
+    pub fn column(&self, name: &str) -> Result<Vec<f64>> {
+        let mut values = self.reader.history(name)?;
+        values.truncate(self.rows);
+        Ok(values)
+    }
+
+    /// Stages in front of which strains begin anew.
+    pub fn leading_consolidations(&self) -> usize {
+        self.summary.stages.iter().take_while(|kind| *kind == "consolidate").count()
+    }
+
+    /// The stages behind the consolidation; the whole history where there is no consolidation or nothing behind it.
+    pub fn shearing(&self) -> Result<Shearing> {
+        let leading = self.leading_consolidations();
+        let stage = self.column("stage")?;
+        let first = stage.iter().position(|&stage| stage >= leading as f64);
+        let (from, from_zero) = match first {
+            Some(row) if row > 0 => (row - 1, true),
+            Some(_) | None => (0, false),
+        };
+        let rows: Vec<usize> = (from..stage.len()).collect();
+        let part = |name: &str| -> Result<Vec<f64>> { Ok(self.column(name)?.split_off(from)) };
+        let mut axial_strain = part("axial_strain")?;
+        let mut volumetric_strain = part("volumetric_strain")?;
+        if from_zero {
+            // Strains count from the end of the consolidation: its last row is their zero.
+            for strains in [&mut axial_strain, &mut volumetric_strain] {
+                if let Some(first) = strains.first_mut() {
+                    *first = 0.0;
+                }
+            }
+        }
+        Ok(Shearing { rows, axial_strain, volumetric_strain, deviatoric_stress: part("deviatoric_stress")? })
+    }
+}
+
+impl Shearing {
+    /// Row of the largest deviatoric stress.
+    pub fn peak(&self) -> Option<usize> {
+        let finite = self.deviatoric_stress.iter().enumerate().filter(|(_, q)| q.is_finite());
+        finite.max_by(|a, b| a.1.total_cmp(b.1)).map(|(at, _)| at)
+    }
+}
+
+fn stem_of(path: &Path) -> String {
+    path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}

@@ -1,0 +1,153 @@
+//! Charts of a study: speed against accuracy, and the curves of an ensemble with their scatter.
+
+use crate::report::chart::{Arrangement, Chart, Layer, Panel};
+use crate::report::palette::{BLACK, BLUE, Colour, GREY, Stroke};
+use crate::report::{Axis, short};
+
+use super::order::{Order, observed};
+use super::outcome::{Figure, Figures, at_strain, common_strain, curve_difference};
+use super::table::mean_and_deviation;
+use super::vary::Setting;
+
+/// How far each member is from the best there is, and what that is. For specimens the difference of the curves q(strain) from
+/// the last member's; for scenes that of the first figure from its value at size zero, or from the last member's.
+pub fn errors(settings: &[Setting], all: &[Figures], compared: &[Figure]) -> (Vec<f64>, String) {
+    let strain = common_strain(all);
+    if strain > 0.0 {
+        let reference = all.iter().rposition(|f| f.last_strain() >= strain * (1.0 - 1e-9));
+        let Some(reference) = reference else { return (vec![f64::NAN; all.len()], String::new()) };
+        let each = |(at, f): (usize, &Figures)| match at == reference {
+            true => f64::NAN,
+            false => curve_difference(f, &all[reference], strain),
+        };
+        let label = settings.get(reference).map_or("", |setting| &setting.label);
+        let name = format!("rms difference of q(strain) from {label} [1]");
+        return (all.iter().enumerate().map(each).collect(), name);
+    }
+    let Some(figure) = compared.first() else { return (vec![f64::NAN; all.len()], String::new()) };
+    let sized = settings.iter().zip(&figure.values);
+    let series: Vec<(f64, f64)> = sized.filter_map(|(s, v)| Some((s.size?, *v))).collect();
+    let last = figure.values.iter().rposition(|value| value.is_finite());
+    let (limit, of) = match (observed(&series), last) {
+        (Order::Observed { limit, .. }, _) if limit.is_finite() && limit != 0.0 => {
+            (limit, "size zero".to_string())
+        }
+        (_, Some(last)) => {
+            (figure.values[last], settings.get(last).map_or(String::new(), |s| s.label.clone()))
+        }
+        (_, None) => (f64::NAN, String::new()),
+    };
+    let each = |value: &f64| {
+        let error = ((value - limit) / limit).abs();
+        if error > 0.0 { error } else { f64::NAN }
+    };
+    let short_name = figure.name.split(" [").next().unwrap_or(&figure.name);
+    (figure.values.iter().map(each).collect(), format!("{short_name}: difference from {of} [1]"))
+}
+
+/// Speed against accuracy; `None` with fewer than two points.
+pub fn speed_and_accuracy(
+    heading: &str,
+    settings: &[Setting],
+    all: &[Figures],
+    compared: &[Figure],
+) -> Option<Chart> {
+    let (errors, name) = errors(settings, all, compared);
+    let points: Vec<([f64; 2], &str)> = settings
+        .iter()
+        .zip(all)
+        .zip(&errors)
+        .map(|((setting, f), error)| ([f.wall_time, *error], setting.label.as_str()))
+        .filter(|(p, _)| p.iter().all(|x| x.is_finite() && *x > 0.0))
+        .collect();
+    if points.len() < 2 {
+        return None;
+    }
+    let reach = |axis: usize| {
+        let all = points.iter().map(|(p, _)| p[axis]);
+        (all.clone().fold(f64::INFINITY, f64::min), all.fold(0.0, f64::max))
+    };
+    let ((fast, slow), (good, bad)) = (reach(0), reach(1));
+    let x = Axis::new("wall time [s]").logarithmic().from(fast / 1.6).to(slow * 1.6);
+    // Room for the notes above the points.
+    let y = Axis::new(name).logarithmic().from(good / 1.6).to(bad * 2.0);
+    let mut panel = Panel::new(x, y);
+    let line = points.iter().map(|(p, _)| *p).collect::<Vec<_>>();
+    let stroke = Stroke { width: 1.2, ..Stroke::of(0) };
+    panel.layers.push(Layer::Curve { label: String::new(), points: line.clone(), stroke });
+    panel.layers.push(Layer::Points { label: String::new(), points: line, colour: BLUE, radius: 4.0 });
+    for (at, label) in points {
+        panel.layers.push(Layer::Note { at, text: label.into(), colour: BLACK });
+    }
+    let mut chart =
+        Chart::new(format!("Speed against accuracy: {heading}"), vec![panel], Arrangement::Stacked);
+    chart.size = [640.0, 420.0];
+    Some(chart)
+}
+
+/// All members' curves q(strain) and volume strain, with mean and standard deviation; `None` without strains.
+pub fn curves(settings: &[Setting], all: &[Figures], ensemble: bool) -> Option<Chart> {
+    let strain = common_strain(all);
+    if !(strain > 0.0) {
+        return None;
+    }
+    let mut top = Panel::new(Axis::new("axial strain [%]"), Axis::new("deviatoric stress q [MPa]"));
+    let mut bottom = Panel::new(Axis::new("axial strain [%]"), Axis::new("volume strain [%], contraction +"));
+    bottom.weight = 0.72;
+    for (panel, factor, stress) in [(&mut top, 1e-6, true), (&mut bottom, 100.0, false)] {
+        let values =
+            |f: &Figures| if stress { f.deviatoric_stress.clone() } else { f.volumetric_strain.clone() };
+        if ensemble {
+            let (low, high, mean) = band(all, strain, factor, &values);
+            let pale = Colour(0xC9, 0xDF, 0xEE);
+            panel.layers.push(Layer::Band { label: "± standard deviation".into(), low, high, colour: pale });
+            let stroke = Stroke { width: 2.6, ..Stroke::of(0) };
+            panel.layers.push(Layer::Curve { label: "mean".into(), points: mean, stroke });
+        }
+        for (number, (setting, f)) in settings.iter().zip(all).enumerate() {
+            let points = f.strain.iter().zip(values(f)).map(|(e, v)| [100.0 * e, factor * v]).collect();
+            let (label, stroke) = match ensemble {
+                true => ("members".to_string(), Stroke { width: 0.9, ..Stroke::thin(GREY) }),
+                false => (setting.label.clone(), Stroke { width: 1.6, ..Stroke::of(number) }),
+            };
+            panel.layers.push(Layer::Curve { label, points, stroke });
+        }
+    }
+    let title = if ensemble { format!("{} members", all.len()) } else { "Curves of the study".to_string() };
+    let mut chart = Chart::new(title, vec![top, bottom], Arrangement::Stacked);
+    chart.size = [720.0, 600.0];
+    Some(chart)
+}
+
+type Points = Vec<[f64; 2]>;
+
+/// Lower and upper end of the band and the mean, up to the strain that all members reached.
+fn band(
+    all: &[Figures],
+    strain: f64,
+    factor: f64,
+    values: &dyn Fn(&Figures) -> Vec<f64>,
+) -> (Points, Points, Points) {
+    const STEPS: usize = 150;
+    let columns: Vec<Vec<f64>> = all.iter().map(values).collect();
+    let (mut low, mut high, mut mean) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 0..=STEPS {
+        let at = strain * k as f64 / STEPS as f64;
+        let there = all.iter().zip(&columns).map(|(f, column)| factor * at_strain(&f.strain, column, at));
+        let there: Vec<f64> = there.filter(|x| x.is_finite()).collect();
+        let (middle, deviation) = mean_and_deviation(&there);
+        if middle.is_finite() && deviation.is_finite() {
+            low.push([100.0 * at, middle - deviation]);
+            high.push([100.0 * at, middle + deviation]);
+            mean.push([100.0 * at, middle]);
+        }
+    }
+    (low, high, mean)
+}
+
+/// One line on what the chart compares.
+pub fn remark(settings: &[Setting], all: &[Figures], compared: &[Figure]) -> String {
+    let (errors, name) = errors(settings, all, compared);
+    let worst = errors.iter().copied().filter(|e| e.is_finite()).fold(0.0, f64::max);
+    format!("largest {name}: {}", short(worst))
+}

@@ -1,0 +1,553 @@
+//! The plan of a batch: a JSON file that names cases and what to change in them.
+//!
+//! ```jsonc
+//! {
+//!   "case": "../quick_start.json",                  // relative to the plan; or "cases": ["a.json", {"name": …, "case": …, "set": {…}}]
+//!   "set": {"/stages/1/axial_strain": 0.02},        // of every member, as --set of riprap run
+//!   "grid": {"/stages/0/pressure": ["0.4 MPa", "0.8 MPa"], "/contact/friction": [0.5, 0.65]},   // every combination
+//!   "seeds": [1, 2, 3],                             // or {"from": 1, "count": 20}: each member with each seed
+//!   "out": "results/friction",                      // results files go there; default: results/<plan> beside the plan
+//!   "jobs": 2, "threads": 1,                        // processes at a time; threads of each
+//!   "slurm": {"time": "24:00:00", "memory": "8G", "partition": "cpu", "options": ["--account=rock"]}
+//! }
+//! ```
+//!
+//! Members are all combinations of cases, grid points and seeds. Every fault is listed at once with its JSON path.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use crate::case::{RawCase, nearest, path_of_key, read, shown};
+use crate::error::{Error, Fault, Result};
+
+use super::{Member, Refusal, safe};
+
+/// More members than this are taken for a slip.
+const MOST_MEMBERS: usize = 100_000;
+
+/// A checked plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    pub file: PathBuf,
+    pub members: Vec<Member>,
+    /// Folder of the results files.
+    pub out: PathBuf,
+    pub jobs: usize,
+    pub threads: usize,
+    pub slurm: Slurm,
+}
+
+/// What a cluster is told.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Slurm {
+    pub time: Option<String>,
+    pub memory: Option<String>,
+    pub partition: Option<String>,
+    /// Further options of sbatch, as they are.
+    pub options: Vec<String>,
+}
+
+const KEYS: [&str; 9] = ["case", "cases", "set", "grid", "seeds", "out", "jobs", "threads", "slurm"];
+
+/// One entry of `cases`.
+struct Entry {
+    name: String,
+    case: PathBuf,
+    set: Vec<(String, Value)>,
+    /// Where it stands in the plan.
+    path: String,
+}
+
+/// Reads and checks a plan; `out` replaces its own folder.
+///
+/// # Errors
+/// `Error::Io` and `Error::Json` for the plan itself, `Error::Case` with all of its faults and those of its cases.
+pub fn read_plan(file: &Path, out: Option<&Path>) -> Result<Plan> {
+    let raw = read(file)?;
+    let mut faults = raw.faults.clone();
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let plan = check(&raw, folder, out, &mut faults);
+    match plan {
+        Some(plan) if faults.is_empty() => Ok(plan),
+        _ => Err(Error::Case { file: file.to_path_buf(), faults }),
+    }
+}
+
+fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Fault>) -> Option<Plan> {
+    let Value::Object(map) = &raw.value else {
+        faults.push(Fault::new(
+            "$",
+            shown(&raw.value),
+            "is no object",
+            format!("the keys {}", KEYS.join(", ")),
+        ));
+        return None;
+    };
+    unknown_keys(map, &KEYS, "$", faults);
+    let common = set_of(map.get("set"), "$.set", faults);
+    let entries = entries_of(map, folder, faults);
+    let grid = grid_of(map.get("grid"), faults);
+    let seeds = seeds_of(map.get("seeds"), faults);
+    let stem = raw.file.file_stem().unwrap_or(raw.file.as_os_str());
+    let own_out = match map.get("out") {
+        None => folder.join("results").join(stem),
+        Some(Value::String(text)) if !text.is_empty() => folder.join(text),
+        Some(other) => {
+            faults.push(Fault::new("$.out", shown(other), "is no folder", "a text in quotes"));
+            folder.join("results")
+        }
+    };
+    let out = out.map_or(own_out, Path::to_path_buf);
+    let count = |key: &str, faults: &mut Vec<Fault>| match map.get(key) {
+        None => 1,
+        Some(value) => match value.as_u64() {
+            Some(n) if (1..=1024).contains(&n) => n as usize,
+            _ => {
+                let place = path_of_key("$", key);
+                faults.push(Fault::new(
+                    place,
+                    shown(value),
+                    "is out of range",
+                    "a whole number from 1 to 1024",
+                ));
+                1
+            }
+        },
+    };
+    let (jobs, threads) = (count("jobs", faults), count("threads", faults));
+    let slurm = slurm_of(map.get("slurm"), faults);
+    let points: usize = grid.iter().map(|(_, values)| values.len()).product();
+    let number = entries.len().saturating_mul(points).saturating_mul(seeds.len().max(1));
+    if number > MOST_MEMBERS {
+        let accepted = format!("at most {MOST_MEMBERS}");
+        faults.push(Fault::new("$", format!("{number} members"), "are too many", accepted));
+    }
+    if !faults.is_empty() {
+        return None;
+    }
+    let members = members_of(&entries, &common, &grid, &seeds, &out, faults);
+    Some(Plan { file: raw.file.clone(), members, out, jobs, threads, slurm })
+}
+
+fn unknown_keys(map: &Map<String, Value>, known: &[&str], path: &str, faults: &mut Vec<Fault>) {
+    for (key, value) in map.iter().filter(|(key, _)| !known.contains(&key.as_str()) && *key != "$schema") {
+        let problem = match nearest(key, known.iter().copied()) {
+            Some(near) => format!("is an unknown key: did you mean \"{near}\"?"),
+            None => "is an unknown key".into(),
+        };
+        let accepted = format!("the keys {}", known.join(", "));
+        faults.push(Fault::new(path_of_key(path, key), shown(value), problem, accepted));
+    }
+}
+
+fn set_of(value: Option<&Value>, path: &str, faults: &mut Vec<Fault>) -> Vec<(String, Value)> {
+    match value {
+        None => Vec::new(),
+        Some(Value::Object(map)) => {
+            for (pointer, value) in map.iter().filter(|(pointer, _)| !pointer.starts_with('/')) {
+                let accepted = "a JSON pointer, as /stages/0/pressure";
+                let place = path_of_key(path, pointer);
+                faults.push(Fault::new(place, shown(value), "the pointer must begin with /", accepted));
+            }
+            map.iter().map(|(pointer, value)| (pointer.clone(), value.clone())).collect()
+        }
+        Some(other) => {
+            faults.push(Fault::new(path, shown(other), "is no object", "JSON pointers with their values"));
+            Vec::new()
+        }
+    }
+}
+
+fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) -> Vec<Entry> {
+    let stem = |case: &Path| case.file_stem().unwrap_or(case.as_os_str()).to_string_lossy().into_owned();
+    let base = match map.get("case") {
+        None => None,
+        Some(Value::String(text)) => Some(folder.join(text)),
+        Some(other) => {
+            faults.push(Fault::new("$.case", shown(other), "is no file", "a text in quotes"));
+            return Vec::new();
+        }
+    };
+    let items = match map.get("cases") {
+        None => match base {
+            Some(case) => {
+                return vec![Entry { name: stem(&case), case, set: Vec::new(), path: "$.case".into() }];
+            }
+            None => {
+                faults.push(Fault::new(
+                    "$.case",
+                    "nothing",
+                    "is missing",
+                    "a case file, or a list \"cases\"",
+                ));
+                return Vec::new();
+            }
+        },
+        Some(Value::Array(items)) if !items.is_empty() => items,
+        Some(other) => {
+            let accepted = "a list of case files, or of objects with the keys name, case, set";
+            faults.push(Fault::new("$.cases", shown(other), "is no list of cases", accepted));
+            return Vec::new();
+        }
+    };
+    let mut entries: Vec<Entry> = Vec::new();
+    for (at, item) in items.iter().enumerate() {
+        let path = format!("$.cases[{at}]");
+        let entry = match item {
+            Value::String(text) => {
+                let case = folder.join(text);
+                Entry { name: stem(&case), case, set: Vec::new(), path }
+            }
+            Value::Object(own) => {
+                unknown_keys(own, &["name", "case", "set"], &path, faults);
+                let case = match (own.get("case"), &base) {
+                    (Some(Value::String(text)), _) => folder.join(text),
+                    (None, Some(base)) => base.clone(),
+                    (None, None) => {
+                        let accepted = "a case file, here or as $.case";
+                        faults.push(Fault::new(format!("{path}.case"), "nothing", "is missing", accepted));
+                        continue;
+                    }
+                    (Some(other), _) => {
+                        let place = format!("{path}.case");
+                        faults.push(Fault::new(place, shown(other), "is no file", "a text in quotes"));
+                        continue;
+                    }
+                };
+                let name = match own.get("name") {
+                    None => stem(&case),
+                    Some(Value::String(name)) if !safe(name).is_empty() => name.clone(),
+                    Some(other) => {
+                        let place = format!("{path}.name");
+                        faults.push(Fault::new(place, shown(other), "is no name", "a text in quotes"));
+                        continue;
+                    }
+                };
+                Entry { name, case, set: set_of(own.get("set"), &format!("{path}.set"), faults), path }
+            }
+            other => {
+                let accepted = "a case file, or an object with the keys name, case, set";
+                faults.push(Fault::new(path, shown(other), "is no case", accepted));
+                continue;
+            }
+        };
+        if let Some(first) = entries.iter().find(|other| safe(&other.name) == safe(&entry.name)) {
+            let problem = format!("has the name of {}", first.path);
+            faults.push(Fault::new(&entry.path, &entry.name, problem, "a \"name\" of its own"));
+        }
+        entries.push(entry);
+    }
+    entries
+}
+
+fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<Value>)> {
+    let map = match value {
+        None => return Vec::new(),
+        Some(Value::Object(map)) => map,
+        Some(other) => {
+            faults.push(Fault::new(
+                "$.grid",
+                shown(other),
+                "is no object",
+                "JSON pointers with lists of values",
+            ));
+            return Vec::new();
+        }
+    };
+    let mut grid = Vec::new();
+    for (pointer, values) in map {
+        let place = path_of_key("$.grid", pointer);
+        if !pointer.starts_with('/') {
+            let accepted = "a JSON pointer, as /stages/0/pressure";
+            faults.push(Fault::new(&place, pointer, "the pointer must begin with /", accepted));
+        }
+        match values {
+            Value::Array(values) if !values.is_empty() => {
+                for (at, value) in values.iter().enumerate() {
+                    if values[..at].contains(value) {
+                        let place = format!("{place}[{at}]");
+                        faults.push(Fault::new(place, shown(value), "is there twice", "each value once"));
+                    }
+                }
+                grid.push((pointer.clone(), values.clone()));
+            }
+            other => {
+                faults.push(Fault::new(place, shown(other), "is no list of values", "a list, not empty"))
+            }
+        }
+    }
+    grid
+}
+
+fn seeds_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<u64> {
+    let accepted = "a list of whole numbers, or {\"from\": 1, \"count\": 20}";
+    match value {
+        None => Vec::new(),
+        Some(Value::Array(items)) if !items.is_empty() => {
+            let mut seeds = Vec::new();
+            for (at, item) in items.iter().enumerate() {
+                match item.as_u64() {
+                    Some(seed) if !seeds.contains(&seed) => seeds.push(seed),
+                    Some(_) => {
+                        let place = format!("$.seeds[{at}]");
+                        faults.push(Fault::new(place, shown(item), "is there twice", "each seed once"));
+                    }
+                    None => {
+                        let place = format!("$.seeds[{at}]");
+                        faults.push(Fault::new(place, shown(item), "is no seed", "a whole number"));
+                    }
+                }
+            }
+            seeds
+        }
+        Some(Value::Object(map)) => {
+            unknown_keys(map, &["from", "count"], "$.seeds", faults);
+            let from = map.get("from").map_or(Some(1), Value::as_u64);
+            let count =
+                map.get("count").and_then(Value::as_u64).filter(|n| *n >= 1 && *n <= MOST_MEMBERS as u64);
+            match (from, count) {
+                (Some(from), Some(count)) if from.checked_add(count).is_some() => {
+                    (from..from + count).collect()
+                }
+                _ => {
+                    faults.push(Fault::new(
+                        "$.seeds",
+                        shown(&Value::Object(map.clone())),
+                        "are no seeds",
+                        accepted,
+                    ));
+                    Vec::new()
+                }
+            }
+        }
+        Some(other) => {
+            faults.push(Fault::new("$.seeds", shown(other), "are no seeds", accepted));
+            Vec::new()
+        }
+    }
+}
+
+fn slurm_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Slurm {
+    let keys = ["time", "memory", "partition", "options"];
+    let map = match value {
+        None => return Slurm::default(),
+        Some(Value::Object(map)) => map,
+        Some(other) => {
+            let accepted = format!("an object with the keys {}", keys.join(", "));
+            faults.push(Fault::new("$.slurm", shown(other), "is no object", accepted));
+            return Slurm::default();
+        }
+    };
+    unknown_keys(map, &keys, "$.slurm", faults);
+    // A line break would end the comment that Slurm reads.
+    let mut line = |value: &Value, place: String| match value {
+        Value::String(text) if !text.contains(['\n', '\r']) && !text.is_empty() => Some(text.clone()),
+        other => {
+            faults.push(Fault::new(place, shown(other), "is no line of text", "a text in quotes"));
+            None
+        }
+    };
+    let mut text = |key: &str| map.get(key).and_then(|value| line(value, path_of_key("$.slurm", key)));
+    let (time, memory, partition) = (text("time"), text("memory"), text("partition"));
+    let options = match map.get("options") {
+        None => Vec::new(),
+        Some(Value::Array(items)) => items
+            .iter()
+            .enumerate()
+            .filter_map(|(at, item)| line(item, format!("$.slurm.options[{at}]")))
+            .collect(),
+        Some(other) => {
+            faults.push(Fault::new("$.slurm.options", shown(other), "is no list", "a list of texts"));
+            Vec::new()
+        }
+    };
+    Slurm { time, memory, partition, options }
+}
+
+fn members_of(
+    entries: &[Entry],
+    common: &[(String, Value)],
+    grid: &[(String, Vec<Value>)],
+    seeds: &[u64],
+    out: &Path,
+    faults: &mut Vec<Fault>,
+) -> Vec<Member> {
+    let mut members: Vec<Member> = Vec::new();
+    let words = short_names(grid);
+    for entry in entries {
+        let source = match read(&entry.case) {
+            Ok(source) => source,
+            Err(error) => {
+                let shown = entry.case.display();
+                faults.push(Fault::new(&entry.path, shown, error.to_string(), "a case file"));
+                continue;
+            }
+        };
+        let points: usize = grid.iter().map(|(_, values)| values.len()).product();
+        for point in 0..points {
+            let (mut name, mut overrides) = (entry.name.clone(), common.to_vec());
+            overrides.extend(entry.set.iter().cloned());
+            let mut rest = point;
+            for ((pointer, values), word) in grid.iter().zip(&words) {
+                let value = &values[rest % values.len()];
+                rest /= values.len();
+                overrides.push((pointer.clone(), value.clone()));
+                let text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
+                name.push_str(&format!("_{word}={}", text.replace(' ', "")));
+            }
+            let with_seeds: Vec<(String, Vec<(String, Value)>)> = match seeds {
+                [] => vec![(name, overrides)],
+                seeds => seeds
+                    .iter()
+                    .map(|&seed| {
+                        let mut own = overrides.clone();
+                        own.push(("/seed".into(), Value::from(seed)));
+                        (format!("{name}_seed={seed}"), own)
+                    })
+                    .collect(),
+            };
+            for (name, overrides) in with_seeds {
+                match Member::new(&name, &source, overrides, out) {
+                    Ok(member) if members.iter().any(|other| other.name == member.name) => {
+                        let problem = "is the name of two members";
+                        faults.push(Fault::new(
+                            &entry.path,
+                            &member.name,
+                            problem,
+                            "values that differ as file names",
+                        ));
+                    }
+                    Ok(member) => members.push(member),
+                    Err(refusal) => list(&name, &refusal, faults),
+                }
+            }
+        }
+    }
+    members
+}
+
+/// The faults of a member's case, each led by the member's name; what a member before it had too is not repeated.
+fn list(name: &str, refusal: &Refusal, faults: &mut Vec<Fault>) {
+    for fault in refusal.faults() {
+        let same = |known: &Fault| {
+            known.path.ends_with(&format!(": {}", fault.path))
+                && known.value == fault.value
+                && known.problem == fault.problem
+        };
+        if !faults.iter().any(same) {
+            faults.push(Fault { path: format!("{}: {}", safe(name), fault.path), ..fault.clone() });
+        }
+    }
+}
+
+/// The last key of each pointer, or as many as tell the pointers apart.
+fn short_names(grid: &[(String, Vec<Value>)]) -> Vec<String> {
+    let tail = |pointer: &str, keys: usize| -> String {
+        let all: Vec<&str> = pointer.split('/').filter(|key| !key.is_empty()).collect();
+        all[all.len().saturating_sub(keys)..].join(".")
+    };
+    let name = |(pointer, _): &(String, Vec<Value>)| {
+        (1..=pointer.split('/').count())
+            .map(|keys| (tail(pointer, keys), keys))
+            .find(|(word, keys)| grid.iter().filter(|(other, _)| tail(other, *keys) == *word).count() == 1)
+            .map_or_else(|| pointer.clone(), |(word, _)| word)
+    };
+    grid.iter().map(name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CASE: &str = r#"{"specimen": {"grains": 80, "aspect": 2, "void_ratio": 0.7, "grading": [["60 mm", 1], ["40 mm", 0]]},
+        "rock": {"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": null},
+        "contact": {"friction": 0.65}, "membrane": {"kind": "pressure"},
+        "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}, {"kind": "shear", "axial_strain": 0.1}]}"#;
+
+    fn plan(text: &str) -> Result<Plan> {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("rock.json"), CASE).expect("a case");
+        std::fs::write(folder.path().join("plan.json"), text).expect("a plan");
+        read_plan(&folder.path().join("plan.json"), None)
+    }
+
+    #[test]
+    fn grids_lists_and_seeds_multiply() {
+        let plan = plan(
+            r#"{"cases": ["rock.json", {"name": "loose rock", "case": "rock.json", "set": {"/specimen/void_ratio": 0.8}}],
+            "grid": {"/stages/0/pressure": ["0.4 MPa", "0.8 MPa"], "/contact/friction": [0.5, 0.6, 0.65]},
+            "seeds": {"from": 3, "count": 2}, "jobs": 4}"#,
+        )
+        .unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((plan.members.len(), plan.jobs, plan.threads), (2 * 2 * 3 * 2, 4, 1));
+        assert_eq!(plan.members[0].name, "rock_pressure=0.4MPa_friction=0.5_seed=3");
+        assert!(plan.out.ends_with("results/plan"), "{:?}", plan.out);
+        let last = &plan.members[23];
+        assert_eq!(last.name, "loose_rock_pressure=0.8MPa_friction=0.65_seed=4");
+        assert_eq!(last.completed.pointer("/specimen/void_ratio"), Some(&Value::from(0.8)));
+        assert_eq!(last.completed["seed"], 4);
+        // The process is given what the check saw.
+        let arguments = last.arguments(2);
+        assert!(arguments.contains(&"/stages/0/pressure=\"0.8 MPa\"".to_string()), "{arguments:?}");
+    }
+
+    #[test]
+    fn names_of_like_keys_differ() {
+        let plan =
+            plan(r#"{"case": "rock.json", "grid": {"/contact/friction": [0.5], "/plates/friction": [0.1]}}"#)
+                .unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(plan.members[0].name, "rock_contact.friction=0.5_plates.friction=0.1");
+    }
+
+    #[track_caller]
+    fn faulty(text: &str, says: &[&str]) {
+        let message = plan(text).expect_err(text).to_string();
+        for part in says {
+            assert!(message.contains(part), "{text}\n{message}\nshould say {part:?}");
+        }
+    }
+
+    #[test]
+    fn faults_name_their_paths() {
+        faulty("[]", &["$: is no object"]);
+        faulty("{}", &["$.case: is missing"]);
+        faulty(
+            r#"{"case": "rock.json", "gird": {}}"#,
+            &["$.gird: is an unknown key: did you mean \"grid\"?"],
+        );
+        faulty(r#"{"case": "none.json"}"#, &["$.case: cannot read"]);
+        faulty(r#"{"case": 3, "jobs": 0}"#, &["$.case: is no file", "$.jobs: is out of range", "found 0"]);
+        faulty(
+            r#"{"case": "rock.json", "grid": {"/seed": 3}}"#,
+            &["$.grid[\"/seed\"]: is no list of values"],
+        );
+        faulty(
+            r#"{"case": "rock.json", "grid": {"seed": [3]}}"#,
+            &["$.grid.seed: the pointer must begin with /"],
+        );
+        faulty(
+            r#"{"case": "rock.json", "seeds": [1, 2, 1, "x"]}"#,
+            &["$.seeds[2]: is there twice", "$.seeds[3]: is no seed"],
+        );
+        faulty(r#"{"case": "rock.json", "seeds": {"count": 0}}"#, &["$.seeds: are no seeds"]);
+        faulty(r#"{"cases": ["rock.json", "rock.json"]}"#, &["$.cases[1]: has the name of $.cases[0]"]);
+        faulty(r#"{"cases": [{"set": {}}]}"#, &["$.cases[0].case: is missing"]);
+        faulty(r#"{"case": "rock.json", "slurm": {"time": "1\n2"}}"#, &["$.slurm.time: is no line"]);
+        faulty(
+            r#"{"case": "rock.json", "seeds": {"count": 99999}, "grid": {"/seed": [1, 2]}}"#,
+            &["are too many"],
+        );
+    }
+
+    #[test]
+    fn faults_of_members_are_listed_with_their_names() {
+        faulty(
+            r#"{"case": "rock.json", "grid": {"/contact/friction": [0.5, -1], "/solver/fidelity": ["rigid", "full"]}}"#,
+            &[
+                "rock_friction=-1_fidelity=rigid: $.contact.friction: must",
+                "rock_friction=0.5_fidelity=full: $.solver.fidelity",
+            ],
+        );
+    }
+}

@@ -1,0 +1,224 @@
+//! Tables as Markdown and CSV.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::report::short;
+
+use super::Member;
+use super::order::{Order, observed};
+use super::outcome::{Figure, Figures, common_strain};
+use super::vary::Setting;
+
+/// A table of texts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    pub header: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Columns as wide as their widest cell.
+    pub fn to_markdown(&self) -> String {
+        let cells: Vec<Vec<String>> = std::iter::once(&self.header)
+            .chain(&self.rows)
+            .map(|row| row.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect())
+            .collect();
+        let widths: Vec<usize> = (0..self.header.len())
+            .map(|column| {
+                let all = cells.iter().map(|row| row.get(column).map_or(0, |cell| cell.chars().count()));
+                all.max().unwrap_or(0).max(3)
+            })
+            .collect();
+        let line = |row: &Vec<String>| {
+            let padded: Vec<String> = widths
+                .iter()
+                .enumerate()
+                .map(|(k, &width)| format!("{:width$}", row.get(k).map_or("", |c| c)))
+                .collect();
+            format!("| {} |", padded.join(" | "))
+        };
+        let rule: Vec<String> = widths.iter().map(|&width| "-".repeat(width)).collect();
+        let mut lines = vec![line(&cells[0]), format!("| {} |", rule.join(" | "))];
+        lines.extend(cells[1..].iter().map(line));
+        lines.join("\n")
+    }
+
+    pub fn to_csv(&self) -> String {
+        let quoted = |cell: &String| match cell.contains([',', '"', '\n']) {
+            true => format!("\"{}\"", cell.replace('"', "\"\"")),
+            false => cell.clone(),
+        };
+        let lines = std::iter::once(&self.header).chain(&self.rows);
+        lines.map(|row| row.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n").collect()
+    }
+
+    pub fn write_csv(&self, path: &Path) -> Result<()> {
+        std::fs::write(path, self.to_csv()).map_err(|e| Error::io("write", path, e))
+    }
+}
+
+/// As many digits as a comparison needs; nothing for what is not there.
+fn number(value: f64) -> String {
+    if value.is_finite() {
+        format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        String::new()
+    }
+}
+
+fn counted(value: f64) -> String {
+    if value.is_finite() { format!("{value:.0}") } else { String::new() }
+}
+
+/// One row a value of what is varied.
+pub fn study(heading: &str, settings: &[Setting], all: &[Figures], compared: &[Figure]) -> Table {
+    let mut header = vec![heading.to_string(), "status".into()];
+    header.extend(compared.iter().map(|figure| figure.name.clone()));
+    header.extend(["increments", "factorisations", "cuts", "wall time [s]"].map(String::from));
+    let rows = settings
+        .iter()
+        .zip(all)
+        .enumerate()
+        .map(|(at, (setting, figures))| {
+            let mut row = vec![setting.label.clone(), figures.status.clone()];
+            row.extend(compared.iter().map(|figure| number(figure.values[at])));
+            row.push(figures.increments.to_string());
+            row.push(counted(figures.factorisations));
+            row.push(counted(figures.cuts));
+            row.push(if figures.wall_time.is_finite() {
+                format!("{:.1}", figures.wall_time)
+            } else {
+                String::new()
+            });
+            row
+        })
+        .collect();
+    Table { header, rows }
+}
+
+/// One row a figure: the order observed from the three finest values, and the value at size zero.
+pub fn orders(settings: &[Setting], compared: &[Figure]) -> Table {
+    let header =
+        ["figure", "observed order", "at size zero", "error of the finest [%]"].map(String::from).to_vec();
+    let rows = compared
+        .iter()
+        .map(|figure| {
+            let series: Vec<(f64, f64)> = settings
+                .iter()
+                .zip(&figure.values)
+                .filter_map(|(setting, value)| Some((setting.size?, *value)))
+                .collect();
+            let order = observed(&series);
+            let finest =
+                series.iter().rev().find(|(_, value)| value.is_finite()).map_or(f64::NAN, |(_, v)| *v);
+            let (limit, error) = match order {
+                Order::Observed { limit, .. } => {
+                    (number(limit), short(100.0 * ((finest - limit) / limit).abs()))
+                }
+                Order::Same | Order::NotMonotone | Order::NotConverging | Order::TooFew => Default::default(),
+            };
+            vec![figure.name.clone(), order.to_string(), limit, error]
+        })
+        .collect();
+    Table { header, rows }
+}
+
+/// One row a figure: mean and scatter over the members.
+pub fn scatter(compared: &[Figure]) -> Table {
+    let header = ["figure", "members", "mean", "standard deviation", "variation [%]", "least", "most"];
+    let rows = compared
+        .iter()
+        .map(|figure| {
+            let values: Vec<f64> = figure.values.iter().copied().filter(|x| x.is_finite()).collect();
+            let (mean, deviation) = mean_and_deviation(&values);
+            let least = values.iter().copied().fold(f64::NAN, f64::min);
+            let most = values.iter().copied().fold(f64::NAN, f64::max);
+            vec![
+                figure.name.clone(),
+                values.len().to_string(),
+                number(mean),
+                number(deviation),
+                number(100.0 * deviation / mean.abs()),
+                number(least),
+                number(most),
+            ]
+        })
+        .collect();
+    Table { header: header.map(String::from).to_vec(), rows }
+}
+
+/// Mean and sample standard deviation; NaN for too few values.
+pub fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    (mean, if values.len() > 1 { (squares / (count - 1.0)).sqrt() } else { f64::NAN })
+}
+
+/// One row a member of a batch.
+pub fn batch(members: &[Member], all: &[Figures]) -> Table {
+    let scenes = !(common_strain(all) > 0.0);
+    let mut header: Vec<String> = ["name", "status", "increments", "cuts"].map(String::from).to_vec();
+    match scenes {
+        true => header.extend(["external work [J]", "friction energy [J]"].map(String::from)),
+        false => header.extend(
+            ["axial strain [%]", "peak q [MPa]", "at [%]", "last q [MPa]", "last volume strain [%]"]
+                .map(String::from),
+        ),
+    }
+    header.extend(["factorisations", "wall time [s]", "reason"].map(String::from));
+    let rows = members
+        .iter()
+        .zip(all)
+        .map(|(member, f)| {
+            let mut row =
+                vec![member.name.clone(), f.status.clone(), f.increments.to_string(), counted(f.cuts)];
+            if scenes {
+                row.extend([number(f.external_work), number(f.friction_energy)]);
+            } else {
+                let peak = f.peak(f64::INFINITY).unwrap_or((f64::NAN, f64::NAN));
+                let last = |values: &[f64]| values.last().copied().unwrap_or(f64::NAN);
+                row.extend(
+                    [
+                        100.0 * f.last_strain(),
+                        1e-6 * peak.0,
+                        100.0 * peak.1,
+                        1e-6 * last(&f.deviatoric_stress),
+                        100.0 * last(&f.volumetric_strain),
+                    ]
+                    .map(number),
+                );
+            }
+            let time = if f.wall_time.is_finite() { format!("{:.1}", f.wall_time) } else { String::new() };
+            row.extend([counted(f.factorisations), time, f.reason.clone()]);
+            row
+        })
+        .collect();
+    Table { header, rows }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markdown_and_csv() {
+        let table = Table {
+            header: vec!["a".into(), "b, c".into()],
+            rows: vec![vec!["1|2".into(), "say \"x\"".into()], vec!["3".into(), String::new()]],
+        };
+        assert_eq!(table.to_csv(), "a,\"b, c\"\n1|2,\"say \"\"x\"\"\"\n3,\n");
+        assert_eq!(
+            table.to_markdown(),
+            "| a    | b, c    |\n| ---- | ------- |\n| 1\\|2 | say \"x\" |\n| 3    |         |"
+        );
+    }
+
+    #[test]
+    fn scatter_of_known_numbers() {
+        let figure = Figure { name: "x".into(), values: vec![2.0, 4.0, f64::NAN, 6.0] };
+        let table = scatter(&[figure]);
+        assert_eq!(table.rows[0], ["x", "3", "4", "2", "50", "2", "6"]);
+    }
+}

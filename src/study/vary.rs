@@ -1,0 +1,241 @@
+//! What a study can vary, the values it takes, and the members that come of it.
+
+use serde_json::{Value, json};
+
+use crate::case::{Case, Geometry, RawCase, StageCase};
+use crate::error::{Error, Result};
+
+/// What is varied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Vary {
+    /// Strain increment of the stages driven by strain; increments of a scene's load stages.
+    Increment,
+    /// Cells of a grain.
+    Mesh,
+    /// Out-of-balance force at which an increment is accepted.
+    Tolerance,
+    Fidelity,
+    /// Stiffness of the contacts.
+    Penalty,
+    /// Seed of all randomness.
+    Seed,
+}
+
+/// A value of what is varied, and what it means for the case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// As shown.
+    pub label: String,
+    /// What goes to zero as results become exact; `None` for what has no such size.
+    pub size: Option<f64>,
+    pub overrides: Vec<(String, Value)>,
+}
+
+impl Vary {
+    pub const WORDS: [(&'static str, Vary); 6] = [
+        ("increment", Vary::Increment),
+        ("mesh", Vary::Mesh),
+        ("tolerance", Vary::Tolerance),
+        ("fidelity", Vary::Fidelity),
+        ("penalty", Vary::Penalty),
+        ("seed", Vary::Seed),
+    ];
+
+    pub fn word(self) -> &'static str {
+        match self {
+            Vary::Increment => "increment",
+            Vary::Mesh => "mesh",
+            Vary::Tolerance => "tolerance",
+            Vary::Fidelity => "fidelity",
+            Vary::Penalty => "penalty",
+            Vary::Seed => "seed",
+        }
+    }
+
+    /// What the values of this case are called in tables and on axes.
+    pub fn heading(self, case: &Case) -> &'static str {
+        match (self, &case.geometry) {
+            (Vary::Increment, Geometry::Specimen(_)) => "strain increment [1]",
+            (Vary::Increment, Geometry::Scene(_)) => "increments of the last stage [1]",
+            (Vary::Mesh, _) => "cells of a grain [1]",
+            (Vary::Tolerance, _) => "force tolerance [1]",
+            (Vary::Fidelity, _) => "fidelity",
+            (Vary::Penalty, _) => "penalty",
+            (Vary::Seed, _) => "seed",
+        }
+    }
+
+    /// The settings of a study of `case`: those of `values`, or some that suit the case, from the coarsest to the finest.
+    ///
+    /// # Errors
+    /// `Error::Usage` for what the case does not have, and for values that are none.
+    pub fn settings(self, source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Setting>> {
+        let mut settings = match self {
+            Vary::Increment => increments(source, case, values)?,
+            Vary::Mesh => {
+                let Geometry::Specimen(specimen) = &case.geometry else {
+                    return Err(missing("mesh", "a scene of rigid bodies has no mesh"));
+                };
+                let base = specimen.cells_per_grain;
+                let numbers = whole(values, || vec![base / 2, base, 2 * base])?;
+                let setting = |cells: usize| Setting {
+                    label: cells.to_string(),
+                    // A cell's edge over the grain's.
+                    size: Some((cells as f64).powf(-1.0 / 3.0)),
+                    overrides: vec![("/specimen/cells_per_grain".into(), json!(cells))],
+                };
+                numbers.into_iter().map(setting).collect()
+            }
+            Vary::Tolerance => {
+                let base = case.solver.force_tolerance;
+                let numbers = floats(values, || vec![10.0 * base, base, 0.1 * base])?;
+                let setting = |tolerance: f64| Setting {
+                    label: format!("{tolerance:e}"),
+                    size: Some(tolerance),
+                    overrides: vec![("/solver/force_tolerance".into(), json!(tolerance))],
+                };
+                numbers.into_iter().map(setting).collect()
+            }
+            Vary::Fidelity => {
+                let words = match values {
+                    [] => ["rigid", "condensed", "full"].map(String::from).to_vec(),
+                    values => values.to_vec(),
+                };
+                let setting = |word: String| Setting {
+                    overrides: vec![("/solver/fidelity".into(), json!(word))],
+                    size: None,
+                    label: word,
+                };
+                words.into_iter().map(setting).collect()
+            }
+            Vary::Penalty => {
+                return Err(missing(
+                    "penalty",
+                    "the stiffness of contacts follows from the grains (0.1 E d/(1-nu^2) each) and no key of the case sets it",
+                ));
+            }
+            Vary::Seed => {
+                let base = case.seed as usize;
+                let numbers = whole(values, || (base..base + 5).collect())?;
+                let setting = |seed: usize| Setting {
+                    label: seed.to_string(),
+                    size: None,
+                    overrides: vec![("/seed".into(), json!(seed))],
+                };
+                numbers.into_iter().map(setting).collect()
+            }
+        };
+        // Stable: what has no size stays as given.
+        settings.sort_by(|a, b| match (a.size, b.size) {
+            (Some(a), Some(b)) => b.total_cmp(&a),
+            _ => std::cmp::Ordering::Equal,
+        });
+        for (at, setting) in settings.iter().enumerate() {
+            if settings[..at].iter().any(|other| other.label == setting.label) {
+                return Err(Error::Usage(format!("--values: {} is there twice", setting.label)));
+            }
+        }
+        Ok(settings)
+    }
+}
+
+fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Setting>> {
+    match &case.geometry {
+        Geometry::Specimen(_) => {
+            let driven: Vec<(usize, f64)> = case
+                .stages
+                .iter()
+                .enumerate()
+                .filter_map(|(at, stage)| strain_increment(stage).map(|increment| (at, increment)))
+                .collect();
+            let Some(&(_, base)) = driven.last() else {
+                return Err(missing("increment", "no stage of the case is driven by strain"));
+            };
+            let numbers = floats(values, || vec![4.0 * base, 2.0 * base, base])?;
+            let setting = |increment: f64| Setting {
+                label: format!("{increment:e}"),
+                size: Some(increment),
+                // Other stages in proportion.
+                overrides: driven
+                    .iter()
+                    .map(|(at, own)| (format!("/stages/{at}/increment"), json!(own * increment / base)))
+                    .collect(),
+            };
+            Ok(numbers.into_iter().map(setting).collect())
+        }
+        Geometry::Scene(_) => {
+            let loaded: Vec<(usize, usize)> = case
+                .stages
+                .iter()
+                .enumerate()
+                .filter_map(|(at, stage)| {
+                    if let StageCase::Load { increments, .. } = stage {
+                        Some((at, *increments))
+                    } else {
+                        None
+                    }
+                })
+                .collect();
+            let Some(&(_, base)) = loaded.last() else {
+                return Err(missing("increment", "the scene has no load stage"));
+            };
+            let numbers = whole(values, || vec![base.div_ceil(2), base, 2 * base])?;
+            let given = |at: usize| source.value.pointer(&format!("/stages/{at}")).is_some();
+            let setting = |number: usize| Setting {
+                label: number.to_string(),
+                size: Some(1.0 / number as f64),
+                overrides: loaded
+                    .iter()
+                    .filter(|(at, _)| given(*at))
+                    .map(|(at, own)| {
+                        let scaled = (own * number).div_ceil(base).max(1);
+                        (format!("/stages/{at}/increments"), json!(scaled))
+                    })
+                    .collect(),
+            };
+            Ok(numbers.into_iter().map(setting).collect())
+        }
+    }
+}
+
+fn strain_increment(stage: &StageCase) -> Option<f64> {
+    match stage {
+        StageCase::Shear { increment, .. }
+        | StageCase::Unload { increment, .. }
+        | StageCase::Reload { increment, .. }
+        | StageCase::Oedometer { increment, .. }
+        | StageCase::ConstantVolume { increment, .. }
+        | StageCase::ConstantP { increment, .. } => Some(*increment),
+        StageCase::Consolidate { .. }
+        | StageCase::StressShear { .. }
+        | StageCase::Hold { .. }
+        | StageCase::Load { .. } => None,
+    }
+}
+
+fn missing(word: &str, why: &str) -> Error {
+    Error::Usage(format!("--vary {word}: cannot be varied here: {why}"))
+}
+
+fn floats(values: &[String], default: impl Fn() -> Vec<f64>) -> Result<Vec<f64>> {
+    let number = |text: &String| match text.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err(Error::Usage(format!("--values: {text:?} is not a positive number"))),
+    };
+    match values {
+        [] => Ok(default()),
+        values => values.iter().map(number).collect(),
+    }
+}
+
+fn whole(values: &[String], default: impl Fn() -> Vec<usize>) -> Result<Vec<usize>> {
+    let number = |text: &String| {
+        text.trim()
+            .parse::<usize>()
+            .map_err(|_| Error::Usage(format!("--values: {text:?} is not a whole number")))
+    };
+    match values {
+        [] => Ok(default()),
+        values => values.iter().map(number).collect(),
+    }
+}

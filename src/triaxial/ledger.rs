@@ -1,0 +1,69 @@
+//! The energy ledger: work done from outside and where it went [J].
+
+use serde::{Deserialize, Serialize};
+
+/// Energies since the start of the test [J].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Work of the ram and of the pressure.
+    pub external: f64,
+    /// Stored in contacts (and grains), less what was stored at the start.
+    pub elastic: f64,
+    pub friction: f64,
+    /// Stored in a rubber membrane's sheet, less what was stored at the start.
+    pub membrane: f64,
+    /// Set free in increments that snapped to another equilibrium, where the stabilising term
+    /// stands in for motion and its damping. Known by balance only: what these increments leave over.
+    pub stabilisation: f64,
+}
+
+impl Ledger {
+    /// External work that no row accounts for [J].
+    pub fn error(&self) -> f64 {
+        self.external - self.elastic - self.friction - self.membrane - self.stabilisation
+    }
+}
+
+/// How well the energy of an increment has to close, and what a breach does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EnergyGate {
+    /// Energy that no row accounts for over the work that ram and pressure exchange; infinite: no gate.
+    pub tolerance: f64,
+    /// Whether a breach cuts the increment, down to the smallest.
+    pub cuts: bool,
+}
+
+impl Default for EnergyGate {
+    fn default() -> Self {
+        EnergyGate { tolerance: f64::INFINITY, cuts: false }
+    }
+}
+
+impl EnergyGate {
+    /// Whether the `gap` [J] of an increment is too large for its `turnover` [J]. Forces that are out
+    /// of balance by the share `force_tolerance` store that share squared of the `stored` energy [J]
+    /// of all contacts, about: a gap below it says nothing.
+    pub fn is_breached(&self, gap: f64, turnover: f64, stored: f64, force_tolerance: f64) -> bool {
+        let floor = force_tolerance * force_tolerance * stored;
+        self.tolerance.is_finite() && gap.abs() > self.tolerance * turnover + floor
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gate_is_breached_by_gaps_beyond_its_share_of_the_turnover() {
+        let ledger =
+            Ledger { external: 2.0, elastic: 0.7, friction: 0.9, membrane: 0.3, stabilisation: 0.05 };
+        assert!((ledger.error() - 0.05).abs() < 1e-15);
+        let gate = EnergyGate { tolerance: 1e-3, cuts: false };
+        assert!(!gate.is_breached(0.9e-3, 1.0, 5.0, 1e-3));
+        assert!(gate.is_breached(-1.1e-3, 1.0, 5.0, 1e-3));
+        // A hold: what is left comes from the tolerance of the forces.
+        assert!(!gate.is_breached(4e-6, 0.0, 5.0, 1e-3));
+        assert!(gate.is_breached(6e-6, 0.0, 5.0, 1e-3));
+        assert!(!EnergyGate::default().is_breached(1.0, 0.0, 5.0, 1e-3));
+    }
+}

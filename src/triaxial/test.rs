@@ -1,0 +1,590 @@
+//! A triaxial test in progress: stages, increments, landings, and the books kept over them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::Counters;
+use crate::solver::{Energies, Increment, IncrementReport, Pace, StepStatus, advance, motion_between};
+use crate::tensor::{Pose, Vec3, Vector6};
+use crate::triaxial::deformation::LocalStrain;
+use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
+use crate::triaxial::ledger::{EnergyGate, Ledger};
+use crate::triaxial::measures::{Measures, Picture, Zero};
+use crate::triaxial::response::{Curve, Response};
+use crate::triaxial::rig::Rig;
+use crate::triaxial::stage::{Path, Stage, StageEnd, Until};
+
+/// What is known after each accepted increment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    pub measures: Measures,
+    pub picture: Picture,
+    pub response: Response,
+    pub ledger: Ledger,
+    /// Energy of the increment that no row of the ledger accounts for, over the work that ram and
+    /// pressure exchanged in it.
+    pub energy_gap: f64,
+    /// Whether that is beyond the gate.
+    pub poorly_closed: bool,
+    /// By how much what the stage prescribes is missed: stresses relative to the larger of their value and the
+    /// pressure, the volume to what an increment sweeps, the top plate to its travel in it.
+    pub control_error: f64,
+    pub counters: Counters,
+    pub out_of_balance: f64,
+    pub sliding_fraction: f64,
+    pub max_penetration: f64,
+    pub mean_contact_force: f64,
+    /// Progress of the stage, 0 to 1.
+    pub progress: f64,
+}
+
+/// What the observer sees of an accepted increment.
+pub struct StepReport<'a> {
+    pub row: Row,
+    pub increment: &'a IncrementReport,
+    /// What happened around each grain since strains count.
+    pub local_strains: &'a [LocalStrain],
+    /// The test as the increment left it.
+    pub test: &'a Test,
+}
+
+/// Share of the consolidation pressure under which grains are seated. Under a small share the
+/// forces are too weak to bring loose grains into touch within the solver's limits.
+const SEATING_SHARE: f64 = 0.5;
+/// Trials of a load whose cross-section is not known before, and of an increment that is to land.
+const AREA_TRIALS: usize = 5;
+const LANDING_TRIALS: usize = 8;
+/// A pressure that follows from something else may not fall below this share of that at the start of the stage.
+const LEAST_PRESSURE: f64 = 1e-3;
+/// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
+const LANDING_TOLERANCE: f64 = 1e-3;
+
+/// References and running sums of a test.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Test {
+    /// Where strains count from.
+    pub zero: Zero,
+    pub ledger: Ledger,
+    /// Whether increments whose energy does not close are cut.
+    pub energy_gate: EnergyGate,
+    /// Elastic energy at the start of the ledger [J].
+    start_elastic: f64,
+    /// Energy of the membrane's sheet there [J].
+    start_membrane: f64,
+    /// Force of the ram on the top plate, upwards [N].
+    ram: f64,
+    /// Whether the top plate is under a load, not driven.
+    loaded: bool,
+    /// Height at which the last drive upwards began [m].
+    turning: Option<f64>,
+    /// Largest friction angle since strains count [rad].
+    peak_friction_angle: f64,
+    under_way: Option<UnderWay>,
+}
+
+/// A stage after its last accepted increment: with the rig's state all that it takes to go on with it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct UnderWay {
+    drive: Drive,
+    pace: Pace,
+    watch: Watch,
+    curve: Curve,
+    last: Option<Last>,
+}
+
+impl UnderWay {
+    /// Share of the next increment; `None` where the stage is over.
+    fn next(&self) -> Option<f64> {
+        let next = self.pace.next().filter(|_| !self.watch.done)?;
+        Some(self.watch.limit.map_or(next, |limit| limit.min(next)))
+    }
+
+    fn is_over(&self) -> bool {
+        self.next().is_none()
+    }
+}
+
+/// An accepted increment, for the next one to go on from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Last {
+    poses: Vec<Pose>,
+    share: f64,
+    pressure: f64,
+    deviatoric_stress: f64,
+}
+
+/// An increment tried, not committed.
+struct Trial {
+    measures: Measures,
+    ledger: Ledger,
+    energy_gap: f64,
+    poorly_closed: bool,
+    control_error: f64,
+    ram: f64,
+    pressure: f64,
+}
+
+impl Test {
+    pub fn new(rig: &Rig) -> Self {
+        Test {
+            zero: Zero::of(rig),
+            ledger: Ledger::default(),
+            energy_gate: EnergyGate::default(),
+            start_elastic: 0.0,
+            start_membrane: 0.0,
+            ram: 0.0,
+            loaded: true,
+            turning: None,
+            peak_friction_angle: f64::NEG_INFINITY,
+            under_way: None,
+        }
+    }
+
+    /// Counts strains from the present state on.
+    pub fn zero_strains(&mut self, rig: &Rig) {
+        self.zero = Zero::of(rig);
+        self.peak_friction_angle = f64::NEG_INFINITY;
+    }
+
+    /// Starts strains and the ledger anew from the present state.
+    pub fn restart(&mut self, rig: &Rig, energy: &Energies) {
+        self.zero_strains(rig);
+        self.ledger = Ledger::default();
+        self.start_elastic = energy.elastic;
+        self.start_membrane = energy.membrane;
+    }
+
+    /// Whether a stage was interrupted; the next [`Test::run`] goes on with it.
+    pub fn is_under_way(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    /// Runs a stage, or the rest of the one that was interrupted; `observe` is called after each accepted
+    /// increment and says whether to go on. A wish to stop at the last increment interrupts nothing.
+    pub fn run(
+        &mut self,
+        rig: &mut Rig,
+        stage: &Stage,
+        observe: &mut dyn FnMut(&Rig, &StepReport<'_>) -> bool,
+    ) -> StageEnd {
+        let Some(mut way) = self.under_way.take().or_else(|| self.begin(rig, stage)) else {
+            return StageEnd::Finished;
+        };
+        while let Some(share) = way.next() {
+            let to = way.pace.after(share);
+            let mut report = match self.attempt(rig, &way.drive, share, to, way.last.as_ref()) {
+                Ok(report) => report,
+                Err(_) if rig.settings.stop.is_raised() => {
+                    self.under_way = Some(way);
+                    return StageEnd::Interrupted;
+                }
+                Err(_) if way.watch.gives_up_landing() => continue,
+                Err(_) if way.pace.cut(share) => continue,
+                Err(reason) => return StageEnd::Stopped { reason },
+            };
+            let trial = self.weigh(rig, &way.drive, &report, share, to);
+            if way.watch.overshoots(share, &trial.measures) {
+                continue;
+            }
+            if trial.poorly_closed && self.energy_gate.cuts && way.pace.cut(share) {
+                way.watch.limit = None;
+                continue;
+            }
+            report.counters.cuts = way.pace.accept(share, report.history.len());
+            let m = &trial.measures;
+            way.watch.accept(m);
+            let response = way.curve.push(
+                m.axial_strain,
+                m.volumetric_strain,
+                m.deviatoric_stress,
+                m.confining_pressure,
+            );
+            self.peak_friction_angle = way.curve.peak();
+            let local_strains = self.zero.neighbourhood.local_strains(&report.poses);
+            let row = Row {
+                measures: *m,
+                picture: Picture::of(rig, &rig.contacts, &report.poses, m, &self.zero, &local_strains),
+                response,
+                ledger: trial.ledger,
+                energy_gap: trial.energy_gap,
+                poorly_closed: trial.poorly_closed,
+                control_error: trial.control_error,
+                counters: report.counters,
+                out_of_balance: report.balance.out_of_balance,
+                sliding_fraction: report.measures.sliding_fraction,
+                max_penetration: report.measures.max_penetration,
+                mean_contact_force: report.measures.mean_force,
+                progress: way.pace.done(),
+            };
+            way.last = Some(self.commit(rig, &way.drive, &report, &trial, share));
+            self.under_way = Some(way);
+            let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
+            let goes_on = observe(rig, &step);
+            match self.under_way.take() {
+                Some(left) if goes_on || left.is_over() => way = left,
+                left => {
+                    self.under_way = left;
+                    return StageEnd::Interrupted;
+                }
+            }
+        }
+        way.watch.end(stage)
+    }
+
+    /// Resolves a stage against the present state; `None` where there is nothing to do.
+    fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<UnderWay> {
+        let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
+        let drive = Drive::new(stage, origin, self.turning);
+        if drive.axial_strain() < 0.0 {
+            self.turning = Some(origin.height);
+        }
+        if matches!(stage.path, Path::Return { .. }) && drive.axial_strain() <= 0.0 {
+            return None;
+        }
+        let mut curve = Curve::new(self.peak_friction_angle);
+        let start = Measures::of(rig, &origin, &self.zero);
+        curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
+        let watch = Watch::new(&stage.until, origin.deviatoric_stress);
+        let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
+        Some(UnderWay { drive, pace, watch, curve, last: None })
+    }
+
+    /// Makes the increment the committed state; what it came from goes to the next one.
+    fn commit(
+        &mut self,
+        rig: &mut Rig,
+        drive: &Drive,
+        report: &IncrementReport,
+        trial: &Trial,
+        share: f64,
+    ) -> Last {
+        let area = |rig: &Rig| rig.volume(&rig.committed.poses) / rig.height(&rig.committed.poses);
+        let last = Last {
+            share,
+            pressure: rig.pressure,
+            deviatoric_stress: -self.ram / area(rig),
+            poses: std::mem::replace(&mut rig.committed.poses, report.poses.clone()),
+        };
+        rig.committed.memory.clone_from(&report.memory);
+        rig.committed.fields.clone_from(&report.fields);
+        rig.pressure = trial.pressure;
+        self.ledger = trial.ledger;
+        self.ram = trial.ram;
+        self.loaded = drive.is_loaded();
+        last
+    }
+
+    /// Lays a rubber membrane against the grains under the pressure that they are then seated under.
+    ///
+    /// # Errors
+    /// The reason, with numbers, where it does not come to lie.
+    pub fn lay_membrane(&mut self, rig: &mut Rig, pressure: f64) -> Result<(), String> {
+        if rig.model.membrane.is_none() {
+            return Ok(());
+        }
+        let pressure = SEATING_SHARE * pressure;
+        match rig.lay_membrane(pressure) {
+            Some(laid) if laid.converged => Ok(()),
+            Some(laid) => Err(format!(
+                "the membrane did not come to lie against the grains under {:.3} MPa: a node is out of balance by \
+                 {:.2e} of its load after {} steps; {}",
+                1e-6 * pressure,
+                laid.out_of_balance,
+                laid.counters.newton_iterations,
+                rig.membrane_trouble(pressure)
+            )),
+            None => Err("the membrane overlaps a grain before it is laid against them".into()),
+        }
+    }
+
+    /// Brings the loose grains of a compacted specimen into touch under half the
+    /// consolidation pressure, before the first row of the history: first to a rough balance, then,
+    /// where that is reached, to the tolerance of an increment. Strains and the ledger start from
+    /// there. Returns the last report; where it did not converge, the first increment has to.
+    pub fn seat(&mut self, rig: &mut Rig, pressure: f64) -> IncrementReport {
+        let loads = rig.loads(true, SEATING_SHARE * pressure);
+        let mut counters = Counters::default();
+        let mut settings = rig.settings.for_seating();
+        loop {
+            let increment = Increment {
+                model: &rig.model,
+                committed: &rig.committed,
+                loads: &loads,
+                settings: &settings,
+            };
+            let mut report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
+            counters.add(&report.counters);
+            rig.committed.poses.clone_from(&report.poses);
+            rig.committed.memory.clone_from(&report.memory);
+            rig.committed.fields.clone_from(&report.fields);
+            // What slipped before the test began weakens nothing.
+            rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
+            rig.pressure = SEATING_SHARE * pressure;
+            self.restart(rig, &report.energy);
+            let rough = settings != rig.settings;
+            if report.converged() && rough {
+                settings = rig.settings.clone();
+            } else {
+                report.counters = counters;
+                return report;
+            }
+        }
+    }
+
+    /// Tries the increment of `share` to the share `to` of a stage, under a cross-section that agrees with
+    /// what comes of it. Where it fails, says why.
+    fn attempt(
+        &self,
+        rig: &mut Rig,
+        drive: &Drive,
+        share: f64,
+        to: f64,
+        last: Option<&Last>,
+    ) -> Result<IncrementReport, String> {
+        let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
+        let continued = |now: f64, before: fn(&Last) -> f64| {
+            last.map_or(now, |last| now + (now - before(last)) * (share / last.share))
+        };
+        let mut guess = Guess {
+            area: now.volume / now.height,
+            pressure: continued(now.pressure, |last| last.pressure),
+            deviatoric_stress: continued(now.deviatoric_stress, |last| last.deviatoric_stress),
+        };
+        let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
+        let mut starts = starts(rig, last.map(|last| (&last.poses, share / last.share)), lift, now.height);
+        let mut counters = Counters::default();
+        for _ in 0..AREA_TRIALS {
+            let loads = drive.loads(rig, share, to, &guess);
+            let increment = Increment {
+                model: &rig.model,
+                committed: &rig.committed,
+                loads: &loads,
+                settings: &rig.settings,
+            };
+            let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
+            counters.add(&report.counters);
+            if !report.converged() {
+                // Once more with care, from the plainest start, before the increment is cut.
+                let settings = rig.settings.cautious();
+                let careful = Increment { settings: &settings, ..increment };
+                report = advance(&careful, starts.into_iter().rev().collect(), &mut rig.contacts);
+                counters.add(&report.counters);
+            }
+            if !report.converged() {
+                return Err(describe(rig, &report, drive.pressure(to, report.factor)));
+            }
+            let pressure = drive.pressure(to, report.factor);
+            if pressure < LEAST_PRESSURE * drive.origin.pressure {
+                return Err(format!(
+                    "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
+                ));
+            }
+            let area = rig.volume(&report.poses) / rig.height(&report.poses);
+            let depends = loads.applied[rig.top].z != 0.0
+                || loads.control.as_ref().is_some_and(|control| !control.applied.is_empty());
+            if !depends || (area / guess.area - 1.0).abs() <= AREA_TOLERANCE {
+                report.counters = counters;
+                return Ok(report);
+            }
+            guess.area = area;
+            guess.deviatoric_stress = report.factor;
+            starts = vec![report.poses];
+        }
+        Err(format!("the cross-section did not settle in {AREA_TRIALS} trials"))
+    }
+
+    /// What a stage can depend on, in the configuration `poses`.
+    fn state(&self, rig: &Rig, poses: &[Pose], pressure: f64, ram: f64) -> Origin {
+        let (height, volume) = (rig.height(poses), rig.volume(poses));
+        Origin {
+            height,
+            volume,
+            pressure,
+            deviatoric_stress: -ram * height / volume,
+            top: poses[rig.top].position.z,
+            loaded: self.loaded,
+        }
+    }
+
+    /// Measures an increment and enters it into a copy of the ledger.
+    fn weigh(&self, rig: &Rig, drive: &Drive, report: &IncrementReport, share: f64, to: f64) -> Trial {
+        let pressure = drive.pressure(to, report.factor);
+        let (old, new) = (&rig.committed.poses, &report.poses);
+        let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
+        if let Some(cover) = &rig.model.cover {
+            cover.loads_into(&mut loads, new, pressure);
+        }
+        let ram = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
+        let state = self.state(rig, new, pressure, ram);
+        let lift = new[rig.top].position.z - old[rig.top].position.z;
+        let ram_work = 0.5 * (self.ram + ram) * lift;
+        let swelling = state.volume - rig.volume(old) + report.elastic_volume;
+        let pressure_work = -0.5 * (rig.pressure + pressure) * swelling;
+        let mut ledger = self.ledger;
+        ledger.external += ram_work + pressure_work;
+        ledger.elastic = report.energy.elastic - self.start_elastic;
+        ledger.friction += report.energy.friction;
+        ledger.membrane = report.energy.membrane - self.start_membrane;
+        if report.is_snap() {
+            ledger.stabilisation += (ledger.error() - self.ledger.error()).max(0.0);
+        }
+        let gap = ledger.error() - self.ledger.error();
+        let turnover = ram_work.abs() + pressure_work.abs();
+        Trial {
+            measures: Measures::of(rig, &state, &self.zero),
+            ledger,
+            energy_gap: if turnover > 0.0 { gap / turnover } else { 0.0 },
+            poorly_closed: self.energy_gate.is_breached(
+                gap,
+                turnover,
+                report.energy.elastic,
+                rig.settings.force_tolerance,
+            ),
+            control_error: drive.miss(share, to, &state),
+            ram,
+            pressure,
+        }
+    }
+}
+
+/// Watches for what ends a stage before its path does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Watch {
+    until: Until,
+    start: f64,
+    before: f64,
+    peak: f64,
+    /// The largest share that the next increment may have, to land.
+    limit: Option<f64>,
+    trials: usize,
+    done: bool,
+}
+
+impl Watch {
+    fn new(until: &Until, deviatoric_stress: f64) -> Self {
+        let arrived =
+            until.deviatoric_stress.is_some_and(|to| (to - deviatoric_stress).abs() <= 1e-9 * to.abs());
+        Watch {
+            until: *until,
+            start: deviatoric_stress,
+            before: deviatoric_stress,
+            peak: deviatoric_stress,
+            limit: None,
+            trials: 0,
+            done: arrived,
+        }
+    }
+
+    fn is_near(&self, deviatoric_stress: f64) -> bool {
+        self.until.deviatoric_stress.is_some_and(|to| {
+            (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * (to - self.start).abs().max(to.abs())
+        })
+    }
+
+    fn is_past(&self, deviatoric_stress: f64) -> bool {
+        self.until
+            .deviatoric_stress
+            .is_some_and(|to| (to - self.start).signum() * (deviatoric_stress - to) >= 0.0)
+    }
+
+    /// Whether a trial of `share` went too far past the stress to land on; then sets the limit of the
+    /// next one. After enough trials (a snap may leap over any stress) it may go past.
+    fn overshoots(&mut self, share: f64, measures: &Measures) -> bool {
+        let q = measures.deviatoric_stress;
+        let Some(to) = self.until.deviatoric_stress else { return false };
+        if self.is_near(q) || !self.is_past(q) || self.trials >= LANDING_TRIALS {
+            return false;
+        }
+        self.trials += 1;
+        let fraction = (to - self.before) / (q - self.before);
+        self.limit = Some(share * fraction.clamp(0.05, 0.98));
+        true
+    }
+
+    /// After a failed increment that was short in order to land: goes on as if there were nothing to
+    /// land on, and past it.
+    fn gives_up_landing(&mut self) -> bool {
+        let landing = self.limit.take().is_some();
+        if landing {
+            self.trials = LANDING_TRIALS;
+        }
+        landing
+    }
+
+    fn accept(&mut self, measures: &Measures) {
+        let q = measures.deviatoric_stress;
+        self.peak = self.peak.max(q);
+        self.done = self.is_near(q)
+            || self.is_past(q)
+            || self.until.drop_after_peak.is_some_and(|drop| q < (1.0 - drop) * self.peak);
+        self.before = q;
+        self.limit = None;
+    }
+
+    fn end(&self, stage: &Stage) -> StageEnd {
+        if self.done || !stage.until.must {
+            return StageEnd::Finished;
+        }
+        let wanted = self.until.deviatoric_stress.unwrap_or(f64::NAN);
+        StageEnd::Stopped {
+            reason: format!(
+                "the deviatoric stress is {:.4e} Pa at the end of the path and has not reached {wanted:.4e} Pa",
+                self.before
+            ),
+        }
+    }
+}
+
+/// Starting configurations in order of preference: the last motion continued, an affine
+/// squeeze, the driven plate alone. `lift` [m] is the motion of a driven top plate.
+fn starts(rig: &Rig, last: Option<(&Vec<Pose>, f64)>, lift: Option<f64>, height: f64) -> Vec<Vec<Pose>> {
+    let now = &rig.committed.poses;
+    let mut plain = now.clone();
+    plain[rig.top].position.z += lift.unwrap_or(0.0);
+    let mut starts = Vec::new();
+    if let Some((previous, ratio)) = last {
+        let mut predicted: Vec<Pose> = previous
+            .iter()
+            .zip(now)
+            .map(|(old, now)| {
+                let (shift, turn) = motion_between(old, now);
+                now.moved(&(shift * ratio), &(turn * ratio))
+            })
+            .collect();
+        if lift.is_some() {
+            predicted[rig.top].position.z = plain[rig.top].position.z;
+        }
+        predicted[rig.bottom] = plain[rig.bottom];
+        starts.push(predicted);
+    }
+    if let Some(lift) = lift.filter(|lift| *lift != 0.0) {
+        let mut squeezed = plain.clone();
+        let base = now[rig.bottom].position.z;
+        for (i, pose) in squeezed.iter_mut().enumerate() {
+            if i != rig.top && i != rig.bottom {
+                pose.position += Vec3::new(0.0, 0.0, lift * (pose.position.z - base) / height);
+            }
+        }
+        starts.push(squeezed);
+    }
+    starts.push(plain);
+    starts
+}
+
+fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> String {
+    match &report.status {
+        StepStatus::Converged => "converged".into(),
+        StepStatus::Abandoned => "abandoned".into(),
+        StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
+        StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
+            "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \
+             augmentations; {}",
+            report.history.len(),
+            rig.membrane_trouble(pressure)
+        ),
+        StepStatus::OutOfBalance { body, out_of_balance } => format!(
+            "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
+            rig.model.bodies[*body].name,
+            report.history.len()
+        ),
+    }
+}
