@@ -28,7 +28,6 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::assembly::Timings;
 use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
@@ -218,7 +217,8 @@ fn triaxial_test(
     }
     let (end, outcome, reason) = ending(end);
     profile.finish(rig.contacts.timings);
-    if options.profile {
+    // A continued run would have to add to what it finds: it is told, not kept.
+    if options.profile && options.existing != Existing::Continue {
         recorder.write_profile(&profile)?;
     }
     recorder.finish(outcome, &reason)?;
@@ -371,8 +371,8 @@ fn scene_run(
     let (end, outcome, reason) = ending(end);
     let mut profile = Profile::default();
     profile.book_since("scene", clock);
-    profile.finish(Timings::default());
-    if options.profile {
+    profile.finish(scene.contacts().timings);
+    if options.profile && options.existing != Existing::Continue {
         recorder.write_profile(&profile)?;
     }
     recorder.finish(outcome, &reason)?;
