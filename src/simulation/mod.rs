@@ -281,7 +281,9 @@ fn continued_test(
         return Err(restart::fault(out, "belongs to another specimen"));
     }
     // The file drops what is behind its restart point only once that is known to be of use.
-    let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
+    let mut writer = resume::reopen(out, &kept)?;
+    writer.drop_summaries(point.at.stage)?;
+    let mut recorder = Recorder::over(writer, case, clock);
     observer.resumed(&found.continuation(&kept, version));
     recorder.begin(case, &first, &specimen, &meshes)?;
     recorder.restore(point.sums, point.curve.into_owned(), kept.states);
