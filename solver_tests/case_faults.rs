@@ -159,7 +159,7 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/specimen/vertices", "[64, 64]", "$.specimen.vertices", "[64, 64]", &["makes no grains", "smaller vertex_separation"]),
     // Stages.
     (SPECIMEN, "/stages/0", "{\"kind\": \"hold\"}", "$.stages[0].kind", "\"hold\"", &["has no consolidate stage before it"]),
-    (SPECIMEN, "/stages/1/increment_max", "1e-5", "$.stages[1].increment_max", "1e-5", &["is below the stage's increment 0.0001"]),
+    (SPECIMEN, "/stages/1/increment_max", "1e-5", "$.stages[1].increment_max", "0.00001", &["is below the stage's increment 0.0001"]),
     (SPECIMEN, "/stages/1/until", "{\"drop_after_peak\": 1}", "$.stages[1].until.drop_after_peak", "1", &["must be below 1"]),
     (SPECIMEN, "/solver/energy_gate", "\"loud\"", "$.solver.energy_gate", "\"loud\"", &["is none of what is accepted", "\"warn\", \"cut\""]),
     (SPECIMEN, "/plates/tilting", "\"some\"", "$.plates.tilting", "\"some\"", &["is not one of the choices"]),

@@ -19,6 +19,8 @@ fn names() -> Vec<String> {
         .expect("a folder")
         .filter_map(|entry| entry.expect("an entry").file_name().into_string().ok())
         .filter_map(|name| name.strip_suffix(".json").map(String::from))
+        // Takes minutes; `verification/hertz.rs` judges its physics.
+        .filter(|name| name != "hertz")
         .collect();
     names.sort();
     names

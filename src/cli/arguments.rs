@@ -141,7 +141,7 @@ pub struct Run {
     /// where there is no results file, and does nothing where it is finished
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
-    /// Says at the end where time and memory went, and keeps it in the file (/profile)
+    /// Says at the end where time and memory went; a run from its start also keeps it in the file (/profile)
     #[arg(long)]
     pub profile: bool,
     #[command(flatten)]

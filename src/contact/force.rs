@@ -487,7 +487,10 @@ mod tests {
     fn repeated_augmentations_end_at_the_spring_law() {
         for mut scene in [edges(0.05), edges(0.65), vertex_on_facet(0.05), vertex_on_facet(0.65)] {
             let (soft, spring) = (scene.state.stiffness, scene.state.spring);
-            let own = scene.state.stretch;
+            // In the tangent plane: what turns into it keeps its length, sums of such do not.
+            let normal = scene.evaluate_at(&scene.committed).0.normal;
+            let own = scene.state.stretch - normal * scene.state.stretch.dot(&normal);
+            scene.state.stretch = own;
             scene.state.stiffness = spring;
             scene.state.offset = 0.0;
             let (plain, _) = scene.evaluate_at(&scene.committed);
@@ -501,9 +504,15 @@ mod tests {
             let (augmented, _) = scene.evaluate_at(&scene.committed);
             let relative = |a: f64, b: f64| (a - b).abs() / plain.pressure;
             assert!(relative(augmented.pressure, plain.pressure) < 1e-9);
+            // Stick and slip end the same; within the bend between them the two stretches differ, and the
+            // share of the bound with them, by at most the width of the bend.
+            let share = plain.friction.norm() / (scene.state.friction * plain.pressure);
+            let bends = share > 1.0 - LAW.friction_blend && share < 1.0 - 1e-9;
+            let allowed = if bends { LAW.friction_blend * scene.state.friction } else { 1e-6 };
             for k in 0..12 {
                 let arm = if k % 6 < 3 { 1.0 } else { 1e-2 };
-                assert!(relative(augmented.wrench[k], plain.wrench[k]) < 1e-6 * arm, "component {k}");
+                let off = relative(augmented.wrench[k], plain.wrench[k]);
+                assert!(off < allowed * arm, "component {k}: {off}, share of the bound {share}");
             }
             assert!((augmented.energy - plain.energy).abs() < 1e-9 * plain.energy);
         }

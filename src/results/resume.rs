@@ -58,6 +58,24 @@ impl Writer {
         Ok((writer, restart))
     }
 
+    /// Forgets what a continued run writes again when it comes to the end of `stage` and of those behind
+    /// it, and the profile. Right after [`Writer::resume`].
+    pub fn drop_summaries(&mut self, stage: usize) -> Result<()> {
+        if self.store.file.link_exists("stages") {
+            let stages = self.store.group("stages")?;
+            for name in self.store.hdf5("stages", stages.member_names())? {
+                if name.parse::<usize>().is_ok_and(|index| index >= stage) {
+                    self.store.hdf5(&format!("stages/{name}"), stages.unlink(&name))?;
+                }
+            }
+        }
+        if self.store.file.link_exists("profile") {
+            self.store.hdf5("profile", self.store.file.unlink("profile"))?;
+        }
+        self.dirty = true;
+        self.commit()
+    }
+
     fn drop_after(&mut self, restart: &Restart) -> Result<()> {
         for column in &self.history {
             if column.rows() < restart.rows {

@@ -60,7 +60,7 @@ pub struct Writer {
     fixed_changed: bool,
     pub(super) committed_length: u64,
     /// Whether anything was changed since the last commit.
-    dirty: bool,
+    pub(super) dirty: bool,
     /// Whether the next commit has to survive a loss of power.
     durable: bool,
     /// When the last commit was done, and what the last one that waited for the disk took longer for it.

@@ -28,7 +28,6 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::assembly::Timings;
 use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
@@ -226,7 +225,8 @@ fn triaxial_test(
     }
     let (end, outcome, reason) = ending(end);
     profile.finish(rig.contacts.timings);
-    if options.profile {
+    // A continued run would have to add to what it finds: it is told, not kept.
+    if options.profile && options.existing != Existing::Continue {
         recorder.write_profile(&profile)?;
     }
     recorder.finish(outcome, &reason)?;
@@ -289,7 +289,9 @@ fn continued_test(
         return Err(restart::fault(out, "belongs to another specimen"));
     }
     // The file drops what is behind its restart point only once that is known to be of use.
-    let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
+    let mut writer = resume::reopen(out, &kept)?;
+    writer.drop_summaries(point.at.stage)?;
+    let mut recorder = Recorder::over(writer, case, clock);
     observer.resumed(&found.continuation(&kept, version));
     recorder.begin(case, &first, &specimen, &meshes)?;
     recorder.restore(point.sums, point.curve.into_owned(), kept.states);
@@ -379,8 +381,8 @@ fn scene_run(
     let (end, outcome, reason) = ending(end);
     let mut profile = Profile::default();
     profile.book_since("scene", clock);
-    profile.finish(Timings::default());
-    if options.profile {
+    profile.finish(scene.contacts().timings);
+    if options.profile && options.existing != Existing::Continue {
         recorder.write_profile(&profile)?;
     }
     recorder.finish(outcome, &reason)?;

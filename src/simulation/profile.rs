@@ -19,7 +19,7 @@ struct Part {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Profile {
     parts: Vec<Part>,
-    /// Inside seating and stages; all zero for a scene, whose kernels are not timed.
+    /// Inside seating and stages.
     pub kernels: Timings,
     /// Largest memory that the process has held [bytes], where the system tells (Linux).
     pub peak_memory: Option<u64>,

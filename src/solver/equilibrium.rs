@@ -26,6 +26,10 @@ pub struct Equilibrium {
     pub surface_energy: f64,
 }
 
+/// A gap of condensed bodies may miss by this share of what a rigid body yields to the mean contact
+/// force, where that is less than the gap tolerance.
+const GAP_SHARE: f64 = 1e-2;
+
 impl Newton<'_> {
     pub fn balance(&self) -> Balance {
         let (force, worst_body) = self.dofs.largest_force(&self.residual);
@@ -54,6 +58,8 @@ impl Newton<'_> {
             history.push(balance.out_of_balance);
             let mut converged = balance.out_of_balance < tolerance && self.control_is_met();
             let (mut mismatch, mut surface_energy) = (0.0, 0.0);
+            let yielding = balance.reference_force / self.model.typical_stiffness();
+            let gap_tolerance = gap_tolerance.min(GAP_SHARE * yielding);
             if condensed && (converged || fresh) {
                 let loads = self.contacts.surface_loads(self.model, &self.loads, &self.poses);
                 mismatch = self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
