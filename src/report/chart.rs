@@ -1,4 +1,4 @@
-//! Charts: panels of curves, bands, bars and points over axes, laid out into a [`Drawing`].
+//! Charts: panels of curves, bands, bars and points over axes, laid out into a `Drawing`.
 //!
 //! Panels stand below or beside each other and line up. The legend has rows of its own above them, so that it never covers
 //! data. Nothing here knows what is shown: that is `curves`, `energy`, `fabric` and the like.
