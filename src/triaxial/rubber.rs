@@ -13,7 +13,7 @@ pub struct RubberSheet {
     pub rubber: Rubber,
     /// Unstrained [m].
     pub thickness: f64,
-    /// Edge length of the triangles [m]; `None`: [`MESH_SIZE`] of the median grain.
+    /// Edge length of the triangles [m]; `None`: `MESH_SIZE` of the median grain.
     pub mesh_size: Option<f64>,
     /// Largest pressure of the test [Pa].
     pub pressure: f64,
