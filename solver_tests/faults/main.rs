@@ -8,4 +8,5 @@
 mod damage;
 mod kills;
 mod place;
+mod start;
 mod trouble;

@@ -15,6 +15,8 @@ struct Document {
     title: String,
     seed: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    start_from: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     specimen: Option<Specimen>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     scene: Option<SceneCase>,
@@ -67,6 +69,7 @@ pub fn to_case(value: Value, grains: Option<&MeanGrains>) -> Result<Case, String
     Ok(Case {
         title: document.title,
         seed: document.seed,
+        start_from: document.start_from,
         geometry,
         rock: document.rock,
         contact: document.contact,
@@ -139,6 +142,7 @@ impl Case {
         let document = Document {
             title: self.title.clone(),
             seed: self.seed,
+            start_from: self.start_from.clone(),
             specimen,
             scene,
             rock: self.rock.clone(),

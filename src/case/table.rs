@@ -32,6 +32,12 @@ static CASE_KEYS: &[Key] = &[
         "0",
         "Seed of all randomness: the same seed gives the same bits.",
     ),
+    Key::optional(
+        "start_from",
+        Text,
+        "A results file, relative to the case file: the stages begin with the specimen as it stands there after its \
+         consolidation.",
+    ),
     Key::optional("specimen", Object(SPECIMEN), "A generated rockfill specimen. A case has this or a scene."),
     Key::optional("scene", Object(SCENE), "Bodies set by hand. A case has this or a specimen."),
     Key::required("rock", Object(ROCK), "The material of the grains."),

@@ -15,6 +15,8 @@ pub struct Case {
     pub title: String,
     /// Seed of all randomness.
     pub seed: u64,
+    /// Results file, relative to the case's folder, whose consolidated specimen the stages begin with.
+    pub start_from: Option<String>,
     pub geometry: Geometry,
     pub rock: RockCase,
     pub contact: ContactCase,

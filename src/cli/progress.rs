@@ -94,6 +94,21 @@ impl Progress {
             Display::Json => say(&machine().to_string()),
         }
     }
+
+    /// Says where and by what the state was written that the run goes on from: worth knowing even where no progress is
+    /// shown.
+    fn warn_of_origin(&self, host: Option<&str>, version: Option<&str>) {
+        if let Some(host) = host {
+            complain(&format!(
+                "the run was begun on {host}: on another kind of processor the last bits may differ"
+            ));
+        }
+        if let Some(version) = version {
+            complain(&format!(
+                "the restart point was written by {version}: this one may compute other bits"
+            ));
+        }
+    }
 }
 
 impl Observer for Progress {
@@ -250,21 +265,20 @@ impl Observer for Progress {
                 || format!("{:<12} already, {increments} increments: nothing is left to do", "finished"),
                 || json!({"event": "resumed", "increment": increments, "finished": true}),
             ),
+            Resumption::Started { file, host, version } => {
+                self.warn_of_origin(host.as_deref(), version.as_deref());
+                let file = file.display();
+                self.tell(
+                    || format!("{:<12} from the consolidated specimen in {file}", "starts"),
+                    || json!({"event": "started", "file": file.to_string(), "host": host, "version": version}),
+                );
+            }
             Resumption::After { increment, dropped, damaged, host, version } => {
                 // Worth knowing even where no progress is shown.
                 for what in damaged {
                     complain(&format!("{what}; going on from an older restart point"));
                 }
-                if let Some(host) = host {
-                    complain(&format!(
-                        "the run was begun on {host}: on another kind of processor the last bits may differ"
-                    ));
-                }
-                if let Some(version) = version {
-                    complain(&format!(
-                        "the restart point was written by {version}: this one may compute other bits"
-                    ));
-                }
+                self.warn_of_origin(host.as_deref(), version.as_deref());
                 self.tell(
                     || {
                         let again = match dropped {

@@ -16,7 +16,7 @@ use super::journal;
 use super::lock::{Access, Lock};
 use super::record::{Outcome, Status};
 use super::store::{explain, failure};
-use super::writer::{ORIGIN, RESTART_SLOTS};
+use super::writer::{CONSOLIDATED, ORIGIN, RESTART_SLOTS};
 
 /// How often, and after what pause, a file in the middle of a live commit is looked at again.
 const ATTEMPTS: usize = 100;
@@ -268,6 +268,11 @@ impl Reader {
     /// What [`super::Writer::save_origin`] was given; `None` where there is none.
     pub fn origin(&self) -> Result<Option<Vec<u8>>> {
         self.has(ORIGIN).then(|| self.checked_bytes(ORIGIN)).transpose()
+    }
+
+    /// What [`super::Writer::save_consolidated`] was given; `None` where there is none.
+    pub fn consolidated(&self) -> Result<Option<Vec<u8>>> {
+        self.has(CONSOLIDATED).then(|| self.checked_bytes(CONSOLIDATED)).transpose()
     }
 
     /// Bytes with a checksum beside them.

@@ -30,6 +30,8 @@ const SYNC_FACTOR: u32 = 50;
 pub(super) const RESTART_SLOTS: [&str; 2] = ["restart/a", "restart/b"];
 /// What all restart points have in common.
 pub(super) const ORIGIN: &str = "restart/origin";
+/// The state that other runs can start from.
+pub(super) const CONSOLIDATED: &str = "restart/consolidated";
 
 /// What to do where the results file exists already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -327,9 +329,24 @@ impl Writer {
 
     /// Stores what all restart points have in common, once; [`super::Reader::origin`] returns the bytes as they are.
     pub fn save_origin(&mut self, bytes: &[u8]) -> Result<()> {
+        self.save_checked(ORIGIN, bytes)
+    }
+
+    /// Stores the state at the end of the consolidation, which restart points do not touch; [`super::Reader::consolidated`]
+    /// returns the bytes as they are. A continued run may come by a second time: what is there stays.
+    pub fn save_consolidated(&mut self, bytes: &[u8]) -> Result<()> {
+        if self.store.file.link_exists("restart") && self.store.file.link_exists(CONSOLIDATED) {
+            return Ok(());
+        }
+        self.durable = true;
+        self.save_checked(CONSOLIDATED, bytes)
+    }
+
+    /// Writes bytes once, with a checksum beside them.
+    fn save_checked(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
         self.dirty = true;
         self.store.group("restart")?;
-        let dataset = self.store.whole(ORIGIN, bytes, &[])?;
+        let dataset = self.store.whole(name, bytes, &[])?;
         self.store.number_attribute(&dataset, "crc32", u64::from(journal::crc32(bytes)))?;
         self.fixed.push(dataset);
         self.fixed_changed = true;

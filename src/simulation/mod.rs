@@ -18,11 +18,13 @@ mod rock;
 pub mod scene;
 mod seating;
 mod specimen_table;
+mod start;
 
 pub use observer::{Observer, Resumption, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
 pub use profile::Profile;
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -35,10 +37,11 @@ use crate::results::{Existing, Outcome as FileOutcome, Reader};
 use crate::scene::Scene;
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
-use recorder::{Recorder, TestPoint};
+use recorder::{Origin, Recorder, State, TestPoint};
 use resume::Found;
 use scene::ScenePoint;
 use seating::seat;
+use start::Start;
 
 /// What a run takes besides its case.
 #[derive(Debug, Clone, PartialEq)]
@@ -132,7 +135,8 @@ pub fn generate_specimen(
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
-    let rig = Rig::new(&specimen, &plan::rig_parameters(case)?, plan::settings(&case.solver))?;
+    let parameters = plan::rig_parameters(case, plan::largest_pressure(case))?;
+    let rig = Rig::new(&specimen, &parameters, plan::settings(&case.solver))?;
     recorder.begin(case, &rig, &specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
     let (wall_time, profile) = (clock.elapsed(), Profile::default());
@@ -152,7 +156,10 @@ fn triaxial_test(
     let mut profile = Profile::default();
     let (mut recorder, mut rig, mut test) = match found {
         Some(found) => continued_test(case, wanted, options, &found, clock, observer)?,
-        None => begun_test(case, wanted, source, options, clock, observer, &mut profile)?,
+        None => match start::look(case, source)? {
+            Some(start) => started_test(case, wanted, source, options, start, clock, observer)?,
+            None => begun_test(case, wanted, source, options, clock, observer, &mut profile)?,
+        },
     };
     test.energy_gate = plan::energy_gate(&case.solver);
     let mut end = match observer.stop_requested() {
@@ -218,6 +225,13 @@ fn triaxial_test(
         }
         recorder.end_stage()?;
         recorder.sum_up(planned)?;
+        let next = stages.get(planned.index + 1);
+        if end == StageEnd::Finished
+            && !recorder.at.strains_restarted
+            && next.is_none_or(|next| !next.consolidates())
+        {
+            recorder.keep_consolidated(&test, &rig)?;
+        }
         observer.stage_ended(&recorder.stage_report(planned, &end));
         if end == StageEnd::Finished && observer.stop_requested() && planned.index + 1 < stages.len() {
             end = StageEnd::Interrupted;
@@ -248,18 +262,55 @@ fn begun_test(
     let start = Instant::now();
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
-    recorder.save_specimen(&specimen)?;
+    let origin = Origin { specimen: Cow::Owned(specimen), membrane_pressure: plan::largest_pressure(case) };
+    recorder.save_origin(&origin)?;
     profile.book_since("output", start);
     let start = Instant::now();
-    let mut rig = rig_of(case, &specimen, observer)?;
+    let mut rig = rig_of(case, &origin, observer)?;
+    let specimen = &origin.specimen;
     profile.book_since("rig", start);
     let start = Instant::now();
-    recorder.begin(case, &rig, &specimen, &meshes)?;
+    recorder.begin(case, &rig, specimen, &meshes)?;
     profile.book_since("output", start);
     let start = Instant::now();
     condense(case, &mut rig, &meshes)?;
     profile.book_since("condensation", start);
     let test = Test::new(&rig);
+    recorder.hold(&test, &rig)?;
+    recorder.keep()?;
+    Ok((recorder, rig, test))
+}
+
+/// A new test on the consolidated specimen of another file.
+fn started_test(
+    case: &Case,
+    wanted: &SpecimenCase,
+    source: &RawCase,
+    options: &Options,
+    start: Start,
+    clock: Instant,
+    observer: &mut dyn Observer,
+) -> Result<(Recorder, Rig, Test)> {
+    let Start { origin, state, how } = start;
+    observer.resumed(&how);
+    let specimen = &origin.specimen;
+    let meshes = meshes_of(wanted, specimen)?;
+    let first = rig_of(case, &origin, observer)?;
+    let mut rig = first.clone();
+    condense(case, &mut rig, &meshes)?;
+    if !rig.restore(state.rig) {
+        return Err(restart::fault(&options.out, "cannot start from the state of another specimen"));
+    }
+    let test = state.test.into_owned();
+    let mut recorder = Recorder::create(case, source, options, clock)?;
+    recorder.write_specimen(case, specimen, &meshes)?;
+    recorder.save_origin(&origin)?;
+    recorder.begin_with(State::of(&rig, specimen.grains.len()), case, &first, specimen, &meshes)?;
+    recorder.start_from(&test);
+    recorder.at.seated = true;
+    if planned_stages(case).first().is_none_or(|planned| !planned.consolidates()) {
+        recorder.keep_consolidated(&test, &rig)?;
+    }
     recorder.hold(&test, &rig)?;
     recorder.keep()?;
     Ok((recorder, rig, test))
@@ -279,10 +330,11 @@ fn continued_test(
     let origin = reader.origin()?.ok_or_else(|| restart::fault(out, "holds no specimen to go on with"))?;
     let kept = reader.restart()?.ok_or_else(|| restart::fault(out, "holds no restart point"))?;
     drop(reader);
-    let (specimen, _) = restart::decode::<Specimen>(&origin, out)?;
+    let (origin, _) = restart::decode::<Origin<'_>>(&origin, out)?;
+    let specimen = &origin.specimen;
     let (point, version) = restart::decode::<TestPoint<'_>>(&kept.bytes, out)?;
-    let meshes = meshes_of(wanted, &specimen)?;
-    let first = rig_of(case, &specimen, observer)?;
+    let meshes = meshes_of(wanted, specimen)?;
+    let first = rig_of(case, &origin, observer)?;
     let mut rig = first.clone();
     condense(case, &mut rig, &meshes)?;
     if !rig.restore(point.rig) {
@@ -293,16 +345,16 @@ fn continued_test(
     writer.drop_summaries(point.at.stage)?;
     let mut recorder = Recorder::over(writer, case, clock);
     observer.resumed(&found.continuation(&kept, version));
-    recorder.begin(case, &first, &specimen, &meshes)?;
+    recorder.begin(case, &first, specimen, &meshes)?;
     recorder.restore(point.sums, point.curve.into_owned(), kept.states);
     recorder.at = point.at;
     Ok((recorder, rig, point.test.into_owned()))
 }
 
-fn rig_of(case: &Case, specimen: &Specimen, observer: &dyn Observer) -> Result<Rig> {
+fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<Rig> {
     let mut settings = plan::settings(&case.solver);
     settings.stop = observer.stop_signal();
-    Rig::new(specimen, &plan::rig_parameters(case)?, settings)
+    Rig::new(&origin.specimen, &plan::rig_parameters(case, origin.membrane_pressure)?, settings)
 }
 
 fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {

@@ -1,5 +1,6 @@
 //! What a run tells while it goes on, and the one thing it asks.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::mesh::{Mesh, QualityReport};
@@ -22,7 +23,7 @@ pub trait Observer {
     /// An increment is accepted and in the file.
     fn step_accepted(&mut self, _step: &Step<'_>) {}
     fn stage_ended(&mut self, _report: &StageReport<'_>) {}
-    /// A run is continued; before anything else of it.
+    /// A run is continued, or starts from another; before anything else of it.
     fn resumed(&mut self, _how: &Resumption) {}
     /// Whether to stop after the present increment.
     fn stop_requested(&self) -> bool {
@@ -41,6 +42,14 @@ pub enum Resumption {
     Anew { reason: &'static str },
     /// The run is finished: nothing is left to do.
     Finished { increments: u64 },
+    /// The run starts from the consolidated specimen in another results file.
+    Started {
+        file: PathBuf,
+        /// Where that run was begun, if not on this computer.
+        host: Option<String>,
+        /// The riprap that wrote it, if not this one.
+        version: Option<String>,
+    },
     /// The run goes on after its last restart point.
     After {
         increment: u64,

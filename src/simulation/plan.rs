@@ -103,11 +103,11 @@ pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
     case.stages.iter().enumerate().map(planned).collect()
 }
 
-/// What the rig is built of.
+/// What the rig is built of. A rubber membrane's contacts are made for `membrane_pressure` [Pa].
 ///
 /// # Errors
 /// `Error::Usage` for a rubber that the case's table lets through and the material does not allow.
-pub fn rig_parameters(case: &Case) -> Result<RigParameters> {
+pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParameters> {
     let contact = case.contact;
     Ok(RigParameters {
         density: case.rock.density,
@@ -123,11 +123,11 @@ pub fn rig_parameters(case: &Case) -> Result<RigParameters> {
             Tilting::Free => true,
             Tilting::Locked => false,
         },
-        membrane: rubber_sheet(case)?,
+        membrane: rubber_sheet(case, membrane_pressure)?,
     })
 }
 
-fn rubber_sheet(case: &Case) -> Result<Option<RubberSheet>> {
+fn rubber_sheet(case: &Case, pressure: f64) -> Result<Option<RubberSheet>> {
     let MembraneCase::Rubber { thickness, shear_modulus, law, mooney_share, gent_limit, mesh_size } =
         case.membrane
     else {
@@ -140,7 +140,11 @@ fn rubber_sheet(case: &Case) -> Result<Option<RubberSheet>> {
     };
     let rubber =
         Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
-    // A stage without a pressure of its own keeps one that is listed here.
+    Ok(Some(RubberSheet { rubber, thickness, mesh_size, pressure }))
+}
+
+/// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it names.
+pub fn largest_pressure(case: &Case) -> f64 {
     let pressures = case.stages.iter().map(|stage| match stage {
         StageCase::Consolidate { radial_pressure, .. } => *radial_pressure,
         StageCase::Shear { pressure, .. }
@@ -153,8 +157,7 @@ fn rubber_sheet(case: &Case) -> Result<Option<RubberSheet>> {
         | StageCase::Hold { .. }
         | StageCase::Load { .. } => 0.0,
     });
-    let pressure = pressures.fold(0.0, f64::max);
-    Ok(Some(RubberSheet { rubber, thickness, mesh_size, pressure }))
+    pressures.fold(0.0, f64::max)
 }
 
 pub fn energy_gate(solver: &SolverCase) -> EnergyGate {

@@ -38,6 +38,27 @@ pub struct State {
     pub contacts: ContactTable,
 }
 
+impl State {
+    /// A rig before its first increment, as it is committed.
+    pub fn of(rig: &Rig, grains: usize) -> Self {
+        let (committed, mut contacts) = (&rig.committed, rig.contacts.clone());
+        contacts.start(&rig.model, committed);
+        let known = contacts.evaluate(&rig.model, committed, &committed.poses).is_ok();
+        let stress = match known {
+            true => mean_stresses(&rig.model, &contacts, &committed.poses, rig.pressure, grains),
+            false => vec![Mat3::zeros(); grains],
+        };
+        State {
+            time: 0.0,
+            increment: 0,
+            poses: committed.poses.clone(),
+            stress,
+            local_strains: Vec::new(),
+            contacts: ContactTable::of(&contacts, &committed.memory, grains),
+        }
+    }
+}
+
 /// Running sums of the run.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Sums {
@@ -74,6 +95,21 @@ pub struct Position {
     pub seated: bool,
     /// Whether strains count from the end of the consolidation already.
     pub strains_restarted: bool,
+}
+
+/// What a run and all that start from it have in common.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Origin<'a> {
+    pub specimen: Cow<'a, Specimen>,
+    /// The pressure that a rubber membrane's contacts are made for [Pa].
+    pub membrane_pressure: f64,
+}
+
+/// The state after the consolidation.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Consolidated<'a> {
+    pub test: Cow<'a, Test>,
+    pub rig: RigState<'a>,
 }
 
 /// A restart point of a triaxial test.
@@ -208,17 +244,29 @@ impl Recorder {
     /// Writes the mesh and the first state: the specimen as generated, which is the reference
     /// configuration. In a continued run the mesh is only compared.
     pub fn begin(&mut self, case: &Case, rig: &Rig, specimen: &Specimen, meshes: &[Mesh]) -> Result<()> {
-        self.grains = specimen.grains.len();
-        let youngs_modulus = case.rock.youngs_modulus.mean;
-        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus)?;
         let first = State {
             time: 0.0,
             increment: 0,
             poses: rig.committed.poses.clone(),
-            stress: vec![Mat3::zeros(); self.grains],
+            stress: vec![Mat3::zeros(); specimen.grains.len()],
             local_strains: Vec::new(),
             contacts: ContactTable::default(),
         };
+        self.begin_with(first, case, rig, specimen, meshes)
+    }
+
+    /// As [`Recorder::begin`], with another first state than the reference configuration `rig`.
+    pub fn begin_with(
+        &mut self,
+        first: State,
+        case: &Case,
+        rig: &Rig,
+        specimen: &Specimen,
+        meshes: &[Mesh],
+    ) -> Result<()> {
+        self.grains = specimen.grains.len();
+        let youngs_modulus = case.rock.youngs_modulus.mean;
+        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus)?;
         self.begin_fields(mesh, points, first)
     }
 
@@ -234,10 +282,24 @@ impl Recorder {
     }
 
     /// Stores the specimen for all restart points.
-    pub fn save_specimen(&mut self, specimen: &Specimen) -> Result<()> {
+    pub fn save_origin(&mut self, origin: &Origin<'_>) -> Result<()> {
         let mut bytes = Vec::new();
-        encode_into(&mut bytes, specimen, self.writer.path())?;
+        encode_into(&mut bytes, origin, self.writer.path())?;
         self.writer.save_origin(&bytes)
+    }
+
+    /// Stores the state after the consolidation, for other runs to start from.
+    pub fn keep_consolidated(&mut self, test: &Test, rig: &Rig) -> Result<()> {
+        let mut bytes = Vec::new();
+        let state = Consolidated { test: Cow::Borrowed(test), rig: rig.state() };
+        encode_into(&mut bytes, &state, self.writer.path())?;
+        self.writer.save_consolidated(&bytes)?;
+        self.writer.commit()
+    }
+
+    /// Counts work and energies of stages from those of the test.
+    pub fn start_from(&mut self, test: &Test) {
+        self.sums.last = [test.ledger.external, test.ledger.error()];
     }
 
     pub fn begin_stage(&mut self, stage: &PlannedStage) {

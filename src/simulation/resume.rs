@@ -73,7 +73,7 @@ pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
         dataset: "case/completed".into(),
         message: format!("is not JSON: {e}"),
     })?;
-    let faults = differences(&kept, &case.completed());
+    let faults = differences(&kept, &case.completed(), "differs from the run to continue");
     if !faults.is_empty() {
         return Err(Error::Case { file: source.file.clone(), faults });
     }
@@ -101,10 +101,10 @@ pub fn reopen(out: &Path, kept: &Restart) -> Result<Writer> {
     Writer::resume(out).map(|(writer, _)| writer)
 }
 
-/// Where the case differs from the one in the file.
-fn differences(kept: &Value, now: &Value) -> Vec<Fault> {
+/// Where the case `now` differs from the one in the file; `problem` says so.
+pub fn differences(kept: &Value, now: &Value, problem: &str) -> Vec<Fault> {
     let mut faults = Vec::new();
-    compare("$", kept, now, &mut faults);
+    compare("$", kept, now, problem, &mut faults);
     if faults.len() > MOST_LISTED {
         let more = faults.len() - MOST_LISTED;
         faults.truncate(MOST_LISTED);
@@ -118,17 +118,17 @@ fn differences(kept: &Value, now: &Value) -> Vec<Fault> {
     faults
 }
 
-fn compare(path: &str, kept: &Value, now: &Value, faults: &mut Vec<Fault>) {
+fn compare(path: &str, kept: &Value, now: &Value, problem: &str, faults: &mut Vec<Fault>) {
     let differs = |path: String, kept: Option<&Value>, now: Option<&Value>| {
         let shown = |value: Option<&Value>| value.map_or("nothing".to_string(), Value::to_string);
-        Fault::new(path, shown(now), "differs from the run to continue", shown(kept))
+        Fault::new(path, shown(now), problem, shown(kept))
     };
     match (kept, now) {
         (Value::Object(old), Value::Object(new)) => {
             for (key, value) in old {
                 let path = format!("{path}.{key}");
                 match new.get(key) {
-                    Some(now) => compare(&path, value, now, faults),
+                    Some(now) => compare(&path, value, now, problem, faults),
                     None => faults.push(differs(path, Some(value), None)),
                 }
             }
@@ -140,7 +140,7 @@ fn compare(path: &str, kept: &Value, now: &Value, faults: &mut Vec<Fault>) {
             for i in 0..old.len().max(new.len()) {
                 let path = format!("{path}[{i}]");
                 match (old.get(i), new.get(i)) {
-                    (Some(value), Some(now)) => compare(&path, value, now, faults),
+                    (Some(value), Some(now)) => compare(&path, value, now, problem, faults),
                     (value, now) => faults.push(differs(path, value, now)),
                 }
             }
@@ -159,17 +159,17 @@ mod tests {
     fn every_difference_is_named_by_its_path() {
         let kept = json!({"seed": 1, "stages": [{"pressure": 4e5}, {"kind": "shear"}], "title": "a"});
         let now = json!({"seed": 1, "stages": [{"pressure": 5e5}], "contact": {}, "title": "a"});
-        let found = differences(&kept, &now);
+        let found = differences(&kept, &now, "differs");
         let paths: Vec<&str> = found.iter().map(|fault| fault.path.as_str()).collect();
         assert_eq!(paths, ["$.stages[0].pressure", "$.stages[1]", "$.contact"]);
         assert_eq!((found[0].value.as_str(), found[0].accepted.as_str()), ("500000.0", "400000.0"));
-        assert!(differences(&kept, &kept).is_empty());
+        assert!(differences(&kept, &kept, "differs").is_empty());
     }
 
     #[test]
     fn a_long_list_of_differences_is_cut_and_says_so() {
         let kept = json!(vec![0; 50]);
-        let found = differences(&kept, &json!(vec![1; 50]));
+        let found = differences(&kept, &json!(vec![1; 50]), "differs");
         assert_eq!(found.len(), MOST_LISTED + 1);
         assert!(found[MOST_LISTED].value.contains("30 more"));
     }

@@ -67,6 +67,13 @@ pub struct RigState<'a> {
     nominal_ratio: f64,
 }
 
+impl RigState<'_> {
+    /// Pressure in force [Pa].
+    pub fn pressure(&self) -> f64 {
+        self.pressure
+    }
+}
+
 impl Rig {
     /// The state to store, so that a test can go on from here to the same bits.
     pub fn state(&self) -> RigState<'_> {

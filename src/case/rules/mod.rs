@@ -83,12 +83,12 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
         )),
         (false, true) => {
             grains = specimen::check(&case["specimen"], walker);
-            stages::check_specimen(&case["stages"], walker);
+            stages::check_specimen(&case["stages"], !case["start_from"].is_null(), walker);
         }
         (true, false) => {
             scene::check(case, folder, walker);
             stages::check_scene(&case["stages"], &case["scene"]["bodies"], walker);
-            for key in ["plates", "membrane"] {
+            for key in ["plates", "membrane", "start_from"] {
                 if let Some(value) = raw.get(key) {
                     let problem = "belongs to a specimen, not to a scene";
                     walker.fault(Fault::new(format!("$.{key}"), shown(value), problem, "no such key"));

@@ -43,10 +43,11 @@ pub fn derive(stages: &mut [Value], growth: Option<f64>) {
     }
 }
 
-pub fn check_specimen(stages: &Value, walker: &mut Walker) {
+/// `started` says whether a results file gives the consolidated specimen.
+pub fn check_specimen(stages: &Value, started: bool, walker: &mut Walker) {
     let Some(stages) = stages.as_array() else { return };
-    // Pressure held so far; `Err` where a faulty stage hides it.
-    let mut held: Result<Option<f64>, ()> = Ok(None);
+    // Pressure held so far; `Err` where a faulty stage or a file that is read later hides it.
+    let mut held: Result<Option<f64>, ()> = if started { Err(()) } else { Ok(None) };
     let (mut sheared, mut unloaded, mut floating) = (false, false, false);
     for (i, stage) in stages.iter().enumerate() {
         let path = format!("$.stages[{i}]");

@@ -1,0 +1,107 @@
+//! Starts a run from the consolidated specimen in another results file (`"start_from"`): its specimen, committed state,
+//! contact search and ledger, so that several shears go on from one consolidation.
+//!
+//! The stages that follow come to the same bits as in a run that consolidated the specimen itself. What the
+//! state depends on must be the same in both cases; tolerances, stages and output may differ.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use crate::case::{Case, RawCase, StageCase};
+use crate::error::{Error, Fault, Result};
+use crate::results::{self, Reader};
+
+use super::observer::Resumption;
+use super::recorder::{Consolidated, Origin};
+use super::restart;
+use super::resume::differences;
+
+/// Keys of a case on which a consolidated specimen depends.
+const BINDING: [&str; 6] = ["seed", "specimen", "rock", "contact", "plates", "membrane"];
+
+/// A consolidated specimen and where it is from.
+pub struct Start {
+    pub origin: Origin<'static>,
+    pub state: Consolidated<'static>,
+    pub how: Resumption,
+}
+
+/// Reads the start of a case; `None` where it has none.
+///
+/// # Errors
+/// `Error::Case` with every value in which the case differs from that of the file and matters, or where the file is
+/// missing; `Error::Results` and `Error::Io` where it cannot be read or holds no consolidated specimen.
+pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
+    let Some(name) = &case.start_from else { return Ok(None) };
+    let refused = |faults: Vec<Fault>| Err(Error::Case { file: source.file.clone(), faults });
+    let file = source.file.parent().unwrap_or(Path::new("")).join(name);
+    if !file.is_file() {
+        let problem = "names no file";
+        let accepted = "a results file, relative to the case file, of a run that has consolidated its specimen";
+        return refused(vec![Fault::new("$.start_from", format!("\"{name}\""), problem, accepted)]);
+    }
+    let reader = Reader::open(&file)?;
+    let kept = reader.text("case/completed")?;
+    let kept: Value = serde_json::from_str(&kept).map_err(|e| Error::Results {
+        file: file.clone(),
+        dataset: "case/completed".into(),
+        message: format!("is not JSON: {e}"),
+    })?;
+    let problem = format!("differs from the run in {name}");
+    let faults = differences(&binding(&kept), &binding(&case.completed()), &problem);
+    if !faults.is_empty() {
+        return refused(faults);
+    }
+    let lacks = |what: &str| Error::Results {
+        file: file.clone(),
+        dataset: what.into(),
+        message: "is not there: the run has not come to the end of its first consolidate stages".into(),
+    };
+    let origin = reader.origin()?.ok_or_else(|| lacks("restart/origin"))?;
+    let state = reader.consolidated()?.ok_or_else(|| lacks("restart/consolidated"))?;
+    let (origin, _) = restart::decode::<Origin<'_>>(&origin, &file)?;
+    let (state, version) = restart::decode::<Consolidated<'_>>(&state, &file)?;
+    let faults = wrong_pressures(case, state.rig.pressure());
+    if !faults.is_empty() {
+        return refused(faults);
+    }
+    let host = Some(reader.text("case/host")?).filter(|begun_on| *begun_on != results::host());
+    let how = Resumption::Started { file: PathBuf::from(name), host, version };
+    Ok(Some(Start { origin, state, how }))
+}
+
+/// The part of a completed case on which a consolidated specimen depends.
+fn binding(completed: &Value) -> Value {
+    let kept = |key: &&str| completed.get(*key).map(|value| (key.to_string(), value.clone()));
+    let mut keys: Map<String, Value> = BINDING.iter().filter_map(kept).collect();
+    if let Some(fidelity) = completed["solver"].get("fidelity") {
+        keys.insert("solver".into(), serde_json::json!({ "fidelity": fidelity }));
+    }
+    Value::Object(keys)
+}
+
+/// Pressures that stages before any consolidation say they hold, where it is not the one that the file holds [Pa].
+fn wrong_pressures(case: &Case, held: f64) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for (i, stage) in case.stages.iter().enumerate() {
+        let said = match stage {
+            StageCase::Consolidate { .. } => break,
+            StageCase::Shear { pressure, .. }
+            | StageCase::StressShear { pressure, .. }
+            | StageCase::Unload { pressure, .. }
+            | StageCase::Reload { pressure, .. } => *pressure,
+            StageCase::Oedometer { .. }
+            | StageCase::ConstantVolume { .. }
+            | StageCase::ConstantP { .. }
+            | StageCase::Hold { .. }
+            | StageCase::Load { .. } => None,
+        };
+        if let Some(pressure) = said.filter(|pressure| (pressure / held - 1.0).abs() > 1e-9) {
+            let problem = format!("is not the pressure {held} Pa that the specimen was consolidated under");
+            let accepted = "that pressure, no pressure, or a consolidate stage to the new one before";
+            faults.push(Fault::new(format!("$.stages[{i}].pressure"), pressure, problem, accepted));
+        }
+    }
+    faults
+}
