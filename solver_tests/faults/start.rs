@@ -73,7 +73,8 @@ fn what_does_not_fit_the_file_is_named_by_its_path() {
     let place = Place::new();
     place.reference("specimen");
     lay(&place, "shear.json", &shear_from("specimen.h5"));
-    let changed = ["/seed=5", "/contact/friction=0.4", "/specimen/void_ratio=0.8", "/solver/fidelity=condensed"];
+    let changed =
+        ["/seed=5", "/contact/friction=0.4", "/specimen/void_ratio=0.8", "/solver/fidelity=condensed"];
     let mut run = vec!["run", "shear.json", "--out", "x.h5"];
     changed.iter().for_each(|change| run.extend(["--set", change]));
     let told = place.ends_with(2, &run);

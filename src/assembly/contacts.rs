@@ -3,10 +3,12 @@
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField};
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::timings::{Kernel, Timings};
+use crate::assembly::wall::touch_wall_into;
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{Feature, Site};
+use crate::model::wall::WallContact;
 use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
@@ -136,7 +138,6 @@ impl PairWork {
                 friction: *coefficient,
                 offset: 0.0,
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
-                pressure_before: memory.map_or(0.0, |m| m.pressure),
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
             };
@@ -215,6 +216,9 @@ pub struct Contacts {
     /// Contacts of the membrane, where the model has one.
     #[serde(skip)]
     pub membrane: MembraneContacts,
+    /// Contacts of the rigid wall, where the model has one.
+    #[serde(skip)]
+    pub wall: Vec<WallContact>,
     /// Searches so far.
     pub searches: usize,
     /// What the work with these contacts has taken so far.
@@ -233,6 +237,7 @@ impl Default for Contacts {
             first_scale: 1.0,
             searches: 0,
             membrane: MembraneContacts::default(),
+            wall: Vec::new(),
             timings: Timings::default(),
         }
     }
@@ -290,6 +295,9 @@ impl Contacts {
             if pair.nearest < floor {
                 return Err(TooClose { a, b, distance: pair.nearest });
             }
+        }
+        if let Some(wall) = &model.wall {
+            touch_wall_into(&mut self.wall, model, wall, &self.corners, poses);
         }
         match &model.membrane {
             Some(membrane) => self.membrane.evaluate(model, membrane, &self.corners, poses),
@@ -401,6 +409,8 @@ impl Contacts {
                     pressure: e.pressure,
                     load: e.load,
                     traction,
+                    bound: point.state.friction * e.load,
+                    tangential_energy: e.tangential_energy,
                     scale: pair.held(point.site.feature).map_or(self.first_scale, |h| h.scale),
                 });
             }

@@ -5,11 +5,13 @@
 //! residuals of a force [N]. The residual is the force that is out of balance.
 
 pub mod contacts;
+mod dissipation;
 pub mod dofs;
 pub mod elastic;
 pub mod membrane;
 pub mod pattern;
 pub mod timings;
+pub mod wall;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use dofs::Dofs;
@@ -17,6 +19,7 @@ pub use elastic::SurfaceField;
 pub use membrane::MembraneContacts;
 pub use pattern::BlockPattern;
 pub use timings::{Kernel, Timings};
+pub use wall::{pressure_loads_into, wall_couplings, wall_forces_into, wall_stiffness_into};
 
 use crate::model::{Loads, Membrane, Model};
 use crate::tensor::{Pose, Vec3, Vector6};
@@ -38,11 +41,14 @@ pub fn residual_into(
             dofs.scatter(residual, pair.b(), &point.evaluation.wrench[6..]);
         }
     }
-    if let Some(cover) = &model.cover {
+    if model.cover.is_some() || model.wall.is_some() {
         let mut wrenches = vec![Vector6::zeros(); model.carriers()];
-        cover.loads_into(&mut wrenches, poses, loads.pressure);
+        pressure_loads_into(&mut wrenches, model, poses, loads.pressure);
         if let Some(membrane) = &model.membrane {
             membrane_forces_into(&mut wrenches, membrane, contacts, poses);
+        }
+        if let Some(wall) = &model.wall {
+            wall_forces_into(&mut wrenches, wall, &contacts.wall, poses);
         }
         for (i, wrench) in wrenches.iter().enumerate() {
             dofs.scatter(residual, i, wrench.as_slice());

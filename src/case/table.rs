@@ -309,7 +309,11 @@ static MEMBRANE: &[Kind] = &[
         about: "Pressure on the grains through a weightless flexible cover.",
         keys: &[],
     },
-    Kind { name: "rigid_wall", about: "A rigid cylinder, for tests.", keys: &[] },
+    Kind {
+        name: "rigid_wall",
+        about: "A rigid smooth cylinder whose mean pressure is the confining pressure; for tests.",
+        keys: &[],
+    },
 ];
 
 const AXIAL_STRAIN: Key =

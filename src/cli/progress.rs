@@ -104,9 +104,7 @@ impl Progress {
             ));
         }
         if let Some(version) = version {
-            complain(&format!(
-                "the restart point was written by {version}: this one may compute other bits"
-            ));
+            complain(&format!("the restart point was written by {version}: this one may compute other bits"));
         }
     }
 }

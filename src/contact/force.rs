@@ -43,8 +43,6 @@ pub struct PointState {
     /// Tangential stretch carried over [m], in space; times the tangential stiffness it is the
     /// friction force at no further slide, on `b`.
     pub stretch: Vec3,
-    /// Normal force at the start of the step [N], for the work of friction.
-    pub pressure_before: f64,
     /// Elastic displacement of `b`'s surface relative to `a`'s here [m], in space.
     pub elastic: Vec3,
     /// The part of it that came since the last accepted increment [m].
@@ -88,17 +86,6 @@ impl Evaluation {
     /// Slip in the step [m].
     pub fn slip(&self) -> f64 {
         (self.trial_stretch - self.stretch).norm()
-    }
-
-    /// Work lost to friction in the step [J]: the slip times the friction force, averaged over the
-    /// step as the normal force went from `pressure_before` to its present value.
-    pub fn dissipation(&self, pressure_before: f64) -> f64 {
-        if self.pressure > 0.0 {
-            0.5 * (1.0 + pressure_before / self.pressure)
-                * self.friction.dot(&(self.trial_stretch - self.stretch))
-        } else {
-            0.0
-        }
     }
 }
 
@@ -368,7 +355,6 @@ mod tests {
             friction,
             offset: 4e-6,
             stretch: Vec3::new(2e-6, 1e-6, -1e-6),
-            pressure_before: 0.0,
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
         }

@@ -28,6 +28,10 @@ pub struct PointMemory {
     /// Friction force on `b` over the weight [N], in space.
     #[serde(with = "crate::tensor::stored")]
     pub traction: Vec3,
+    /// What friction could hold over the weight: the coefficient in force times the load [N].
+    pub bound: f64,
+    /// Energy stored in the stretch [J].
+    pub tangential_energy: f64,
     /// The contact's compliance in a solve over the first guess, as far as it adapted.
     pub scale: f64,
 }

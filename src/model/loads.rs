@@ -53,6 +53,11 @@ impl Loads {
         self.prescribed.extend(behind);
     }
 
+    /// Lets the radius of a wall, which stands behind the bodies, move and nothing else of it.
+    pub fn free_radius(&mut self) {
+        self.prescribed.push([false, true, true, true, true, true]);
+    }
+
     /// Nothing prescribed, nothing applied.
     pub fn none(bodies: usize) -> Self {
         Loads {

@@ -6,6 +6,7 @@ pub mod cover;
 pub mod loads;
 pub mod membrane;
 pub mod state;
+pub mod wall;
 
 pub use body::{Body, BodyId, BodyKind};
 pub use loads::{Control, Controlled, Loads};
@@ -13,9 +14,11 @@ pub use state::{Committed, Counters};
 
 pub use cover::PressureCover;
 pub use membrane::{Membrane, MembraneParameters};
+pub use wall::RigidWall;
 
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
+use crate::tensor::Pose;
 
 /// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
 /// the whole body where it is rigid. Its compliance adds to the flexibility of the mesh.
@@ -34,6 +37,8 @@ pub struct Model {
     pub cover: Option<PressureCover>,
     /// Rubber membrane, where there is one; the cover is then on its nodes.
     pub membrane: Option<Membrane>,
+    /// Rigid wall in the place of a cover, where there is one.
+    pub wall: Option<RigidWall>,
 }
 
 impl Model {
@@ -88,14 +93,21 @@ impl Model {
         scales.get(scales.len() / 2).map_or(0.0, |scale| 2.0 * scale)
     }
 
-    /// Everything that has a pose: the bodies, then the free nodes of the membrane.
+    /// Everything that has a pose: the bodies, then the free nodes of the membrane or the wall.
     pub fn carriers(&self) -> usize {
-        self.bodies.len() + self.membrane.as_ref().map_or(0, Membrane::free_nodes)
+        let nodes = self.membrane.as_ref().map_or(0, Membrane::free_nodes);
+        self.bodies.len() + nodes + usize::from(self.wall.is_some())
     }
 
     /// Whether a carrier is a node of the membrane.
     pub fn is_node(&self, carrier: usize) -> bool {
-        carrier >= self.bodies.len()
+        carrier >= self.bodies.len() && self.wall.is_none()
+    }
+
+    /// Volume inside of what confines the side [m^3]; zero where nothing does.
+    pub fn enclosed_volume(&self, poses: &[Pose]) -> f64 {
+        let covered = self.cover.as_ref().map(|cover| cover.volume(poses));
+        covered.or_else(|| self.wall.as_ref().map(|wall| wall.volume(poses))).unwrap_or(0.0)
     }
 
     /// What holds a carrier near a proximal centre, over the proximal weight [N/m]: a typical contact stiffness.

@@ -132,7 +132,15 @@ impl Scene {
         }
         let reaction = vec![Vector6::zeros(); bodies.len()];
         Ok(Scene {
-            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None, membrane: None },
+            model: Model {
+                bodies,
+                shapes,
+                law,
+                friction: parameters.friction,
+                cover: None,
+                membrane: None,
+                wall: None,
+            },
             committed: Committed::new(poses.clone()),
             settings: parameters.settings.clone(),
             ledger: Ledger::default(),

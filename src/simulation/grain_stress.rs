@@ -24,6 +24,10 @@ pub fn mean_stresses(
             moments[body] += arm * point.on_body().transpose();
         }
     }
+    for contact in &contacts.wall {
+        let arm = contact.point - poses[contact.body].position;
+        moments[contact.body] += arm * contact.on_body().transpose();
+    }
     if let (Some(cover), None) = (&model.cover, &model.membrane) {
         let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
         cover.node_forces_into(&mut forces, poses, pressure);

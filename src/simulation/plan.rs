@@ -7,7 +7,7 @@ use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
 use crate::solver::Settings;
-use crate::triaxial::{EnergyGate, Lateral, Path, RigParameters, RubberSheet, Stage, Steps, Until};
+use crate::triaxial::{Cover, EnergyGate, Lateral, Path, RigParameters, RubberSheet, Stage, Steps, Until};
 
 /// A stage of the case as the rig runs it.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,24 +123,26 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
             Tilting::Free => true,
             Tilting::Locked => false,
         },
-        membrane: rubber_sheet(case, membrane_pressure)?,
+        cover: cover(case, membrane_pressure)?,
     })
 }
 
-fn rubber_sheet(case: &Case, pressure: f64) -> Result<Option<RubberSheet>> {
-    let MembraneCase::Rubber { thickness, shear_modulus, law, mooney_share, gent_limit, mesh_size } =
-        case.membrane
-    else {
-        return Ok(None);
-    };
-    let law = match law {
-        RubberLawCase::NeoHookean => RubberLaw::NeoHookean,
-        RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
-        RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
+fn cover(case: &Case, pressure: f64) -> Result<Cover> {
+    let (thickness, shear_modulus, law, mesh_size) = match case.membrane {
+        MembraneCase::Pressure => return Ok(Cover::Pressure),
+        MembraneCase::RigidWall => return Ok(Cover::RigidWall),
+        MembraneCase::Rubber { thickness, shear_modulus, law, mooney_share, gent_limit, mesh_size } => {
+            let law = match law {
+                RubberLawCase::NeoHookean => RubberLaw::NeoHookean,
+                RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
+                RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
+            };
+            (thickness, shear_modulus, law, mesh_size)
+        }
     };
     let rubber =
         Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
-    Ok(Some(RubberSheet { rubber, thickness, mesh_size, pressure }))
+    Ok(Cover::Rubber(RubberSheet { rubber, thickness, mesh_size, pressure }))
 }
 
 /// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it names.

@@ -518,6 +518,7 @@ impl Recorder {
             void_ratio_nominal: m.void_ratio_nominal,
             axial_stress_contacts: picture.contact_stress.axial,
             radial_stress_contacts: picture.contact_stress.radial,
+            end_friction: picture.contact_stress.end_friction,
             stress_disagreement: picture.contact_stress.disagreement,
             control_error: row.control_error,
             tangent_modulus: row.response.tangent_modulus,

@@ -38,7 +38,8 @@ pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     let file = source.file.parent().unwrap_or(Path::new("")).join(name);
     if !file.is_file() {
         let problem = "names no file";
-        let accepted = "a results file, relative to the case file, of a run that has consolidated its specimen";
+        let accepted =
+            "a results file, relative to the case file, of a run that has consolidated its specimen";
         return refused(vec![Fault::new("$.start_from", format!("\"{name}\""), problem, accepted)]);
     }
     let reader = Reader::open(&file)?;

@@ -6,7 +6,7 @@
 //! solves. The factor's unknown and the scalar's residual are scaled to a length and a force, so that they
 //! stand beside the others in the merit.
 
-use crate::assembly::Dofs;
+use crate::assembly::{self, Dofs};
 use crate::model::{Control, Controlled, Loads, Model};
 use crate::tensor::{Pose, Vector6};
 
@@ -78,9 +78,7 @@ impl Steering {
     /// What the scalar lacks to its target, in its own unit.
     pub fn lack(&self, model: &Model, poses: &[Pose]) -> f64 {
         match self.control.of {
-            Controlled::Volume => {
-                self.control.target - model.cover.as_ref().map_or(0.0, |cover| cover.volume(poses))
-            }
+            Controlled::Volume => self.control.target - model.enclosed_volume(poses),
             Controlled::Position { body, axis } => self.control.target - poses[body].position[axis],
         }
     }
@@ -96,12 +94,9 @@ impl Steering {
 
     /// Computes the border of the tangent at `poses`.
     pub fn update_border(&mut self, model: &Model, dofs: &Dofs, poses: &[Pose]) {
-        let mut volume = Vec::new();
-        if let Some(cover) = &model.cover {
-            // Unit pressure loads the bodies with minus the derivative of the volume.
-            volume.resize(model.carriers(), Vector6::zeros());
-            cover.loads_into(&mut volume, poses, 1.0);
-        }
+        // Unit pressure loads the bodies with minus the derivative of the volume.
+        let mut volume = vec![Vector6::zeros(); model.carriers()];
+        assembly::pressure_loads_into(&mut volume, model, poses, 1.0);
         for entries in [&mut self.column, &mut self.row] {
             entries.clear();
             entries.resize(dofs.count(), 0.0);

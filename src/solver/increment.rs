@@ -156,6 +156,10 @@ pub fn advance(
         contact_wrench.iter_mut().zip(&wrenches).for_each(|(total, own)| *total += own);
     }
     let mut measures = ContactMeasures::default();
+    for contact in &newton.contacts.wall {
+        energy.elastic += contact.energy;
+        measures.max_penetration = measures.max_penetration.max(contact.overlap);
+    }
     let mut sliding = 0;
     for pair in &newton.contacts.pairs {
         let mut touching = false;

@@ -126,7 +126,7 @@ impl<'a> Newton<'a> {
 
     /// Work lost to friction in the present step [J].
     pub fn step_dissipation(&self) -> f64 {
-        self.contacts.active().map(|(_, p)| p.evaluation.dissipation(p.state.pressure_before)).sum()
+        self.contacts.dissipation(self.model, self.committed)
     }
 
     /// The residual with the proximal term.
@@ -153,7 +153,8 @@ impl<'a> Newton<'a> {
             let membrane = self.model.membrane.iter();
             membrane.flat_map(|m| assembly::membrane_couplings(m, &self.contacts))
         };
-        let pairs = || touching().chain(covered()).chain(pressed());
+        let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
+        let pairs = || touching().chain(covered()).chain(pressed()).chain(walled());
         if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
             let pattern = BlockPattern::new(&self.dofs, pairs());
             let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
@@ -192,6 +193,15 @@ impl<'a> Newton<'a> {
             &self.dofs,
             &self.contacts,
         );
+        assembly::wall_stiffness_into(
+            &mut self.values,
+            self.model,
+            &system.pattern,
+            &self.dofs,
+            &self.contacts,
+            &self.loads,
+            &self.poses,
+        );
         let hold = |carrier| weight * self.model.holding_stiffness(carrier, self.typical_stiffness);
         system.pattern.add_diagonal(&mut self.values, &self.dofs, hold);
         self.contacts.timings.book(Kernel::Assembly, start);
@@ -228,7 +238,8 @@ impl<'a> Newton<'a> {
             })
             .collect();
         let cap = self.settings.motion_cap * self.model.smallest_rounding();
-        let bodies = &reach[..self.model.bodies.len()];
+        let walls = usize::from(self.model.wall.is_some());
+        let bodies = &reach[..self.model.bodies.len() + walls];
         let mut factor = bodies.iter().fold(1.0, |f: f64, &m| f.min(cap / m));
         if let Some(membrane) = &self.model.membrane {
             factor = factor.min(self.contacts.membrane.largest_factor(membrane, &reach));

@@ -48,6 +48,7 @@ fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {
         friction: Friction::constant(friction),
         cover: None,
         membrane: None,
+        wall: None,
     };
     let poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, -0.05), crate::tensor::Rotation::identity()),
@@ -170,7 +171,8 @@ fn membrane_on_a_smooth_core_hands_the_pressure_on() {
     loads.free_nodes(membrane.free_nodes());
     loads.pressure = pressure;
     let friction = Friction::constant(0.5);
-    let model = Model { bodies, shapes, law, friction, cover: Some(cover), membrane: Some(membrane) };
+    let model =
+        Model { bodies, shapes, law, friction, cover: Some(cover), membrane: Some(membrane), wall: None };
     let committed = Committed::new(poses);
     let settings = Settings::default();
     let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };

@@ -86,6 +86,16 @@ impl Drive {
         }
     }
 
+    /// Deviatoric stress that a loaded plate is to reach [Pa], where that is more than there was.
+    pub fn asked_stress(&self) -> Option<f64> {
+        match self.kind {
+            Kind::Loaded { deviatoric_stress, .. } => {
+                (deviatoric_stress > self.origin.deviatoric_stress).then_some(deviatoric_stress)
+            }
+            Kind::Driven { .. } => None,
+        }
+    }
+
     pub fn is_loaded(&self) -> bool {
         matches!(self.kind, Kind::Loaded { .. })
     }
@@ -145,7 +155,8 @@ impl Drive {
                     pressure: 1.0,
                     applied: Vec::new(),
                     of: Controlled::Volume,
-                    target: self.volume(to).unwrap_or(origin.volume),
+                    // The control sees the whole of what is enclosed.
+                    target: self.volume(to).unwrap_or(origin.volume) + rig.rubber_inside(),
                     tolerance: CONTROL_TOLERANCE * share * travel.abs() / origin.height * origin.volume,
                     guess: guess.pressure,
                 });

@@ -8,7 +8,7 @@ use crate::model::BodyKind;
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::deformation::{LocalStrain, Neighbourhood, SLICES, Unevenness, slice_strains};
 use crate::triaxial::drive::Origin;
-use crate::triaxial::network::{Network, mean_stress, pair_forces};
+use crate::triaxial::network::{Network, end_friction, mean_stress, pair_forces};
 use crate::triaxial::rig::Rig;
 
 /// Stresses and strains of an increment.
@@ -39,7 +39,9 @@ pub struct ContactStress {
     pub axial: f64,
     /// Mean over the horizontal directions [Pa].
     pub radial: f64,
-    /// The larger difference to the axial stress of the plate and to the pressure, over the mean stress.
+    /// What friction on the plates adds to the mean radial stress [Pa].
+    pub end_friction: f64,
+    /// The larger difference to the axial stress of the plate and to pressure and end friction, over the mean stress.
     pub disagreement: f64,
 }
 
@@ -88,6 +90,9 @@ fn section_areas(rig: &Rig, poses: &[Pose]) -> [f64; SLICES] {
     if let Some(cover) = &rig.model.cover {
         cover.section_areas_into(&mut areas, poses);
     }
+    if let Some(wall) = &rig.model.wall {
+        areas.fill(wall.volume(poses) / wall.height(poses));
+    }
     areas
 }
 
@@ -125,11 +130,19 @@ impl Picture {
         let volume = rig.volume(poses);
         let stress = mean_stress(&rig.model, contacts, &pairs, poses, measures.confining_pressure, volume);
         let (axial, radial) = (stress[(2, 2)], 0.5 * (stress[(0, 0)] + stress[(1, 1)]));
-        let off = (axial - measures.axial_stress).abs().max((radial - measures.confining_pressure).abs());
+        let end_friction = end_friction(&pairs, &[rig.bottom, rig.top], volume);
+        let off = (axial - measures.axial_stress)
+            .abs()
+            .max((radial - measures.confining_pressure - end_friction).abs());
         let is_grain: Vec<bool> = rig.model.bodies.iter().map(|body| body.kind == BodyKind::Grain).collect();
         let upright = poses[rig.top].rotation * Vec3::z();
         Picture {
-            contact_stress: ContactStress { axial, radial, disagreement: off / measures.mean_stress.abs() },
+            contact_stress: ContactStress {
+                axial,
+                radial,
+                end_friction,
+                disagreement: off / measures.mean_stress.abs(),
+            },
             network: Network::of(&pairs, &is_grain),
             unevenness: Unevenness::of(local_strains),
             slices: slice_strains(&zero.areas, &section_areas(rig, poses)),

@@ -16,7 +16,7 @@ pub mod test;
 pub use deformation::LocalStrain;
 pub use ledger::{EnergyGate, Ledger};
 pub use measures::{Measures, Picture};
-pub use rig::{Rig, RigParameters, RigState};
+pub use rig::{Cover, Rig, RigParameters, RigState};
 pub use rubber::RubberSheet;
 pub use stage::{Lateral, Path, Stage, StageEnd, Steps, Until};
 pub use summary::{StageCurve, StageSummary};

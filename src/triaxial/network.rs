@@ -8,6 +8,7 @@
 
 use crate::assembly::Contacts;
 use crate::assembly::membrane::MembranePoint;
+use crate::model::wall::WallContact;
 use crate::model::{BodyKind, Membrane, Model};
 use crate::tensor::{Mat3, Pose, Vec3};
 
@@ -31,6 +32,13 @@ pub struct OutsideForce {
     pub point: Vec3,
     /// [N]
     pub force: Vec3,
+}
+
+impl OutsideForce {
+    /// Of a rigid wall on a body.
+    pub fn of_wall(contact: &WallContact) -> Self {
+        OutsideForce { body: contact.body, point: contact.point, force: contact.on_body() }
+    }
 }
 
 /// Numbers about the network.
@@ -151,9 +159,10 @@ pub fn mean_stress(
     pressure: f64,
     volume: f64,
 ) -> Mat3 {
-    let outside = match &model.membrane {
-        Some(membrane) => membrane_forces(model, membrane, contacts, poses, pressure),
-        None => cover_forces(model, poses, pressure),
+    let outside = match (&model.membrane, &model.wall) {
+        (Some(membrane), _) => membrane_forces(model, membrane, contacts, poses, pressure),
+        (None, Some(_)) => contacts.wall.iter().map(OutsideForce::of_wall).collect(),
+        (None, None) => cover_forces(model, poses, pressure),
     };
     let is_grain = |body: usize| model.bodies[body].kind == BodyKind::Grain;
     let mut sum = stress_moment(pairs, &outside, is_grain, |body| poses[body].position);
@@ -166,6 +175,24 @@ pub fn mean_stress(
         }
     }
     -0.5 * (sum + sum.transpose()) / volume
+}
+
+/// What friction of the grains on the end `plates` adds to the mean radial stress in `volume` [m^3]: the mean over x and
+/// y of minus lever arm times force on the grains [Pa], compression positive.
+///
+/// Of grains in balance the contacts between them cancel in the sum over all of arm times force, about
+/// any one origin; what is left are the forces from outside. Those of the pressure on a closed cover sum up
+/// to `-p V` times unity. So the radial stress from contact forces is the pressure and this.
+pub fn end_friction(pairs: &[PairForce], plates: &[usize], volume: f64) -> f64 {
+    let mut sum = 0.0;
+    for pair in pairs {
+        for (plate, sign) in [(pair.bodies[0], 1.0), (pair.bodies[1], -1.0)] {
+            if plates.contains(&plate) {
+                sum += sign * (pair.moment[(0, 0)] + pair.moment[(1, 1)]);
+            }
+        }
+    }
+    -0.5 * sum / volume
 }
 
 impl Network {

@@ -61,7 +61,7 @@ impl Curve {
         confining_pressure: f64,
     ) -> Response {
         let sample = Sample { axial_strain, volumetric_strain, deviatoric_stress };
-        let start = *self.start.get_or_insert(sample);
+        self.start.get_or_insert(sample);
         self.recent.push_back(sample);
         while self.recent.len() > FEWEST
             && self.recent.get(1).is_some_and(|s| (axial_strain - s.axial_strain).abs() >= WINDOW)
@@ -76,12 +76,26 @@ impl Curve {
         }
         let slope = self.slope(|s| s.volumetric_strain);
         Response {
-            tangent_modulus: self.slope(|s| s.deviatoric_stress),
-            secant_modulus: (deviatoric_stress - start.deviatoric_stress)
-                / (axial_strain - start.axial_strain),
+            tangent_modulus: self.tangent_modulus(),
+            secant_modulus: self.secant_modulus(),
             dilatancy_angle: (-slope / (2.0 - slope)).asin(),
             friction_angle,
             peak_friction_angle: self.peak,
+        }
+    }
+
+    /// Slope of the deviatoric stress over the axial strain at the last point [Pa].
+    pub fn tangent_modulus(&self) -> f64 {
+        self.slope(|s| s.deviatoric_stress)
+    }
+
+    /// The same from the first to the last point [Pa].
+    pub fn secant_modulus(&self) -> f64 {
+        match (&self.start, self.recent.back()) {
+            (Some(start), Some(last)) => {
+                (last.deviatoric_stress - start.deviatoric_stress) / (last.axial_strain - start.axial_strain)
+            }
+            (None, _) | (_, None) => f64::NAN,
         }
     }
 

@@ -1,4 +1,4 @@
-//! The model of a specimen between two rigid plates under a pressure cover or a rubber membrane.
+//! The model of a specimen between two rigid plates under a pressure cover, in a rubber membrane or in a rigid wall.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::CondensedGrain;
 use crate::model::cover::{Outline, Rim};
-use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
+use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall};
 use crate::solver::Settings;
 use crate::specimen::Specimen;
 use crate::tensor::{Pose, Rotation, Vec3};
@@ -28,10 +28,20 @@ pub struct RigParameters {
     pub poissons_ratio: f64,
     pub friction: Friction,
     pub plate_friction: Friction,
-    /// `None`: a weightless pressure cover.
-    pub membrane: Option<RubberSheet>,
+    pub cover: Cover,
     /// Whether the top plate is free to tilt; else it stays level.
     pub tilting: bool,
+}
+
+/// What confines the specimen at its side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cover {
+    /// A weightless flexible cover glued to the outermost grains.
+    Pressure,
+    /// A rubber membrane in contact with the grains.
+    Rubber(RubberSheet),
+    /// A rigid frictionless cylinder whose mean pressure is the confining pressure.
+    RigidWall,
 }
 
 /// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
@@ -168,7 +178,15 @@ impl Rig {
             friction_blend: 0.05,
         };
         let mut rig = Rig {
-            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None, membrane: None },
+            model: Model {
+                bodies,
+                shapes,
+                law,
+                friction: parameters.friction,
+                cover: None,
+                membrane: None,
+                wall: None,
+            },
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings,
@@ -179,9 +197,10 @@ impl Rig {
             pressure: 0.0,
             tilting: parameters.tilting,
         };
-        match &parameters.membrane {
-            Some(sheet) => rig.wrap(sheet, specimen.diameter)?,
-            None => rig.drape(specimen.diameter)?,
+        match &parameters.cover {
+            Cover::Rubber(sheet) => rig.wrap(sheet, specimen.diameter)?,
+            Cover::Pressure => rig.drape(specimen.diameter)?,
+            Cover::RigidWall => rig.enclose(),
         }
         let between_walls = std::f64::consts::PI * radius * radius * height;
         rig.nominal_ratio = between_walls / rig.volume(&rig.committed.poses);
@@ -193,6 +212,22 @@ impl Rig {
         for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
             body.grain = Some(grain);
         }
+    }
+
+    /// Puts a rigid wall around the grains, touching the outermost.
+    fn enclose(&mut self) {
+        let mut reach: f64 = 0.0;
+        let shapes = self.model.shapes.iter().zip(&self.model.bodies).zip(&self.committed.poses);
+        for ((shape, _), pose) in shapes.filter(|((_, body), _)| body.kind == BodyKind::Grain) {
+            let core = shape.rounded.core.vertices.iter();
+            reach = core.map(|v| pose.to_space(v).xy().norm() + shape.rounded.radius).fold(reach, f64::max);
+        }
+        let half =
+            |body: usize| self.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);
+        let faces = [half(self.bottom), -half(self.top)];
+        let (wall, pose) = RigidWall::new(self.model.bodies.len(), [self.bottom, self.top], faces, reach);
+        self.committed.poses.push(pose);
+        self.model.wall = Some(wall);
     }
 
     /// Lays a new cover over the grains where they are now. Its rims are circles of the radius
@@ -242,19 +277,27 @@ impl Rig {
         let mut loads = Loads::none(self.model.bodies.len());
         loads.prescribed[self.bottom] = [true; 6];
         loads.prescribed[self.top] = [true, true, !top_free, !self.tilting, !self.tilting, true];
-        loads.free_nodes(self.model.carriers() - self.model.bodies.len());
+        match &self.model.wall {
+            Some(_) => loads.free_radius(),
+            None => loads.free_nodes(self.model.carriers() - self.model.bodies.len()),
+        }
         loads.pressure = pressure;
         loads
     }
 
     /// Enclosed volume [m^3] at `poses`, without the inner half of a rubber membrane; zero without a cover.
     pub fn volume(&self, poses: &[Pose]) -> f64 {
-        let rubber = self.model.membrane.as_ref().map_or(0.0, |m| 0.5 * m.rubber_volume());
-        self.model.cover.as_ref().map_or(0.0, |c| c.volume(poses)) - rubber
+        self.model.enclosed_volume(poses) - self.rubber_inside()
+    }
+
+    /// Volume of a rubber membrane's inner half [m^3], which is enclosed and not the specimen's.
+    pub fn rubber_inside(&self) -> f64 {
+        self.model.membrane.as_ref().map_or(0.0, |m| 0.5 * m.rubber_volume())
     }
 
     /// Distance between the plates' inner faces [m].
     pub fn height(&self, poses: &[Pose]) -> f64 {
-        self.model.cover.as_ref().map_or(0.0, |c| c.height(poses))
+        let covered = self.model.cover.as_ref().map(|cover| cover.height(poses));
+        covered.or_else(|| self.model.wall.as_ref().map(|wall| wall.height(poses))).unwrap_or(0.0)
     }
 }

@@ -181,7 +181,7 @@ mod tests {
         }
         let friction = Friction::constant(0.5);
         Rig {
-            model: Model { bodies, shapes, law, friction, cover: None, membrane: None },
+            model: Model { bodies, shapes, law, friction, cover: None, membrane: None, wall: None },
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings: Settings::default(),

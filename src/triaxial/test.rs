@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::assembly::pressure_loads_into;
 use crate::model::Counters;
 use crate::solver::{Energies, Increment, IncrementReport, Pace, StepStatus, advance, motion_between};
 use crate::tensor::{Pose, Vec3, Vector6};
@@ -179,7 +180,10 @@ impl Test {
                 }
                 Err(_) if way.watch.gives_up_landing() => continue,
                 Err(_) if way.pace.cut(share) => continue,
-                Err(reason) => return StageEnd::Stopped { reason },
+                Err(reason) => {
+                    let limit = way.drive.asked_stress().map(|asked| self.describe_limit(rig, &way, asked));
+                    return StageEnd::Stopped { reason: limit.unwrap_or_default() + &reason };
+                }
             };
             let trial = self.weigh(rig, &way.drive, &report, share, to);
             if way.watch.overshoots(share, &trial.measures) {
@@ -228,6 +232,19 @@ impl Test {
             }
         }
         way.watch.end(stage)
+    }
+
+    /// Why a loaded plate may go no further, where more deviatoric stress is `asked` for [Pa].
+    fn describe_limit(&self, rig: &Rig, way: &UnderWay, asked: f64) -> String {
+        let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram).deviatoric_stress;
+        let (tangent, secant) = (way.curve.tangent_modulus(), way.curve.secant_modulus());
+        let mut text = format!(
+            "no balance was found beyond a deviatoric stress of {now:.4e} Pa, {asked:.4e} Pa are asked for"
+        );
+        if tangent.is_finite() && secant.is_finite() {
+            text += &format!(" (modulus there {tangent:.2e} Pa, {secant:.2e} Pa over the stage)");
+        }
+        text + "; a loaded plate cannot pass a peak: a stage that prescribes axial_strain can. Last: "
     }
 
     /// Resolves a stage against the present state; `None` where there is nothing to do.
@@ -410,9 +427,7 @@ impl Test {
         let pressure = drive.pressure(to, report.factor);
         let (old, new) = (&rig.committed.poses, &report.poses);
         let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
-        if let Some(cover) = &rig.model.cover {
-            cover.loads_into(&mut loads, new, pressure);
-        }
+        pressure_loads_into(&mut loads, &rig.model, new, pressure);
         let ram = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
         let state = self.state(rig, new, pressure, ram);
         let lift = new[rig.top].position.z - old[rig.top].position.z;
@@ -560,7 +575,8 @@ fn starts(rig: &Rig, last: Option<(&Vec<Pose>, f64)>, lift: Option<f64>, height:
         let mut squeezed = plain.clone();
         let base = now[rig.bottom].position.z;
         for (i, pose) in squeezed.iter_mut().enumerate() {
-            if i != rig.top && i != rig.bottom {
+            let is_wall = i >= rig.model.bodies.len() && !rig.model.is_node(i);
+            if i != rig.top && i != rig.bottom && !is_wall {
                 pose.position += Vec3::new(0.0, 0.0, lift * (pose.position.z - base) / height);
             }
         }
@@ -580,6 +596,10 @@ fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> String {
              augmentations; {}",
             report.history.len(),
             rig.membrane_trouble(pressure)
+        ),
+        StepStatus::OutOfBalance { body, out_of_balance } if *body >= rig.model.bodies.len() => format!(
+            "the wall is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
+            report.history.len()
         ),
         StepStatus::OutOfBalance { body, out_of_balance } => format!(
             "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",

@@ -1,96 +1,25 @@
-//! Stages of the triaxial rig on a specimen of sixteen grains: every quantity that a stage prescribes is
-//! held to 1e-3 in every accepted increment, stages end where they say, and what is measured in
-//! different ways agrees. One specimen is generated, seated and consolidated for all of them.
-
-use std::sync::OnceLock;
+//! Every quantity that a stage prescribes is held to 1e-3 in every accepted increment, stages end where they say, and what
+//! is measured in different ways agrees.
 
 use riprap::contact::law::Friction;
 use riprap::geometry::{Polyhedron, RoundedBody};
 use riprap::solver::Settings;
+use riprap::specimen::Specimen;
 use riprap::specimen::shape::GrainShape;
 use riprap::specimen::statistics::Statistics;
-use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
 use riprap::tensor::{Pose, Rotation, Vec3};
 use riprap::triaxial::{
-    EnergyGate, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until,
+    Cover, EnergyGate, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until,
 };
 
-const PRESSURE: f64 = 4e5;
-/// What the rig promises for what it prescribes.
-const HELD: f64 = 1e-3;
+use crate::ready::{HELD, PRESSURE, drive, finished, run, steps};
 
-/// A rig and its test, consolidated, with the rows of the consolidation.
 fn consolidated() -> (Rig, Test, &'static [Row]) {
-    static READY: OnceLock<(Rig, Test, Vec<Row>)> = OnceLock::new();
-    let (rig, test, rows) = READY.get_or_init(|| {
-        let specimen = SpecimenParameters {
-            grading: vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }],
-            size: SpecimenSize::Grains { count: 16, aspect: 1.5 },
-            void_ratio: 0.6,
-            unreachable: Unreachable::Nearest,
-            vertices: [8, 16],
-            vertex_separation: 0.45,
-            rounding: 0.02,
-            seed: 4,
-        };
-        let specimen = generate(&specimen, &mut |_, _| {}).expect("a specimen");
-        let parameters = RigParameters {
-            density: 2700.0,
-            youngs_modulus: 3e10,
-            poissons_ratio: 0.2,
-            friction: Friction::constant(0.65),
-            plate_friction: Friction::constant(0.65),
-            tilting: false,
-            membrane: None,
-        };
-        let mut rig = Rig::new(&specimen, &parameters, Settings::default()).expect("a rig");
-        let mut test = Test::new(&rig);
-        for _ in 0..8 {
-            if test.seat(&mut rig, PRESSURE).converged() {
-                break;
-            }
-        }
-        let stage = Stage {
-            path: Path::Stress { axial: PRESSURE, radial: PRESSURE },
-            steps: Steps::Count(6),
-            until: Until::default(),
-        };
-        let (rows, end) = run(&mut rig, &mut test, &stage);
-        assert_eq!(end, StageEnd::Finished);
-        test.zero_strains(&rig);
-        (rig, test, rows)
-    });
-    (rig.clone(), test.clone(), rows)
-}
-
-fn run(rig: &mut Rig, test: &mut Test, stage: &Stage) -> (Vec<Row>, StageEnd) {
-    let mut rows = Vec::new();
-    let end = test.run(rig, stage, &mut |_, step| {
-        rows.push(step.row.clone());
-        true
-    });
-    (rows, end)
-}
-
-fn steps(nominal: f64) -> Steps {
-    Steps::Strain { nominal, largest: nominal, growth: 1.5 }
-}
-
-fn drive(axial_strain: f64, lateral: Lateral) -> Stage {
-    Stage { path: Path::Strain { axial_strain, lateral }, steps: steps(5e-5), until: Until::default() }
-}
-
-#[track_caller]
-fn finished(rows: &[Row], end: &StageEnd, least: usize) {
-    assert_eq!(*end, StageEnd::Finished);
-    assert!(rows.len() >= least, "{} rows", rows.len());
-    for row in rows {
-        assert!(row.control_error <= HELD && row.out_of_balance < 1e-3, "{row:?}");
-    }
+    crate::ready::consolidated(Cover::Pressure)
 }
 
 /// Isotropic: no deviatoric stress, the pressure in equal steps up to the asked one, and the stress from
-/// contact forces within a few per cent (the rough plates of so small a specimen confine it too).
+/// contact forces that of pressure and plates, whose friction confines so small a specimen too.
 #[test]
 fn isotropic_consolidation_is_isotropic() {
     let (_, _, rows) = consolidated();
@@ -100,10 +29,9 @@ fn isotropic_consolidation_is_isotropic() {
         let pressure = PRESSURE * (0.5 + 0.5 * (k + 1) as f64 / 6.0);
         assert!((m.confining_pressure / pressure - 1.0).abs() < 1e-12);
         assert!(m.deviatoric_stress.abs() < HELD * pressure, "{m:?}");
-        // Along the axis the plates are all there is: 1 %, as the rig promises.
         let stress = &row.picture.contact_stress;
         assert!((stress.axial / m.axial_stress - 1.0).abs() < 0.01, "{stress:?}");
-        assert!((stress.radial / pressure - 1.0).abs() < 0.05, "{stress:?}");
+        assert!(((stress.radial - stress.end_friction) / pressure - 1.0).abs() < 0.01, "{stress:?}");
     }
 }
 
@@ -255,6 +183,36 @@ fn a_stress_that_never_comes_stops_the_stage() {
     assert!(matches!(end, StageEnd::Stopped { reason } if reason.contains("deviatoric stress")));
 }
 
+/// A driven stage passes the peak and ends behind it; a loaded one stops there and says what it carries.
+#[test]
+fn a_peak_is_passed_when_driven_and_stops_a_load() {
+    let (mut rig, mut test, _) = consolidated();
+    let drop = 0.05;
+    let until = Until { deviatoric_stress: None, drop_after_peak: Some(drop), must: false };
+    let stage = Stage { until, ..drive(0.02, Lateral::Pressure) };
+    let (rows, end) = run(&mut rig, &mut test, &stage);
+    finished(&rows, &end, 3);
+    let q: Vec<f64> = rows.iter().map(|row| row.measures.deviatoric_stress).collect();
+    let (last, before) = q.split_last().expect("rows");
+    let peak = before.iter().copied().fold(0.0, f64::max);
+    assert!(rows[rows.len() - 1].progress < 1.0, "no peak came");
+    assert!(*last < (1.0 - drop) * peak, "{last} after {peak}");
+    let mut largest: f64 = 0.0;
+    for q in before {
+        largest = largest.max(*q);
+        assert!(*q >= (1.0 - drop) * largest, "went on behind {q}");
+    }
+
+    let (mut rig, mut test, _) = consolidated();
+    let deviatoric_stress = 3.0 * peak;
+    let stage =
+        Stage { path: Path::Shear { deviatoric_stress }, steps: Steps::Count(30), until: Until::default() };
+    let (rows, end) = run(&mut rig, &mut test, &stage);
+    let carried = rows[rows.len() - 1].measures.deviatoric_stress;
+    let StageEnd::Stopped { reason } = end else { panic!("{end:?} at {carried} Pa of {deviatoric_stress}") };
+    assert!(reason.contains("cannot pass a peak") && reason.contains(&format!("{carried:.4e}")), "{reason}");
+}
+
 /// Cutting at the energy gate: every increment closes within it, or is the smallest there is.
 #[test]
 fn an_energy_gate_that_cuts_keeps_increments_closed() {
@@ -300,7 +258,7 @@ fn column_of_cubes_has_the_stiffness_of_its_joints() {
         friction,
         plate_friction: friction,
         tilting: false,
-        membrane: None,
+        cover: Cover::Pressure,
     };
     let settings = Settings { force_tolerance: 1e-6, ..Settings::default() };
     let mut rig = Rig::new(&specimen, &parameters, settings).expect("a rig");

@@ -1,0 +1,6 @@
+//! The triaxial rig on a specimen of sixteen grains: stages, covers, stresses and energies.
+
+mod ledger;
+mod ready;
+mod stages;
+mod wall;

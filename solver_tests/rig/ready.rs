@@ -1,0 +1,110 @@
+//! A specimen of sixteen grains, seated and consolidated once for all tests, per cover.
+
+use std::sync::OnceLock;
+
+use riprap::contact::law::Friction;
+use riprap::solver::Settings;
+use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
+use riprap::triaxial::{Cover, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until};
+
+pub const PRESSURE: f64 = 4e5;
+/// What the rig promises for what it prescribes.
+pub const HELD: f64 = 1e-3;
+
+/// A rig and its test, consolidated, with the rows of the consolidation.
+type Ready = (Rig, Test, Vec<Row>);
+
+fn specimen() -> &'static Specimen {
+    static SPECIMEN: OnceLock<Specimen> = OnceLock::new();
+    SPECIMEN.get_or_init(|| {
+        let specimen = SpecimenParameters {
+            grading: vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }],
+            size: SpecimenSize::Grains { count: 16, aspect: 1.5 },
+            void_ratio: 0.6,
+            unreachable: Unreachable::Nearest,
+            vertices: [8, 16],
+            vertex_separation: 0.45,
+            rounding: 0.02,
+            seed: 4,
+        };
+        generate(&specimen, &mut |_, _| {}).expect("a specimen")
+    })
+}
+
+/// A rig around the specimen, as generated.
+pub fn rig(cover: Cover) -> Rig {
+    let parameters = RigParameters {
+        density: 2700.0,
+        youngs_modulus: 3e10,
+        poissons_ratio: 0.2,
+        friction: Friction::constant(0.65),
+        plate_friction: Friction::constant(0.65),
+        tilting: false,
+        cover,
+    };
+    Rig::new(specimen(), &parameters, Settings::default()).expect("a rig")
+}
+
+/// Seats the grains and consolidates them in so many increments.
+pub fn consolidate(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>) {
+    let mut test = Test::new(rig);
+    for _ in 0..8 {
+        if test.seat(rig, PRESSURE).converged() {
+            break;
+        }
+    }
+    let stage = Stage {
+        path: Path::Stress { axial: PRESSURE, radial: PRESSURE },
+        steps: Steps::Count(increments),
+        until: Until::default(),
+    };
+    let (rows, end) = run(rig, &mut test, &stage);
+    assert_eq!(end, StageEnd::Finished);
+    test.zero_strains(rig);
+    (test, rows)
+}
+
+/// A rig and its test, consolidated, with the rows of the consolidation.
+pub fn consolidated(cover: Cover) -> (Rig, Test, &'static [Row]) {
+    static PRESSED: OnceLock<Ready> = OnceLock::new();
+    static WALLED: OnceLock<Ready> = OnceLock::new();
+    let ready = || {
+        let mut rig = rig(cover);
+        let (test, rows) = consolidate(&mut rig, 6);
+        (rig, test, rows)
+    };
+    let (rig, test, rows) = match cover {
+        Cover::Pressure => PRESSED.get_or_init(ready),
+        Cover::RigidWall => WALLED.get_or_init(ready),
+        Cover::Rubber(_) => panic!("a rubber membrane has to be laid first"),
+    };
+    (rig.clone(), test.clone(), rows)
+}
+
+pub fn run(rig: &mut Rig, test: &mut Test, stage: &Stage) -> (Vec<Row>, StageEnd) {
+    let mut rows = Vec::new();
+    let end = test.run(rig, stage, &mut |_, step| {
+        rows.push(step.row.clone());
+        true
+    });
+    (rows, end)
+}
+
+pub fn steps(nominal: f64) -> Steps {
+    Steps::Strain { nominal, largest: nominal, growth: 1.5 }
+}
+
+pub fn drive(axial_strain: f64, lateral: Lateral) -> Stage {
+    Stage { path: Path::Strain { axial_strain, lateral }, steps: steps(5e-5), until: Until::default() }
+}
+
+#[track_caller]
+pub fn finished(rows: &[Row], end: &StageEnd, least: usize) {
+    assert_eq!(*end, StageEnd::Finished);
+    assert!(rows.len() >= least, "{} rows", rows.len());
+    for row in rows {
+        assert!(row.control_error <= HELD && row.out_of_balance < 1e-3, "{row:?}");
+        // Plates, pressure and contact forces say the same.
+        assert!(row.picture.contact_stress.disagreement < 0.01, "{row:?}");
+    }
+}

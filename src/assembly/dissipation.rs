@@ -1,0 +1,149 @@
+//! Work that friction takes in a step.
+//!
+//! Slip times the friction force, averaged over the two ends of the step as the external work is, is most of it. The
+//! rest is what the tangential stretch of a contact stores and gives up without work, since its energy depends on more
+//! than the stretch. With the stretch s, the largest friction force b over the weight, the weight w, and the tangential
+//! stiffness k over the weight
+//!
+//! ```text
+//! E = w e,    e = b^2 / k  Psi(x),    x = k s / b
+//! dE = T ds + e dw + w h db,    h = b / k (2 Psi - x S)
+//! ```
+//!
+//! The first term is work; the others are none: `h` is zero while a contact sticks and positive in the elastic bend of the
+//! friction law, and `w` fades where a contact slides off the end of an edge. Both are booked by the
+//! trapezoidal rule, and a contact that is lost gives up what it had stored.
+
+use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::contact::ContactLaw;
+use crate::model::{Committed, Model};
+
+/// The tangential stretch of a contact at one end of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Stretched {
+    /// Largest friction force over the weight [N].
+    bound: f64,
+    weight: f64,
+    /// Energy over the weight [J].
+    energy: f64,
+    /// Derivative of that by the bound at a given stretch [m].
+    by_bound: f64,
+}
+
+impl Stretched {
+    /// `stiffness` [N/m] is the tangential one over the weight, `stretch` [m] the spring's own.
+    fn new(law: &ContactLaw, stiffness: f64, bound: f64, weight: f64, stretch: f64) -> Self {
+        if bound <= 0.0 || stiffness <= 0.0 {
+            return Stretched { bound, weight, energy: 0.0, by_bound: 0.0 };
+        }
+        let share = (stiffness * stretch / bound).min(1.0 + law.friction_blend);
+        let psi = law.friction_energy(share);
+        Stretched {
+            bound,
+            weight,
+            energy: bound * bound / stiffness * psi,
+            by_bound: bound / stiffness * (2.0 * psi - share * law.friction_share(share)),
+        }
+    }
+
+    /// Energy that came between the two without work [J].
+    fn gained_until(&self, end: &Stretched) -> f64 {
+        let faded = 0.5 * (self.energy + end.energy) * (end.weight - self.weight);
+        let by_bound = 0.5 * (self.weight * self.by_bound + end.weight * end.by_bound);
+        faded + by_bound * (end.bound - self.bound)
+    }
+}
+
+impl Contacts {
+    /// Work lost to friction since the committed state [J], in the configuration last evaluated.
+    pub fn dissipation(&self, model: &Model, committed: &Committed) -> f64 {
+        let mut sum = 0.0;
+        for pair in &self.pairs {
+            sum += pair.active().map(|point| dissipated(&model.law, pair, point)).sum::<f64>();
+            for lost in &pair.carried.points {
+                if !pair.active().any(|point| point.site.feature == lost.feature) {
+                    sum += lost.tangential_energy;
+                }
+            }
+        }
+        // Pairs that are no longer within reach.
+        for (key, memory) in &committed.memory {
+            if self.pairs.binary_search_by(|pair| pair.key().cmp(key)).is_err() {
+                sum += memory.points.iter().map(|point| point.tangential_energy).sum::<f64>();
+            }
+        }
+        sum
+    }
+}
+
+/// What a contact dissipated since the committed state [J].
+fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
+    let (state, e) = (&point.state, &point.evaluation);
+    if state.friction <= 0.0 {
+        return 0.0;
+    }
+    let stiffness = state.spring * law.tangential_ratio;
+    let at = |bound: f64, weight: f64, stretch: f64| Stretched::new(law, stiffness, bound, weight, stretch);
+    let shared = 1.0 / state.stiffness - 1.0 / state.spring;
+    let own = e.stretch - e.friction * (shared / (e.weight * law.tangential_ratio));
+    let end = at(state.friction * e.load, e.weight, own.norm());
+    let (mut start, mut force) = (at(0.0, e.weight, 0.0), e.friction);
+    if let Some(memory) = pair.carried.point(point.site.feature).filter(|memory| memory.load > 0.0) {
+        let weight = memory.pressure / memory.load;
+        start = at(memory.bound, weight, memory.stretch.norm());
+        force += memory.traction * weight;
+    }
+    0.5 * force.dot(&(e.trial_stretch - e.stretch)) - start.gained_until(&end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: ContactLaw = ContactLaw {
+        onset: 3e-6,
+        fade_length: 5e-4,
+        parallel_limit: 4e-3,
+        tangential_ratio: 0.9,
+        friction_blend: 0.05,
+    };
+
+    fn at(bound: f64, weight: f64, stretch: f64) -> Stretched {
+        Stretched::new(&LAW, 2e8, bound, weight, stretch)
+    }
+
+    #[test]
+    fn by_bound_is_derivative_of_energy() {
+        // Sticking, in the bend, and at its end.
+        for stretch in [1e-6, 2.45e-6, 2.6e-6] {
+            let (bound, h) = (500.0, 1e-3);
+            let slope = (at(bound + h, 1.0, stretch).energy - at(bound - h, 1.0, stretch).energy) / (2.0 * h);
+            let exact = at(bound, 1.0, stretch).by_bound;
+            assert!((slope - exact).abs() < 1e-6 * 2.5e-6, "{stretch}: {slope} {exact}");
+            assert!(exact >= 0.0);
+        }
+        assert_eq!(at(500.0, 1.0, 1e-6).by_bound, 0.0);
+    }
+
+    /// A contact that slides while its load grows in n steps: work = energy + slip work - gain, to second order.
+    #[test]
+    fn work_is_stored_or_dissipated() {
+        let (stiffness, most) = (2e8, 1.0 + LAW.friction_blend);
+        let miss = |n: usize| {
+            let force = |i: usize| 500.0 * (1.0 + i as f64 / n as f64);
+            let stretch = |i: usize| most * force(i) / stiffness;
+            let slip = 4e-6 / n as f64;
+            let (mut work, mut slid, mut gained) = (0.0, 0.0, 0.0);
+            for i in 0..n {
+                let mean = 0.5 * (force(i) + force(i + 1));
+                work += mean * (slip + stretch(i + 1) - stretch(i));
+                slid += mean * slip;
+                gained += at(force(i), 1.0, stretch(i)).gained_until(&at(force(i + 1), 1.0, stretch(i + 1)));
+            }
+            let stored = at(force(n), 1.0, stretch(n)).energy - at(force(0), 1.0, stretch(0)).energy;
+            assert!(gained > 0.02 * stored, "{gained} of {stored}");
+            (work + gained - stored - slid).abs() / work
+        };
+        assert!(miss(1) < 1e-12 && miss(10) < 1e-12, "{} {}", miss(1), miss(10));
+    }
+}
