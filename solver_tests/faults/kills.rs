@@ -4,7 +4,7 @@ use riprap::results::{Existing, Outcome};
 use riprap::simulation::{End, Observer, Options, Step, run};
 use riprap::solver::StopSignal;
 
-use crate::place::{Place, assert_same_bits};
+use crate::place::{Place, SPECIMEN, assert_same_bits};
 
 /// Numbers that scatter well (Weyl), from `seed` on.
 fn scattered(seed: usize, below: usize) -> usize {
@@ -99,6 +99,26 @@ fn an_interrupted_run_goes_on_to_the_same_bits_on_other_threads() {
         assert!(told.contains("nothing is left to do"), "{told}");
         assert!(before == std::fs::read(place.path("x.h5")).expect("the file"), "it was touched");
     }
+}
+
+/// A shear under a rubber membrane, interrupted in its midst: the nodes of the membrane go on too.
+#[test]
+fn a_rubber_membrane_goes_on_to_the_same_bits() {
+    let place = Place::new();
+    let rubber = r#""membrane": {"kind": "rubber", "thickness": "5 mm", "shear_modulus": "2 MPa", "mesh_size": "15 mm"}"#;
+    let case = SPECIMEN
+        .replace(r#""membrane": {"kind": "pressure"}"#, rubber)
+        .replace(r#""pressure": "0.4 MPa""#, r#""pressure": "0.2 MPa", "increments": 4"#)
+        .replace(r#""axial_strain": 0.001"#, r#""axial_strain": 0.0003"#);
+    assert!(case.contains("rubber") && case.contains("0.2 MPa") && case.contains("0.0003"));
+    std::fs::write(place.path("rubber.json"), case).expect("a case file");
+    place.ends_with(0, &["run", "rubber.json", "--out", "whole.h5", "--quiet"]);
+    let mut running = place.start(&["run", "rubber.json", "--out", "x.h5", "--threads", "1"]);
+    assert!(running.reaches(9), "it ended before it was interrupted");
+    assert_eq!(running.interrupt(), Some(130));
+    let told = place.ends_with(0, &["run", "rubber.json", "--out", "x.h5", "--resume", "--threads", "2"]);
+    assert!(told.contains("continues"), "{told}");
+    assert_same_bits(&place.open("whole.h5"), &place.open("x.h5"));
 }
 
 /// One that stops short stops at the same place with the same reason.

@@ -1,6 +1,8 @@
 //! The triaxial rig on a specimen of sixteen grains: stages, covers, stresses and energies.
 
+mod hundred;
 mod ledger;
 mod ready;
+mod rubber;
 mod stages;
 mod wall;

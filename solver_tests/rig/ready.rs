@@ -48,6 +48,12 @@ pub fn rig(cover: Cover) -> Rig {
 /// Seats the grains and consolidates them in so many increments.
 pub fn consolidate(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>) {
     let mut test = Test::new(rig);
+    let rows = consolidate_seated(rig, &mut test, increments);
+    (test, rows)
+}
+
+/// The same for a test whose membrane, if there is one, lies against the grains.
+pub fn consolidate_seated(rig: &mut Rig, test: &mut Test, increments: usize) -> Vec<Row> {
     for _ in 0..8 {
         if test.seat(rig, PRESSURE).converged() {
             break;
@@ -58,10 +64,10 @@ pub fn consolidate(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>) {
         steps: Steps::Count(increments),
         until: Until::default(),
     };
-    let (rows, end) = run(rig, &mut test, &stage);
+    let (rows, end) = run(rig, test, &stage);
     assert_eq!(end, StageEnd::Finished);
     test.zero_strains(rig);
-    (test, rows)
+    rows
 }
 
 /// A rig and its test, consolidated, with the rows of the consolidation.

@@ -2,7 +2,7 @@
 
 use crate::assembly::dofs::Dofs;
 use crate::linalg::lu::Pattern;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// A body-by-body pattern expanded to the free components.
 #[derive(Debug, Clone)]
@@ -10,9 +10,9 @@ pub struct BlockPattern {
     pub pattern: Pattern,
     /// First unknown of each free body, and their number at the end.
     pub first: Vec<u32>,
-    /// Position of the first row of (row body, column body) within each of the column's entries.
-    row_start: BTreeMap<(u32, u32), u32>,
-    couplings: BTreeSet<(u32, u32)>,
+    /// For each column body its row bodies, ascending, and the position of their first row within each of the column's
+    /// entries. Looked up for every block of every assembly.
+    row_starts: Vec<Vec<(u32, u32)>>,
 }
 
 impl BlockPattern {
@@ -31,15 +31,17 @@ impl BlockPattern {
         }
         let mut column_starts = vec![0];
         let mut rows = Vec::new();
-        let mut row_start = BTreeMap::new();
+        let mut row_starts = Vec::with_capacity(neighbours.len());
         let mut first = vec![];
         for (column_body, list) in neighbours.iter_mut().enumerate() {
             list.sort_unstable();
             let mut offset = 0;
-            for &row_body in list.iter() {
-                row_start.insert((row_body, column_body as u32), offset);
+            let starts = list.iter().map(|&row_body| {
+                let start = offset;
                 offset += dofs.of(row_body as usize).iter().flatten().count() as u32;
-            }
+                (row_body, start)
+            });
+            row_starts.push(starts.collect());
             first.extend(dofs.of(column_body).iter().flatten().next());
             for _ in dofs.of(column_body).iter().flatten() {
                 rows.extend(
@@ -49,22 +51,17 @@ impl BlockPattern {
             }
         }
         first.push(dofs.count() as u32);
-        BlockPattern {
-            pattern: Pattern { size: dofs.count(), column_starts, rows },
-            first,
-            row_start,
-            couplings: set,
-        }
+        BlockPattern { pattern: Pattern { size: dofs.count(), column_starts, rows }, first, row_starts }
     }
 
     /// Whether all these couplings have a place.
     pub fn covers(&self, dofs: &Dofs, mut couplings: impl Iterator<Item = (usize, usize)>) -> bool {
-        couplings.all(|(a, b)| {
-            a == b
-                || !dofs.is_free(a)
-                || !dofs.is_free(b)
-                || self.couplings.contains(&(a.min(b) as u32, a.max(b) as u32))
-        })
+        couplings.all(|(a, b)| a == b || !dofs.is_free(a) || !dofs.is_free(b) || self.start(a, b).is_some())
+    }
+
+    fn start(&self, row_body: usize, column_body: usize) -> Option<u32> {
+        let list = self.row_starts.get(column_body)?;
+        list.binary_search_by_key(&(row_body as u32), |&(body, _)| body).ok().map(|at| list[at].1)
     }
 
     pub fn entries(&self) -> usize {
@@ -84,7 +81,7 @@ impl BlockPattern {
         if !dofs.is_free(row_body) || !dofs.is_free(column_body) {
             return;
         }
-        let Some(&start) = self.row_start.get(&(row_body as u32, column_body as u32)) else { return };
+        let Some(start) = self.start(row_body, column_body) else { return };
         for (c, column) in dofs.of(column_body).iter().enumerate() {
             let Some(column) = column else { continue };
             let mut at = self.pattern.column_starts[*column as usize] + start as usize;
@@ -101,7 +98,7 @@ impl BlockPattern {
     pub fn add_diagonal(&self, values: &mut [f64], dofs: &Dofs, value: impl Fn(usize) -> f64) {
         for body in 0..dofs.bodies() {
             let value = value(body);
-            let Some(&start) = self.row_start.get(&(body as u32, body as u32)) else { continue };
+            let Some(start) = self.start(body, body) else { continue };
             for (position, column) in dofs.of(body).iter().flatten().enumerate() {
                 values[self.pattern.column_starts[*column as usize] + start as usize + position] += value;
             }

@@ -8,6 +8,7 @@
 mod contact_table;
 mod fields;
 mod grain_stress;
+mod kept;
 mod observer;
 mod plan;
 mod profile;
@@ -37,7 +38,8 @@ use crate::results::{Existing, Outcome as FileOutcome, Reader};
 use crate::scene::Scene;
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
-use recorder::{Origin, Recorder, State, TestPoint};
+use kept::{Origin, State, TestPoint};
+use recorder::Recorder;
 use resume::Found;
 use scene::ScenePoint;
 use seating::seat;

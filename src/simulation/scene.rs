@@ -23,8 +23,9 @@ use crate::triaxial::StageEnd;
 use super::contact_table::ContactTable;
 use super::fields::scene_mesh;
 use super::grain_stress::body_stresses;
+use super::kept::{Position, State};
 use super::plan::PlannedStage;
-use super::recorder::{Position, Recorder, State, Sums};
+use super::recorder::{Recorder, Sums};
 
 /// Cells of a polyhedron whose case gives no `mesh_size`.
 const CELLS: usize = 24;

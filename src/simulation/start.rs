@@ -12,8 +12,8 @@ use crate::case::{Case, RawCase, StageCase};
 use crate::error::{Error, Fault, Result};
 use crate::results::{self, Reader};
 
+use super::kept::{Consolidated, Origin};
 use super::observer::Resumption;
-use super::recorder::{Consolidated, Origin};
 use super::restart;
 use super::resume::differences;
 

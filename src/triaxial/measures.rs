@@ -8,7 +8,7 @@ use crate::model::BodyKind;
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::deformation::{LocalStrain, Neighbourhood, SLICES, Unevenness, slice_strains};
 use crate::triaxial::drive::Origin;
-use crate::triaxial::network::{Network, end_friction, mean_stress, pair_forces};
+use crate::triaxial::network::{Network, end_friction, mean_stress, pair_forces, sheet_stress};
 use crate::triaxial::rig::Rig;
 
 /// Stresses and strains of an increment.
@@ -41,7 +41,10 @@ pub struct ContactStress {
     pub radial: f64,
     /// What friction on the plates adds to the mean radial stress [Pa].
     pub end_friction: f64,
-    /// The larger difference to the axial stress of the plate and to pressure and end friction, over the mean stress.
+    /// What the tension of a rubber membrane adds to it [Pa].
+    pub membrane: f64,
+    /// The larger difference to the axial stress of the plate, and to pressure, end friction and membrane, over the mean
+    /// stress.
     pub disagreement: f64,
 }
 
@@ -131,9 +134,11 @@ impl Picture {
         let stress = mean_stress(&rig.model, contacts, &pairs, poses, measures.confining_pressure, volume);
         let (axial, radial) = (stress[(2, 2)], 0.5 * (stress[(0, 0)] + stress[(1, 1)]));
         let end_friction = end_friction(&pairs, &[rig.bottom, rig.top], volume);
+        let sheet = rig.model.membrane.as_ref();
+        let membrane = sheet.map_or(0.0, |sheet| sheet_stress(sheet, &contacts.membrane.positions, volume));
         let off = (axial - measures.axial_stress)
             .abs()
-            .max((radial - measures.confining_pressure - end_friction).abs());
+            .max((radial - measures.confining_pressure - end_friction - membrane).abs());
         let is_grain: Vec<bool> = rig.model.bodies.iter().map(|body| body.kind == BodyKind::Grain).collect();
         let upright = poses[rig.top].rotation * Vec3::z();
         Picture {
@@ -141,6 +146,7 @@ impl Picture {
                 axial,
                 radial,
                 end_friction,
+                membrane,
                 disagreement: off / measures.mean_stress.abs(),
             },
             network: Network::of(&pairs, &is_grain),

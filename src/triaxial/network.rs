@@ -195,6 +195,15 @@ pub fn end_friction(pairs: &[PairForce], plates: &[usize], volume: f64) -> f64 {
     -0.5 * sum / volume
 }
 
+/// What the tension of a rubber membrane's sheet adds to the mean radial stress in `volume` [m^3]: the mean over x and y of
+/// minus position times the sheet's force on its nodes, where `positions` [m] are, compression positive [Pa].
+pub fn sheet_stress(membrane: &Membrane, positions: &[Vec3], volume: f64) -> f64 {
+    let mut forces = vec![Vec3::zeros(); membrane.nodes.len()];
+    membrane.node_forces_into(&mut forces, positions);
+    let sum: f64 = positions.iter().zip(&forces).map(|(x, f)| x.x * f.x + x.y * f.y).sum();
+    -0.5 * sum / volume
+}
+
 impl Network {
     /// `grains` says which bodies are grains.
     pub fn of(pairs: &[PairForce], is_grain: &[bool]) -> Self {

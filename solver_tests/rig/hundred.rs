@@ -1,0 +1,62 @@
+//! The case `hundred_grains`: consolidation, shear, unloading, reloading, every row within its control tolerance.
+
+use std::path::Path;
+
+use riprap::case::read;
+use riprap::results::{Existing, HistoryRow};
+use riprap::simulation::{End, Observer, Options, Step, run};
+
+use crate::ready::HELD;
+
+#[derive(Default)]
+struct Rows(Vec<HistoryRow>);
+
+impl Observer for Rows {
+    fn step_accepted(&mut self, step: &Step<'_>) {
+        self.0.push(*step.row);
+    }
+}
+
+/// Runs the case with so many grains to an axial strain, and checks every row.
+fn loop_of(grains: u64, axial_strain: f64) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/stages/hundred_grains.json");
+    let mut raw = read(&file).unwrap_or_else(|e| panic!("{e}"));
+    raw.set(&[
+        ("/specimen/grains".into(), grains.into()),
+        ("/stages/1/axial_strain".into(), axial_strain.into()),
+    ]);
+    let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+    let folder = tempfile::tempdir().expect("a folder");
+    let options =
+        Options { out: folder.path().join("x.h5"), existing: Existing::Refuse, threads: 1, profile: false };
+    let mut rows = Rows::default();
+    let outcome = run(&case, &raw, &options, &mut rows).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(outcome.end, End::Finished);
+    let rows = rows.0;
+    for row in &rows {
+        assert!(row.control_error <= HELD && row.out_of_balance < 1e-3, "{row:?}");
+        assert!(row.stress_disagreement < 0.01, "{row:?}");
+    }
+    let last_of = |stage: i64| rows.iter().rfind(|row| row.stage == stage).expect("rows of every stage");
+    let [sheared, unloaded, reloaded] = [1, 2, 3].map(last_of);
+    assert!((sheared.axial_strain - axial_strain).abs() < 1e-9);
+    assert!(unloaded.deviatoric_stress.abs() < HELD * sheared.deviatoric_stress, "{unloaded:?}");
+    assert!((reloaded.axial_strain - axial_strain).abs() < 1e-9);
+    for row in rows.iter().filter(|row| row.stage > 0) {
+        assert!((row.confining_pressure / 8e5 - 1.0).abs() < HELD, "{row:?}");
+    }
+    // A loop costs work, which friction takes.
+    assert!(reloaded.energy_external > sheared.energy_external);
+    assert!(reloaded.energy_friction > sheared.energy_friction);
+}
+
+#[test]
+fn forty_grains_are_sheared_unloaded_and_reloaded() {
+    loop_of(40, 0.01);
+}
+
+#[test]
+#[ignore = "a minute of a core; benchmarks/runs/2026-11-21-hundred-grains has a recorded run"]
+fn a_hundred_grains_are_sheared_to_five_per_cent_unloaded_and_reloaded() {
+    loop_of(100, 0.05);
+}

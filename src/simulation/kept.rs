@@ -1,0 +1,81 @@
+//! What a results file keeps of a run: saved states for looking at, and what another run, or the same one later, goes on from.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use crate::specimen::Specimen;
+use crate::tensor::{Mat3, Pose};
+use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, Test};
+
+use super::contact_table::ContactTable;
+use super::grain_stress::mean_stresses;
+use super::recorder::Sums;
+
+/// A state that the file may come to hold.
+pub struct State {
+    pub time: f64,
+    pub increment: u64,
+    pub poses: Vec<Pose>,
+    /// Of every grain, or of every body of a scene.
+    pub stress: Vec<Mat3>,
+    pub local_strains: Vec<LocalStrain>,
+    pub contacts: ContactTable,
+}
+
+impl State {
+    /// A rig before its first increment, as it is committed.
+    pub fn of(rig: &Rig, grains: usize) -> Self {
+        let (committed, mut contacts) = (&rig.committed, rig.contacts.clone());
+        contacts.start(&rig.model, committed);
+        let known = contacts.evaluate(&rig.model, committed, &committed.poses).is_ok();
+        let stress = match known {
+            true => mean_stresses(&rig.model, &contacts, &committed.poses, rig.pressure, grains),
+            false => vec![Mat3::zeros(); grains],
+        };
+        State {
+            time: 0.0,
+            increment: 0,
+            poses: committed.poses.clone(),
+            stress,
+            local_strains: Vec::new(),
+            contacts: ContactTable::of(&contacts, &committed.memory, grains),
+        }
+    }
+}
+
+/// How far a triaxial test has come.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Position {
+    /// Index of the stage at hand.
+    pub stage: usize,
+    /// Whether loose grains have been brought into touch.
+    pub seated: bool,
+    /// Whether strains count from the end of the consolidation already.
+    pub strains_restarted: bool,
+}
+
+/// What a run and all that start from it have in common.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Origin<'a> {
+    pub specimen: Cow<'a, Specimen>,
+    /// The pressure that a rubber membrane's contacts are made for [Pa].
+    pub membrane_pressure: f64,
+}
+
+/// The state after the consolidation.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Consolidated<'a> {
+    pub test: Cow<'a, Test>,
+    pub rig: RigState<'a>,
+}
+
+/// A restart point of a triaxial test.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct TestPoint<'a> {
+    pub at: Position,
+    pub test: Cow<'a, Test>,
+    pub rig: RigState<'a>,
+    pub sums: Sums,
+    pub curve: Cow<'a, StageCurve>,
+}
