@@ -1,16 +1,17 @@
 //! What each subcommand does.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
+use crate::ladder::{Finding, RUNGS, Rung};
 use crate::linalg;
 use crate::report::write_report;
 use crate::results::{Existing, Reader, Summary, write_history_csv, write_vtu_series};
 use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 
-use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target};
+use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
 use super::progress::Progress;
 use super::{complain, interrupt, note, say};
@@ -124,6 +125,34 @@ pub fn report(arguments: &Report) -> Ended {
     }
     say(&written.page.display().to_string());
     Ok(Ending::Done)
+}
+
+pub fn verify(arguments: &Verify) -> Ended {
+    let wanted = |rung: &&Rung| {
+        arguments.only.is_empty() || arguments.only.iter().any(|name| rung.name.contains(name.as_str()))
+    };
+    let rungs: Vec<&Rung> = RUNGS.iter().filter(wanted).collect();
+    if rungs.is_empty() {
+        let names: Vec<&str> = RUNGS.iter().map(|rung| rung.name).collect();
+        let problem = format!("--only {}: no such rung; there are {}", arguments.only.join(" "), names.join(", "));
+        return Err(Error::Usage(problem).into());
+    }
+    if arguments.list {
+        rungs.iter().for_each(|rung| say(&format!("{:<22} {}", rung.name, rung.problem)));
+        return Ok(Ending::Done);
+    }
+    set_threads(arguments.threads)?;
+    let start = Instant::now();
+    say(&Finding::header());
+    let (mut passed, mut failed) = (0, 0);
+    for rung in rungs {
+        for finding in rayon::scope(|_| rung.climb()) {
+            say(&finding.to_string());
+            *if finding.passed() { &mut passed } else { &mut failed } += 1;
+        }
+    }
+    say(&format!("{passed} passed, {failed} failed, in {}", duration(start.elapsed())));
+    Ok(if failed == 0 { Ending::Done } else { Ending::CheckFailed })
 }
 
 pub fn schema() -> Ended {
