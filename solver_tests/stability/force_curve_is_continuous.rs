@@ -8,7 +8,10 @@
 
 use riprap::scene::SceneBody;
 
-use crate::scene_builder::{Run, body, cuboid, drive, fixed, load, scene};
+use riprap::ladder::Run;
+use riprap::ladder::bodies::{body, cuboid, drive, fixed, load, scene};
+
+use crate::audited::{audited, last};
 
 struct Way {
     name: &'static str,
@@ -20,7 +23,7 @@ struct Way {
 
 fn led(way: &Way, increments: usize) -> Run {
     let stages = vec![load(increments, "upper", drive(way.shift.map(Some), way.turn.map(Some)))];
-    let run = Run::of(&scene(vec![way.lower.clone(), way.upper.clone()], 0.0, stages));
+    let run = audited(&scene(vec![way.lower.clone(), way.upper.clone()], 0.0, stages));
     assert!(run.finished(), "{}: {:?}", way.name, run.end);
     run
 }
@@ -85,11 +88,11 @@ fn jumps_vanish_with_the_increment() {
             let run = led(&way, increments);
             let stored = run.rows.iter().map(|row| row.ledger.elastic).fold(0.0, f64::max);
             // What was stored at the first row came with no work: the body starts in overlap.
-            let error = run.last().ledger.error() - run.rows[0].ledger.error();
+            let error = last(&run).ledger.error() - run.rows[0].ledger.error();
             let (jump, force) = largest_jump(&run);
             println!(
                 "{:<42} {increments} increments: jump {:.3e} of the largest force, energy {:.2e} of the largest off, {:.3} s",
-                way.name, jump / force, error / stored, run.seconds
+                way.name, jump / force, error / stored, run.time.as_secs_f64()
             );
             if increments == 16000 {
                 assert!(error.abs() < 1e-3 * stored, "{}: {error} of {stored} J", way.name);

@@ -9,7 +9,9 @@ use riprap::contact::law::Friction;
 use riprap::scene::{LoadStage, Scene, SceneBody, SceneParameters, SceneShape, deepest_overlap};
 use riprap::triaxial::StageEnd;
 
-use crate::scene_builder::{HELD, Run, body, cuboid, drive, gravity, ground, hull, push, scene};
+use riprap::ladder::bodies::{HELD, body, cuboid, drive, gravity, ground, hull, push, scene};
+
+use crate::audited::audited;
 
 struct Dice(Mt64);
 
@@ -103,7 +105,7 @@ fn survive(seeds: std::ops::Range<u64>) {
     let (total, mut finished, mut rows, mut factorisations) = (seeds.end - seeds.start, 0, 0, 0);
     let start = std::time::Instant::now();
     for seed in seeds {
-        let run = Run::of(&random_scene(seed));
+        let run = audited(&random_scene(seed));
         for row in &run.rows {
             assert!(row.balance.out_of_balance < 1e-3, "seed {seed}: {:?}", row.balance);
             let sound = row.bodies.iter().all(|b| {
@@ -120,7 +122,12 @@ fn survive(seeds: std::ops::Range<u64>) {
             StageEnd::Stopped { reason } => assert!(!reason.is_empty()),
             StageEnd::Interrupted => panic!("nobody interrupted"),
         }
-        println!("seed {seed}: {} bodies, {:.2} s, {:?}", run.scene.model.bodies.len(), run.seconds, run.end);
+        println!(
+            "seed {seed}: {} bodies, {:.2} s, {:?}",
+            run.scene.model.bodies.len(),
+            run.time.as_secs_f64(),
+            run.end
+        );
         rows += run.rows.len();
         factorisations += run.factorisations();
     }

@@ -134,7 +134,8 @@ pub fn verify(arguments: &Verify) -> Ended {
     let rungs: Vec<&Rung> = RUNGS.iter().filter(wanted).collect();
     if rungs.is_empty() {
         let names: Vec<&str> = RUNGS.iter().map(|rung| rung.name).collect();
-        let problem = format!("--only {}: no such rung; there are {}", arguments.only.join(" "), names.join(", "));
+        let problem =
+            format!("--only {}: no such rung; there are {}", arguments.only.join(" "), names.join(", "));
         return Err(Error::Usage(problem).into());
     }
     if arguments.list {

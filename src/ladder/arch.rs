@@ -25,7 +25,12 @@ const ROUNDING: f64 = 1e-3;
 fn block(count: usize, t: f64) -> [[f64; 2]; 4] {
     let (sin, cos) = (0.5 * PI / count as f64).sin_cos();
     let (inner, outer) = (RADIUS - 0.5 * t, RADIUS + 0.5 * t);
-    [[-inner * sin, inner * cos], [inner * sin, inner * cos], [outer * sin, outer * cos], [-outer * sin, outer * cos]]
+    [
+        [-inner * sin, inner * cos],
+        [inner * sin, inner * cos],
+        [outer * sin, outer * cos],
+        [-outer * sin, outer * cos],
+    ]
 }
 
 /// Area and height of the centroid of a block.
@@ -98,7 +103,12 @@ pub fn arch(count: usize, thickness: f64) -> SceneParameters {
     let mut bodies: Vec<_> = [-1.0, 1.0]
         .map(|side| {
             let shape = cuboid([2.0 * t, 2.0 * WIDTH, 0.1]);
-            fixed(body(if side < 0.0 { "left" } else { "right" }, shape, [side * RADIUS, 0.0, -0.05], [0.0; 3]))
+            fixed(body(
+                if side < 0.0 { "left" } else { "right" },
+                shape,
+                [side * RADIUS, 0.0, -0.05],
+                [0.0; 3],
+            ))
         })
         .into();
     for k in 0..count {
@@ -118,7 +128,12 @@ pub(super) fn stands_or_falls(findings: &mut Findings) {
     for count in [12, 24] {
         for (share, expected) in [(1.02, true), (0.98, false)] {
             let run = Run::of(&arch(count, share * least_thickness(count)));
-            findings.stands(format!("{count} blocks, t/R {share} of the least"), &run, stands(&run), expected);
+            findings.stands(
+                format!("{count} blocks, t/R {share} of the least"),
+                &run,
+                stands(&run),
+                expected,
+            );
         }
     }
 }

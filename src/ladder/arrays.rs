@@ -2,13 +2,13 @@
 //!
 //! - Simple cubic, squeezed by e along all axes between six plates: each contact closes by `2 R e` and carries
 //!   `k (2 R e - d_0 / 2)`, d_0 the onset, k half a ball's local stiffness; the plates close twice as stiffly and half as far.
-//!   Everything follows from the plates' motion. (With Hertz's law in place of the local spring that is `p = 2/3 E* e^1.5`; the
+//!   Without friction, which would hold the outer balls against the plates beside them. Everything follows from the plates' motion. (With Hertz's law in place of the local spring that is `p = 2/3 E* e^1.5`; the
 //!   law itself is judged on two condensed spheres, `verification/hertz`.) Tolerance: the force tolerance on two contacts, 2e-3.
 //! - Face-centred cubic along a cube axis, friction mobilised (Rowe 1962; Thornton 1979, Geotechnique 29(4)):
 //!   `sigma_1 / sigma_3 = 2 (1 + mu) / (1 - mu)`. The cell is a ball on four that touch, which are drawn inwards by S each; mirror planes hold the four
 //!   at their height, and no ball turns. With V and H the vertical and horizontal force of a contact, `sigma_1 / sigma_3 = 2 V / H`.
-//!   Tolerance 2e-3: the force tolerance on the two contacts that H and V come from; the way to full slip is some
-//!   1e-4 of a radius, which turns the normals by as much.
+//!   Tolerance 2e-3: the force tolerance on the two contacts that H and V come from; the way to full slip is 4e-4 of a radius,
+//!   which turns the normals by half as much.
 
 use crate::ladder::bodies::{HELD, body, cuboid, drive, load, scene};
 use crate::ladder::{Findings, Run, Tolerance};
@@ -42,7 +42,7 @@ pub fn cubic(n: usize, squeeze: f64) -> SceneParameters {
         let place = [k % n, k / n % n, k / n / n].map(|i| (2 * i + 1) as f64 * RADIUS - 0.5 * size);
         bodies.push(body(&format!("ball {k}"), SceneShape::Sphere(RADIUS), place, [0.0; 3]));
     }
-    scene(bodies, 0.5, vec![stage])
+    scene(bodies, 0.0, vec![stage])
 }
 
 /// Force on a plate of [`cubic`] [N]: all springs of a row in series, `n - 1` between balls and two at plates.
@@ -67,15 +67,15 @@ pub(super) fn simple_cubic(findings: &mut Findings) {
 }
 
 /// What draws each of the four balls inwards [N].
-const DRAWN: f64 = 100.0;
+const DRAWN: f64 = 1.0;
 
-/// A ball on four that touch, driven down by 2e-4 of its radius while [`DRAWN`] holds the four together.
+/// A ball on four that touch, driven down by 4e-4 of its radius while [`DRAWN`] holds the four together.
 pub fn cell(friction: f64) -> SceneParameters {
     let reach = 2.0f64.sqrt() * RADIUS;
     let ball = |name: &str, place| body(name, SceneShape::Sphere(RADIUS), place, [0.0; 3]);
     let mut bodies = vec![ball("top", [0.0, 0.0, reach])];
     let mut hold = load(4, "top", drive(HELD, HELD));
-    let mut sink = load(40, "top", drive([Some(0.0), Some(0.0), Some(-4e-3 * RADIUS)], HELD));
+    let mut sink = load(40, "top", drive([Some(0.0), Some(0.0), Some(-4e-4 * RADIUS)], HELD));
     for (name, axis, side) in [("east", 0, 1.0), ("west", 0, -1.0), ("north", 1, 1.0), ("south", 1, -1.0)] {
         let (mut place, mut motion, mut force) = ([0.0; 3], HELD, [None; 3]);
         place[axis] = side * reach;

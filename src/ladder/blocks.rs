@@ -102,9 +102,16 @@ pub(super) fn weakening(findings: &mut Findings) {
         let run = Run::of(&pushed(friction, increments));
         let curve = slip_and_push(&run);
         let [slip, end] = curve.last().copied().unwrap_or([f64::NAN; 2]);
-        let law = format!("mu {}-{}, D_c {:e} m", friction.peak, friction.residual, friction.weakening_distance);
+        let law =
+            format!("mu {}-{}, D_c {:e} m", friction.peak, friction.residual, friction.weakening_distance);
         let residual = NORMAL * friction.coefficient(slip);
-        findings.of_run(format!("push at the end [N], {law}"), &run, end, residual, Tolerance::Relative(2e-3));
+        findings.of_run(
+            format!("push at the end [N], {law}"),
+            &run,
+            end,
+            residual,
+            Tolerance::Relative(2e-3),
+        );
         let step = TRAVEL / increments as f64;
         let share = step / friction.weakening_distance;
         if share < 1.0 {

@@ -86,13 +86,7 @@ pub(super) fn corners(findings: &mut Findings) {
         let run = Run::of(&corner_onto(onto, 0.0, [5e-4, 4e-4, 0.0]));
         let top = run.rows.get(19).map_or(f64::NAN, |row| row.bodies[1].contact_force.z);
         let single = single_contact(&run);
-        findings.of_run(
-            format!("force [N], corner on {name}"),
-            &run,
-            top,
-            single,
-            Tolerance::Relative(1e-6),
-        );
+        findings.of_run(format!("force [N], corner on {name}"), &run, top, single, Tolerance::Relative(1e-6));
         let back = run.at_end(|row| row.bodies[1].contact_force.z);
         let what = format!("force after leaving and coming back [N], {name}");
         findings.of_run(what, &run, back, single, Tolerance::Relative(1e-6));

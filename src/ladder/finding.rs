@@ -43,7 +43,15 @@ impl Finding {
     pub fn header() -> String {
         format!(
             "{:<22} {:<48} {:>13} {:>13} {:>9} {:>9}  {:<7} {:>7} {:>8}",
-            "problem", "quantity", "reference", "computed", "error", "tolerance", "verdict", "factor.", "time"
+            "problem",
+            "quantity",
+            "reference",
+            "computed",
+            "error",
+            "tolerance",
+            "verdict",
+            "factor.",
+            "time"
         )
     }
 }

@@ -49,7 +49,11 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "card_tent", problem: "two cards leaning on each other", climb: standing::card_tent },
     Rung { name: "three_cylinders", problem: "a cylinder on two", climb: standing::three_cylinders },
     Rung { name: "arch", problem: "semicircular masonry arch", climb: arch::stands_or_falls },
-    Rung { name: "simple_cubic", problem: "simple cubic array of balls, squeezed", climb: arrays::simple_cubic },
+    Rung {
+        name: "simple_cubic",
+        problem: "simple cubic array of balls, squeezed",
+        climb: arrays::simple_cubic,
+    },
     Rung { name: "face_centred_cubic", problem: "the same, face-centred", climb: arrays::face_centred },
     Rung { name: "push", problem: "block pushed along a plane: peak to residual", climb: blocks::weakening },
     Rung { name: "cube_on_cube", problem: "many redundant points", climb: blocks::cube_on_cube },
@@ -57,7 +61,11 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "crossed_edges", problem: "edge on edge", climb: edges::crossed },
     Rung { name: "corners", problem: "corner on corner, corner on edge", climb: edges::corners },
     Rung { name: "rolling", problem: "prism rolled over an edge", climb: edges::rolling },
-    Rung { name: "unlike_bodies", problem: "stiffness 1e-6 to 1e6, sizes 1:20", climb: standing::unlike_bodies },
+    Rung {
+        name: "unlike_bodies",
+        problem: "stiffness 1e-6 to 1e6, sizes 1:20",
+        climb: standing::unlike_bodies,
+    },
     Rung { name: "scale", problem: "the same in millimetres and kilometres", climb: wedges::scale },
     Rung { name: "scenes", problem: "the case files in cases/scenes", climb: scenes::all },
 ];

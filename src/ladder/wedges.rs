@@ -155,6 +155,12 @@ pub(super) fn scale(findings: &mut Findings) {
         let computed = run.at_end(|row| row.bodies[2].contact_force.x / (s * s));
         // What rounding may do to the last of some ten Newton steps.
         let tolerance = Tolerance::Relative(1e-6);
-        findings.of_run(format!("force on a wall [N], lengths x {s:e}"), &run, computed, reference, tolerance);
+        findings.of_run(
+            format!("force on a wall [N], lengths x {s:e}"),
+            &run,
+            computed,
+            reference,
+            tolerance,
+        );
     }
 }
