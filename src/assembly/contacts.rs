@@ -4,6 +4,7 @@ use crate::assembly::elastic::{Held, Side, Spot, SurfaceField};
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
+use crate::contact::law::Weakening;
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{Feature, Site};
@@ -46,9 +47,9 @@ pub struct PairWork {
     features: PairFeatures,
     skin: f64,
     stiffness: f64,
-    /// Friction coefficient in force; set anew for each increment, like all that is not stored below.
-    #[serde(skip)]
-    pub coefficient: f64,
+    /// Friction at the start of the increment; set anew for each, like all that is not stored below.
+    #[serde(skip, default = "frictionless")]
+    pub friction: Weakening,
     /// The committed memory.
     #[serde(skip)]
     pub carried: PairMemory,
@@ -66,6 +67,10 @@ pub struct PairWork {
     /// Smallest distance between the cores' features [m].
     #[serde(skip)]
     pub nearest: f64,
+}
+
+fn frictionless() -> Weakening {
+    Weakening::constant(0.0)
 }
 
 impl PairWork {
@@ -102,7 +107,7 @@ impl PairWork {
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
         let View { kinematics, corners, poses, fields, committed, first_scale } = *view;
-        let PairWork { features, stiffness, coefficient, carried, held, spots, points, nearest, .. } = self;
+        let PairWork { features, stiffness, friction, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
         if features.is_empty() {
@@ -133,7 +138,7 @@ impl PairWork {
                 radius_difference: shapes[0].rounded.radius - shapes[1].rounded.radius,
                 stiffness: spring,
                 spring,
-                friction: *coefficient,
+                friction: *friction,
                 offset: 0.0,
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
                 pressure_before: memory.map_or(0.0, |m| m.pressure),
@@ -246,7 +251,7 @@ impl Contacts {
         self.fields.resize(model.bodies.len(), SurfaceField::new());
         for pair in &mut self.pairs {
             pair.reset(committed.memory.get(&pair.key()));
-            pair.coefficient = model.friction_between(pair.a(), pair.b()).coefficient(pair.carried.slip);
+            pair.friction = model.friction_between(pair.a(), pair.b()).after(pair.carried.slip);
         }
     }
 
@@ -346,7 +351,7 @@ impl Contacts {
                     features: PairFeatures::list(&model.shapes, &self.corners, poses, *key, margins),
                     skin,
                     stiffness: model.contact_spring(a, b),
-                    coefficient: 0.0,
+                    friction: frictionless(),
                     carried: PairMemory::default(),
                     held: Vec::new(),
                     spots: Vec::new(),
@@ -355,7 +360,7 @@ impl Contacts {
                     nearest: f64::INFINITY,
                 };
                 pair.reset(committed.memory.get(key));
-                pair.coefficient = model.friction_between(a, b).coefficient(pair.carried.slip);
+                pair.friction = model.friction_between(a, b).after(pair.carried.slip);
                 pair
             })
             .collect();

@@ -221,7 +221,7 @@ impl Contacts {
                 let left = along - spot.compliance * (e.load - before.0);
                 let slid = moved - e.normal * along - (traction - before.1) * (spot.compliance / ratio);
                 // A sliding contact's stretch follows its normal force, whatever it does.
-                let bound = (1.0 - model.law.friction_blend) * point.state.friction * e.pressure;
+                let bound = (1.0 - model.law.friction_blend) * e.coefficient * e.pressure;
                 let sticks = e.friction.norm() < bound;
                 largest = largest.max(left.abs()).max(if sticks { slid.norm() } else { 0.0 });
                 if e.is_active() {

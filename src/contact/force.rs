@@ -7,10 +7,11 @@
 //! law is left (`assembly::elastic`). Friction: the trial
 //! force `k_t w (stretch - slide)` is bent smoothly onto the disc of radius `mu w p`, `p` being the
 //! normal force of the same configuration (implicit, never lagged). The bend is elastic; only what
-//! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing.
+//! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing. `mu` weakens with the slip
+//! of the present step too (`law::Weakening`), solved for together with it.
 
 use crate::contact::features::{LinePair, Site, closest_points};
-use crate::contact::law::ContactLaw;
+use crate::contact::law::{ContactLaw, Weakening};
 use crate::tensor::dual::{Dual, Real, Vector};
 use crate::tensor::{Mat3, Vec3};
 
@@ -36,7 +37,7 @@ pub struct PointState {
     pub stiffness: f64,
     /// Stiffness of the contact's own spring [N/m], which is what stores energy here.
     pub spring: f64,
-    pub friction: f64,
+    pub friction: Weakening,
     /// Normal force of the last augmentation over the weight, times the penalty's compliance beyond
     /// the spring's [m].
     pub offset: f64,
@@ -66,6 +67,10 @@ pub struct Evaluation {
     pub pressure: f64,
     /// Friction force on `b` [N].
     pub friction: Vec3,
+    /// Friction coefficient in force.
+    pub coefficient: f64,
+    /// Its mean over the slip of the step, over its present value.
+    pub mean_coefficient: f64,
     /// Normal force over the weight [N].
     pub load: f64,
     /// Tangential stretch had nothing slipped [m].
@@ -91,11 +96,12 @@ impl Evaluation {
     }
 
     /// Work lost to friction in the step [J]: the slip times the friction force, averaged over the
-    /// step as the normal force went from `pressure_before` to its present value.
+    /// step as the normal force went from `pressure_before` to its present value and the coefficient fell.
     pub fn dissipation(&self, pressure_before: f64) -> f64 {
         if self.pressure > 0.0 {
             0.5 * (1.0 + pressure_before / self.pressure)
                 * self.friction.dot(&(self.trial_stretch - self.stretch))
+                * self.mean_coefficient
         } else {
             0.0
         }
@@ -218,6 +224,8 @@ fn wrench<T: Real>(
         point: point.value(),
         pressure: pressure.value(),
         friction: Vec3::zeros(),
+        coefficient: state.friction.coefficient,
+        mean_coefficient: 1.0,
         load: load.value(),
         trial_stretch: Vec3::zeros(),
         stretch: Vec3::zeros(),
@@ -231,14 +239,24 @@ fn wrench<T: Real>(
 
     let softening = state.spring / state.stiffness;
     let mut force_on_b = normal.times(pressure);
-    if state.friction > 0.0 {
+    if state.friction.coefficient > 0.0 {
         let stiffness = weight.scaled(state.stiffness * law.tangential_ratio);
         let slide =
             frame_a.committed(point) - frame_b.committed(point) + Vector::constant(&state.elastic_change);
         let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
         let trial = carried_over(&state.stretch, normal) - tangential(slide);
         let trial_length = trial.norm();
-        let bound = pressure.scaled(state.friction);
+        let mut bound = pressure.scaled(state.friction.coefficient);
+        let most = 1.0 + law.friction_blend;
+        if state.friction.excess > 0.0
+            && stiffness.value() * trial_length.value() > most * bound.value()
+            && trial_length.value() > 0.0
+        {
+            let slipped = state.friction.slipped(trial_length, pressure.scaled(most) / stiffness);
+            bound = pressure * slipped.coefficient;
+            evaluation.coefficient = slipped.coefficient.value();
+            evaluation.mean_coefficient = slipped.mean / evaluation.coefficient;
+        }
         // Stretch in units of what the bound can hold.
         let mut share = 0.0;
         let friction = if trial_length.value() > 0.0 {
@@ -253,7 +271,6 @@ fn wrench<T: Real>(
             trial.times(stiffness)
         };
         force_on_b = force_on_b + friction;
-        let most = 1.0 + law.friction_blend;
         evaluation.friction = friction.value();
         evaluation.trial_stretch = trial.value();
         evaluation.stretch = if share > most { trial.value() * (most / share) } else { trial.value() };
@@ -360,6 +377,7 @@ mod tests {
     }
 
     fn state(friction: f64) -> PointState {
+        let friction = Weakening::constant(friction);
         PointState {
             radii: 1e-3,
             radius_difference: 4e-4,
@@ -432,8 +450,16 @@ mod tests {
 
     #[test]
     fn tangent_is_derivative_of_force() {
-        for friction in [0.0, 0.05, 0.65] {
-            for scene in [edges(friction), vertex_on_facet(friction)] {
+        let weakening = |excess: f64, distance: f64| Weakening { coefficient: 0.1, excess, distance };
+        for friction in [
+            Weakening::constant(0.0),
+            Weakening::constant(0.05),
+            Weakening::constant(0.65),
+            weakening(0.08, 5e-6),
+            weakening(0.08, 2e-8),
+        ] {
+            for mut scene in [edges(0.05), vertex_on_facet(0.05)] {
+                scene.state.friction = friction;
                 let poses = [
                     scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
                     scene.committed[1].moved(&Vec3::new(0.0, 2e-6, -1e-6), &Vec3::new(0.0, 1e-4, 0.0)),
@@ -449,7 +475,7 @@ mod tests {
                         let scale = 6e7 * if k < 3 { 1.0 } else { 1e-2 } * if i % 6 < 3 { 1.0 } else { 1e-2 };
                         assert!(
                             (difference - tangent[i][k]).abs() < 2e-4 * scale,
-                            "mu {friction} component {i} motion {k}: {difference} {}",
+                            "{friction:?} component {i} motion {k}: {difference} {}",
                             tangent[i][k]
                         );
                     }
@@ -506,9 +532,9 @@ mod tests {
             assert!(relative(augmented.pressure, plain.pressure) < 1e-9);
             // Stick and slip end the same; within the bend between them the two stretches differ, and the
             // share of the bound with them, by at most the width of the bend.
-            let share = plain.friction.norm() / (scene.state.friction * plain.pressure);
+            let share = plain.friction.norm() / (plain.coefficient * plain.pressure);
             let bends = share > 1.0 - LAW.friction_blend && share < 1.0 - 1e-9;
-            let allowed = if bends { LAW.friction_blend * scene.state.friction } else { 1e-6 };
+            let allowed = if bends { LAW.friction_blend * plain.coefficient } else { 1e-6 };
             for k in 0..12 {
                 let arm = if k % 6 < 3 { 1.0 } else { 1e-2 };
                 let off = relative(augmented.wrench[k], plain.wrench[k]);
@@ -528,7 +554,7 @@ mod tests {
                 scene.committed[body].position.cross(&force(first)) + force(first + 3)
             };
             assert!((turn(0, 0) + turn(6, 1)).norm() < 1e-9 * e.pressure);
-            assert!(e.friction.norm() <= scene.state.friction * e.pressure * (1.0 + 1e-12));
+            assert!(e.friction.norm() <= e.coefficient * e.pressure * (1.0 + 1e-12));
             assert!(e.friction.dot(&e.normal).abs() < 1e-9 * e.pressure);
         }
     }
