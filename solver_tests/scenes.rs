@@ -25,7 +25,8 @@ fn results_hold_every_body() {
     struct Nobody;
     impl Observer for Nobody {}
     let raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
-    let options = Options { out: path.clone(), existing: Existing::Refuse, threads: 1, profile: false };
+    let options =
+        Options { out: path.clone(), existing: Existing::Refuse, threads: 1, profile: false, audit: false };
     let outcome = run(&case, &raw, &options, &mut Nobody).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(outcome.end, End::Finished);
     let reader = Reader::open(&path).unwrap_or_else(|e| panic!("{e}"));

@@ -7,6 +7,7 @@
 //! rule adds an error of second order, allowed 1e-3 of the largest energy stored.
 
 use riprap::scene::SceneBody;
+use riprap::tensor::{Rotation, Vec3};
 
 use riprap::ladder::Run;
 use riprap::ladder::bodies::{body, cuboid, drive, fixed, load, scene};
@@ -46,6 +47,12 @@ fn jumps_vanish_with_the_increment() {
     // Lowest point of the tilted cube below its centre: its rounded edge or corner.
     let r = 1.2e-3;
     let crest = |tilt: f64| (0.03 - r) * (tilt.cos() + tilt.sin()) + r;
+    let diagonal = (0.03 - r) * 3.0f64.sqrt() + r;
+    let on_corner = |sign: f64| -> [f64; 3] {
+        let from = Vec3::new(1.0, 1.0, sign).normalize();
+        Rotation::rotation_between(&from, &(Vec3::z() * sign)).unwrap_or_default().scaled_axis().into()
+    };
+    let (upright, turned) = (on_corner(1.0), on_corner(-1.0));
     let ways = [
         Way {
             name: "face over an edge",
@@ -81,6 +88,14 @@ fn jumps_vanish_with_the_increment() {
             upper: upper([0.0, 0.0, crest(tilt)], [0.0, tilt, 0.0]),
             shift: [0.01, 0.1, 0.0],
             turn: [0.0, 0.0, 0.05],
+        },
+        // Deep enough that the direction between the corners leaves both cones while they touch.
+        Way {
+            name: "corner over a corner",
+            lower: fixed(body("lower", cuboid([0.06; 3]), [0.0, 0.0, -diagonal], upright)),
+            upper: body("upper", cuboid([0.06; 3]), [-0.002, 0.0, diagonal - 4e-4], turned),
+            shift: [0.004, 0.0003, 0.0],
+            turn: [0.0; 3],
         },
     ];
     for way in ways {

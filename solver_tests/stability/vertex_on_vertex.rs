@@ -38,7 +38,6 @@ fn corner_meets_corner_and_edge() {
 
 /// A pair's stiffness is not to depend on which features meet.
 #[test]
-#[ignore = "corner on corner is counted once from either side: 2.0 times the force of one contact"]
 fn corner_on_corner_counts_once() {
     let run = audited(&corner_onto(Onto::Corner, 0.0, [0.0; 3]));
     let single = single_contact(&run);

@@ -7,7 +7,7 @@ use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints
 use crate::contact::law::Weakening;
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
-use crate::contact::{Feature, Site};
+use crate::contact::{ContactShape, Corner, Feature, Site};
 use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
@@ -131,7 +131,7 @@ impl PairWork {
                 Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) => 1.0,
             };
-            let sites = site_points(&site, [&corners[a], &corners[b]]);
+            let sites = site_points(&site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
             let spring = *stiffness * sharpness;
             let mut state = PointState {
                 radii,
@@ -142,6 +142,7 @@ impl PairWork {
                 offset: 0.0,
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
                 pressure_before: memory.map_or(0.0, |m| m.pressure),
+                corners: facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine)),
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
             };
@@ -196,9 +197,29 @@ fn elastic_reach(pair: &PairWork, fields: &[SurfaceField]) -> f64 {
     moved(pair.a()) + moved(pair.b()) + offset
 }
 
-fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
+fn site_points(
+    site: &Site,
+    shapes: [&ContactShape; 2],
+    corners: [&[Vec3]; 2],
+    poses: [&Pose; 2],
+) -> SitePoints {
     let place = |side: usize, vertices: &[u32; 3]| vertices.map(|v| corners[side][v as usize]);
-    SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) }
+    let mut points = SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) };
+    if let Some([a, b]) = facing_corners(site, shapes) {
+        points.a[1] = points.a[0] + poses[0].rotation * a.axis;
+        points.b[1] = points.b[0] + poses[1].rotation * b.axis;
+    }
+    points
+}
+
+/// The corners of two vertices that face each other, where both are sharp.
+fn facing_corners(site: &Site, shapes: [&ContactShape; 2]) -> Option<[Corner; 2]> {
+    if (site.count_a, site.count_b) != (1, 1) {
+        return None;
+    }
+    let [a, b] = [(0, site.on_a), (1, site.on_b)]
+        .map(|(side, vertices)| shapes[side].corners.get(vertices[0] as usize).copied().flatten());
+    Some([a?, b?])
 }
 
 /// All pairs within reach. What is stored with a restart point is the search: which features are listed
@@ -314,7 +335,9 @@ impl Contacts {
             let (a, b) = (features.a as usize, features.b as usize);
             tangents.clear();
             for point in points.iter().filter(|p| p.evaluation.is_active()) {
-                let sites = site_points(&point.site, [&corners[a], &corners[b]]);
+                let shapes = [&model.shapes[a], &model.shapes[b]];
+                let sites =
+                    site_points(&point.site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
                 tangents.push(force::tangent(
                     &model.law,
                     &point.site,

@@ -147,6 +147,9 @@ pub struct Run {
     /// Says at the end where time and memory went; a run from its start also keeps it in the file (/profile)
     #[arg(long)]
     pub profile: bool,
+    /// Checks every accepted state for overlaps that no contact knows of, apart from the contact search; stops at the first
+    #[arg(long)]
+    pub audit: bool,
     #[command(flatten)]
     pub target: Target,
 }

@@ -26,7 +26,11 @@ pub fn run(arguments: &Run) -> Ended {
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
     let (source, case) = checked(&arguments.input, fidelity)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
-    let mut options = Options { profile: arguments.profile, ..options(out, &arguments.target, threads) };
+    let mut options = Options {
+        profile: arguments.profile,
+        audit: arguments.audit,
+        ..options(out, &arguments.target, threads)
+    };
     if arguments.resume {
         options.existing = Existing::Continue;
     }
@@ -63,6 +67,9 @@ fn conclude(progress: &mut Progress, outcome: &Outcome, options: &Options) -> En
                 outcome.increments,
                 options.out.display()
             ));
+            if let Some(dossier) = &outcome.dossier {
+                note(&dossier.to_string());
+            }
             Ending::Stopped
         }
     }
@@ -187,7 +194,7 @@ fn default_target(case: &Path) -> PathBuf {
 
 fn options(out: PathBuf, target: &Target, threads: usize) -> Options {
     let existing = if target.force { Existing::Replace } else { Existing::Refuse };
-    Options { out, existing, threads, profile: false }
+    Options { out, existing, threads, profile: false, audit: false }
 }
 
 /// Sets how many threads work, before the first of them does; without a wish, one a core.

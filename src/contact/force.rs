@@ -10,6 +10,7 @@
 //! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing. `mu` weakens with the slip
 //! of the present step too (`law::Weakening`), solved for together with it.
 
+use crate::contact::corner::CornerWeight;
 use crate::contact::features::{LinePair, Site, closest_points};
 use crate::contact::law::{ContactLaw, Weakening};
 use crate::tensor::dual::{Dual, Real, Vector};
@@ -46,6 +47,9 @@ pub struct PointState {
     pub stretch: Vec3,
     /// Normal force at the start of the step [N], for the work of friction.
     pub pressure_before: f64,
+    /// Cosines of the corners' cones where a vertex meets a vertex and both are sharp. Each side's second site point is then its
+    /// corner's axis away from the vertex.
+    pub corners: Option<[f64; 2]>,
     /// Elastic displacement of `b`'s surface relative to `a`'s here [m], in space.
     pub elastic: Vec3,
     /// The part of it that came since the last accepted increment [m].
@@ -55,7 +59,7 @@ pub struct PointState {
 /// A contact point in one configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
-    /// 0 to 1; below 1 only for edge pairs near an edge's end or nearly parallel.
+    /// 0 to 1; below 1 only for edge pairs near an edge's end or nearly parallel, and for vertex pairs.
     pub weight: f64,
     /// Distance between the rounded surfaces, elastic displacement included [m].
     pub gap: f64,
@@ -212,7 +216,13 @@ fn wrench<T: Real>(
     let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
     let lines = is_edge_pair.then(|| LinePair::new(a, b));
     let edge_weight = lines.as_ref().map(|l| l.weight(law));
-    let weight = edge_weight.as_ref().map_or(T::constant(1.0), |w| w.value);
+    let axes = [a[1] - a[0], b[1] - b[0]];
+    let corner_weight = state.corners.map(|cosines| CornerWeight::new(normal, axes, cosines));
+    let weight = match (&edge_weight, &corner_weight) {
+        (Some(edge), _) => edge.value,
+        (None, Some(corner)) => corner.value,
+        (None, None) => T::constant(1.0),
+    };
 
     let pushed = overlap + T::constant(state.offset);
     let load = law.normal(pushed).scaled(state.stiffness);
@@ -301,6 +311,16 @@ fn wrench<T: Real>(
             }
         }
     }
+    if let Some(corner) = corner_weight.filter(|corner| corner.value.value() < 1.0) {
+        let across = corner.by_normal - normal.times(corner.by_normal.dot(normal));
+        let push = -across.times(excess / distance);
+        force_b = force_b + push;
+        moment_b = moment_b + (b[0] - frame_b.position).cross(push);
+        force_a = force_a - push;
+        moment_a = moment_a - (a[0] - frame_a.position).cross(push);
+        moment_a = moment_a - axes[0].cross(corner.by_axes[0]).times(excess);
+        moment_b = moment_b - axes[1].cross(corner.by_axes[1]).times(excess);
+    }
     let mut all = [zero; 12];
     for (part, vector) in all.chunks_exact_mut(3).zip([force_a, moment_a, force_b, moment_b]) {
         part.copy_from_slice(&vector.0);
@@ -387,6 +407,7 @@ mod tests {
             offset: 4e-6,
             stretch: Vec3::new(2e-6, 1e-6, -1e-6),
             pressure_before: 0.0,
+            corners: None,
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
         }
@@ -432,6 +453,20 @@ mod tests {
         .pressed()
     }
 
+    /// Two corners, the direction between them in the fade of both.
+    fn vertex_on_vertex(friction: f64) -> Scene {
+        let axis = |x: f64, z: f64| Vec3::new(x, 0.1, z).normalize();
+        let (vertex_a, vertex_b) = (Vec3::new(2e-3, 1e-3, 5e-3), Vec3::new(-1e-3, 2e-3, -6e-3));
+        Scene {
+            site: Site { feature: Feature::VertexOfA(0), on_a: [0; 3], on_b: [0; 3], count_a: 1, count_b: 1 },
+            body_a: [vertex_a, vertex_a + axis(0.55, 1.0), Vec3::zeros()],
+            body_b: [vertex_b, vertex_b + axis(0.5, -1.0), Vec3::zeros()],
+            committed: [Pose::identity(), Pose::new(Vec3::new(3e-3, -1e-3, 1.2e-2), Default::default())],
+            state: PointState { corners: Some([0.75, 0.8]), ..state(friction) },
+        }
+        .pressed()
+    }
+
     fn motion(k: usize, step: f64) -> ([Vec3; 2], [Vec3; 2]) {
         let mut shift = [Vec3::zeros(); 2];
         let mut spin = [Vec3::zeros(); 2];
@@ -458,7 +493,7 @@ mod tests {
             weakening(0.08, 5e-6),
             weakening(0.08, 2e-8),
         ] {
-            for mut scene in [edges(0.05), vertex_on_facet(0.05)] {
+            for mut scene in [edges(0.05), vertex_on_facet(0.05), vertex_on_vertex(0.05)] {
                 scene.state.friction = friction;
                 let poses = [
                     scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
@@ -486,7 +521,7 @@ mod tests {
 
     #[test]
     fn force_is_derivative_of_energy_without_friction() {
-        for mut scene in [edges(0.0), vertex_on_facet(0.0)] {
+        for mut scene in [edges(0.0), vertex_on_facet(0.0), vertex_on_vertex(0.0)] {
             // The elastic displacement is held while the normal turns, which is not an energy.
             scene.state.elastic = Vec3::zeros();
             scene.state.offset = 0.0;
@@ -546,7 +581,7 @@ mod tests {
 
     #[test]
     fn forces_balance_and_obey_the_cone() {
-        for scene in [edges(0.65), vertex_on_facet(0.2)] {
+        for scene in [edges(0.65), vertex_on_facet(0.2), vertex_on_vertex(0.4)] {
             let (e, _) = scene.evaluate_at(&scene.committed);
             let force = |first: usize| Vec3::new(e.wrench[first], e.wrench[first + 1], e.wrench[first + 2]);
             assert!((force(0) + force(6)).norm() < 1e-9 * e.pressure);

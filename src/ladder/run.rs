@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::scene::{Row, Scene, SceneParameters, deepest_overlap};
+use crate::scene::{Row, Scene, SceneParameters, audit, deepest_overlap};
 use crate::triaxial::StageEnd;
 
 /// A finished run.
@@ -88,13 +88,10 @@ fn audited(scene: &Scene, row: &Row, overlap: f64) -> Option<String> {
     let force = row.bodies.iter().map(|b| b.contact_force.norm()).fold(0.0, f64::max);
     let largest = force.max(row.measures.mean_force * row.measures.points as f64);
     let allowed = largest / (0.5 * softest) + 0.5 * scene.model.law.onset + 1e-12;
-    let known = row.measures.max_penetration + 1e-9 * scene.model.smallest_rounding() + 1e-12;
     let increment = row.increment;
     if !(overlap <= allowed) {
-        Some(format!("increment {increment}: overlap {overlap:.3e} of {allowed:.3e} m"))
-    } else if !(overlap <= known) {
-        Some(format!("increment {increment}: contacts know of {known:.3e} m overlap, not of {overlap:.3e} m"))
-    } else {
-        None
+        return Some(format!("increment {increment}: overlap {overlap:.3e} of {allowed:.3e} m"));
     }
+    audit::fault(&scene.model, scene.contacts(), &scene.committed.poses)
+        .map(|fault| format!("increment {increment}: {fault}"))
 }
