@@ -95,7 +95,8 @@ fn heap(dice: &mut Dice) -> (Vec<SceneBody>, Vec<LoadStage>) {
 
 /// Gravity, a force on `last`, or `last` driven down by `way`.
 fn loaded(dice: &mut Dice, last: &str, way: f64) -> Vec<LoadStage> {
-    let one = |increments, load, gravity| LoadStage { increments, bodies: vec![(last.into(), load)], gravity };
+    let one =
+        |increments, load, gravity| LoadStage { increments, bodies: vec![(last.into(), load)], gravity };
     match dice.below(3) {
         0 => vec![gravity(4, [0.0, 0.0, -9.81])],
         1 => {
@@ -131,16 +132,13 @@ fn grid(dice: &mut Dice) -> (Vec<SceneBody>, Vec<LoadStage>) {
     let mut bodies = vec![ground()];
     for k in 0..nx * ny * nz {
         let at = [k % nx, k / nx % ny, k / nx / ny].map(|i| i as f64 * size);
-        let made =
-            body(&format!("box {k}"), cuboid([size; 3]), [at[0], at[1], at[2] + 0.5 * size], [0.0; 3]);
+        let made = body(&format!("box {k}"), cuboid([size; 3]), [at[0], at[1], at[2] + 0.5 * size], [0.0; 3]);
         bodies.push(SceneBody { youngs_modulus: dice.modulus(), ..made });
     }
     let pushed = drive([Some(size * dice.between(-0.3, 0.3)), None, None], [None; 3]);
     let bodies_of = vec![(format!("box {}", dice.below(nx * ny * nz)), pushed)];
-    let stages = vec![
-        gravity(4, [0.0, 0.0, -9.81]),
-        LoadStage { increments: 10, bodies: bodies_of, gravity: None },
-    ];
+    let stages =
+        vec![gravity(4, [0.0, 0.0, -9.81]), LoadStage { increments: 10, bodies: bodies_of, gravity: None }];
     (bodies, stages)
 }
 
@@ -201,7 +199,8 @@ fn closing(dice: &mut Dice) -> (Vec<SceneBody>, Vec<LoadStage>) {
         let mut made = shape(dice, size);
         if let SceneShape::Polyhedron { nominal, .. } = &made {
             // Corners of boxes may stick out of a ball of their size.
-            made = if nominal.bounding_radius() > 0.49 * cell { SceneShape::Sphere(0.5 * size) } else { made };
+            made =
+                if nominal.bounding_radius() > 0.49 * cell { SceneShape::Sphere(0.5 * size) } else { made };
         }
         let place = [((k % nx) as f64 + 0.5) * cell, 0.0, ((k / nx) as f64 + 0.5) * cell];
         let turn = [0, 1, 2].map(|_| dice.between(-1.5, 1.5));

@@ -4,8 +4,6 @@
 #[path = "../audited.rs"]
 mod audited;
 
-mod sample_grain;
-
 mod block_on_incline;
 mod block_pushed_along_plane;
 mod card_tent;

@@ -14,7 +14,7 @@ use crate::contact::law::Friction;
 use crate::ladder::bodies::{
     HELD, ROUNDING, body, cuboid, drive, fixed, gravity, ground, hull, load, push, scene, sharp,
 };
-use crate::ladder::{Findings, Run, Tolerance};
+use crate::ladder::{Findings, Run, Tolerance, worse};
 use crate::scene::{BodyLoad, SceneParameters, SceneShape};
 use crate::tensor::Vec3;
 
@@ -185,7 +185,7 @@ pub fn slid_over_facets(corners: usize, heading: f64) -> SceneParameters {
 
 /// The largest tangential force on the cube on its way [N].
 pub fn largest_side_force(run: &Run) -> f64 {
-    run.rows.iter().map(|row| row.bodies[1].contact_force.xy().norm()).fold(0.0, f64::max)
+    run.rows.iter().map(|row| row.bodies[1].contact_force.xy().norm()).fold(0.0, worse)
 }
 
 pub(super) fn over_facets(findings: &mut Findings) {

@@ -51,11 +51,13 @@ pub fn ground() -> SceneBody {
 
 /// Bodies of one coefficient of friction, without gravity; increments may be cut to 1/64.
 pub fn scene(bodies: Vec<SceneBody>, friction: f64, stages: Vec<LoadStage>) -> SceneParameters {
+    // What has no equilibrium is to be given up in good time.
+    let settings = Settings { max_augmentations: 150, ..Settings::default() };
     SceneParameters {
         bodies,
         gravity: Vec3::zeros(),
         friction: Friction::constant(friction),
-        settings: Settings::default(),
+        settings,
         increment_range: [1.0 / 64.0, 1.0],
         stages,
     }

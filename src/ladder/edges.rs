@@ -10,7 +10,7 @@
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_4};
 
 use crate::ladder::bodies::{HELD, ROUNDING, body, cuboid, drive, fixed, ground, hull, load, push, scene};
-use crate::ladder::{Findings, Run, Tolerance};
+use crate::ladder::{Findings, Run, Tolerance, worse};
 use crate::scene::SceneParameters;
 use crate::tensor::{Rotation, Vec3};
 
@@ -134,7 +134,7 @@ pub fn worst_moment(run: &Run, faces: usize) -> f64 {
         let counts = row.stage == 1 && (1.0..=59.0).contains(&on_face);
         counts.then(|| (row.bodies[1].reaction_moment.y - expected).abs() / (ROLLING_LOAD * core))
     };
-    run.rows.iter().filter_map(off).fold(0.0, f64::max)
+    run.rows.iter().filter_map(off).fold(0.0, worse)
 }
 
 pub(super) fn rolling(findings: &mut Findings) {

@@ -7,10 +7,14 @@
 
 pub mod arch;
 pub mod arrays;
+pub mod balloon;
 pub mod blocks;
 pub mod bodies;
+pub mod cells;
+pub mod damage;
 pub mod edges;
 pub mod finding;
+pub mod grains;
 pub mod run;
 pub mod scenes;
 pub mod standing;
@@ -42,6 +46,11 @@ impl Rung {
 
 /// All rungs, in the order of the table.
 pub const RUNGS: &[Rung] = &[
+    Rung { name: "tet10", problem: "cell: patch, bending, order of convergence", climb: cells::tet10 },
+    Rung { name: "condensed", problem: "condensed grain against its full mesh", climb: grains::condensed },
+    Rung { name: "damage_cell", problem: "damage law of one cell, uniaxial", climb: damage::uniaxial_cell },
+    Rung { name: "softening_bar", problem: "bar pulled apart, crack band", climb: damage::softening_bar },
+    Rung { name: "balloon", problem: "neo-Hookean balloon, limit point", climb: balloon::balloon },
     Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },
     Rung { name: "nafems_wedge", problem: "NAFEMS CGS-4: pushed up a slope", climb: wedges::up_a_slope },
     Rung { name: "wedge", problem: "wedge pressed between two walls", climb: wedges::between_walls },
@@ -125,6 +134,11 @@ impl Findings {
         let cost = (run.factorisations(), run.time, note);
         self.compare(what, computed, f64::from(expected), tolerance, cost);
     }
+}
+
+/// The larger of an error and those before it; not a number where one is not.
+fn worse(before: f64, error: f64) -> f64 {
+    if error <= before { before } else { error }
 }
 
 /// Runs `work` and says how long it took.
