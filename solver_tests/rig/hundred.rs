@@ -27,8 +27,13 @@ fn loop_of(grains: u64, axial_strain: f64) {
     ]);
     let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
     let folder = tempfile::tempdir().expect("a folder");
-    let options =
-        Options { out: folder.path().join("x.h5"), existing: Existing::Refuse, threads: 1, profile: false };
+    let options = Options {
+        out: folder.path().join("x.h5"),
+        existing: Existing::Refuse,
+        threads: 1,
+        profile: false,
+        audit: false,
+    };
     let mut rows = Rows::default();
     let outcome = run(&case, &raw, &options, &mut rows).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(outcome.end, End::Finished);

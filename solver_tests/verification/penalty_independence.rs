@@ -18,7 +18,7 @@ use riprap::mesh::cuboid_mesh;
 use riprap::scene::{Scene, SceneBody};
 use riprap::triaxial::StageEnd;
 
-use crate::scene_builder::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
+use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
 
 const EDGE: f64 = 0.03;
 

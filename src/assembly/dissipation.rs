@@ -1,6 +1,7 @@
 //! Work that friction takes in a step.
 //!
-//! Slip times the friction force, averaged over the two ends of the step as the external work is, is most of it. The
+//! Slip times the friction force, averaged over the two ends of the step as the external work is (and over the slip, where
+//! the coefficient falls in the step), is most of it. The
 //! rest is what the tangential stretch of a contact stores and gives up without work, since its energy depends on more
 //! than the stretch. With the stretch s, the largest friction force b over the weight, the weight w, and the tangential
 //! stiffness k over the weight
@@ -79,21 +80,25 @@ impl Contacts {
 /// What a contact dissipated since the committed state [J].
 fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
     let (state, e) = (&point.state, &point.evaluation);
-    if state.friction <= 0.0 {
+    if e.coefficient <= 0.0 {
         return 0.0;
     }
     let stiffness = state.spring * law.tangential_ratio;
     let at = |bound: f64, weight: f64, stretch: f64| Stretched::new(law, stiffness, bound, weight, stretch);
     let shared = 1.0 / state.stiffness - 1.0 / state.spring;
     let own = e.stretch - e.friction * (shared / (e.weight * law.tangential_ratio));
-    let end = at(state.friction * e.load, e.weight, own.norm());
-    let (mut start, mut force) = (at(0.0, e.weight, 0.0), e.friction);
-    if let Some(memory) = pair.carried.point(point.site.feature).filter(|memory| memory.load > 0.0) {
-        let weight = memory.pressure / memory.load;
-        start = at(memory.bound, weight, memory.stretch.norm());
-        force += memory.traction * weight;
-    }
-    0.5 * force.dot(&(e.trial_stretch - e.stretch)) - start.gained_until(&end)
+    let end = at(e.coefficient * e.load, e.weight, own.norm());
+    let slip = e.trial_stretch - e.stretch;
+    let Some(memory) = pair.carried.point(point.site.feature).filter(|memory| memory.load > 0.0) else {
+        let slid = 0.5 * e.mean_coefficient * e.friction.dot(&slip);
+        return slid - at(0.0, e.weight, 0.0).gained_until(&end);
+    };
+    let weight = memory.pressure / memory.load;
+    let start = at(memory.bound, weight, memory.stretch.norm());
+    // The mean of a coefficient that falls in the step is not that of its ends.
+    let bent = e.mean_coefficient / (0.5 + 0.5 * state.friction.coefficient / e.coefficient);
+    let force = 0.5 * (e.friction + memory.traction * weight);
+    bent * force.dot(&slip) - start.gained_until(&end)
 }
 
 #[cfg(test)]

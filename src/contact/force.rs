@@ -7,10 +7,12 @@
 //! energies are the spring's (`assembly::elastic`). Friction: the trial
 //! force `k_t w (stretch - slide)` is bent smoothly onto the disc of radius `mu w p`, `p` being the
 //! normal force of the same configuration (implicit, never lagged). The bend is elastic; only what
-//! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing.
+//! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing. `mu` weakens with the slip
+//! of the present step too (`law::Weakening`), solved for together with it.
 
+use crate::contact::corner::CornerWeight;
 use crate::contact::features::{LinePair, Site, closest_points};
-use crate::contact::law::ContactLaw;
+use crate::contact::law::{ContactLaw, Weakening};
 use crate::tensor::dual::{Dual, Real, Vector};
 use crate::tensor::{Mat3, Vec3};
 
@@ -36,13 +38,16 @@ pub struct PointState {
     pub stiffness: f64,
     /// Stiffness of the contact's own spring [N/m], which is what stores energy here.
     pub spring: f64,
-    pub friction: f64,
+    pub friction: Weakening,
     /// Normal force of the last augmentation over the weight, times the penalty's compliance beyond
     /// the spring's [m].
     pub offset: f64,
     /// Tangential stretch carried over [m], in space; times the tangential stiffness it is the
     /// friction force at no further slide, on `b`.
     pub stretch: Vec3,
+    /// Cosines of the corners' cones where a vertex meets a vertex and both are sharp. Each side's second site point is then its
+    /// corner's axis away from the vertex.
+    pub corners: Option<[f64; 2]>,
     /// Elastic displacement of `b`'s surface relative to `a`'s here [m], in space.
     pub elastic: Vec3,
     /// The part of it that came since the last accepted increment [m].
@@ -59,7 +64,7 @@ impl PointState {
 /// A contact point in one configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
-    /// 0 to 1; below 1 only for edge pairs near an edge's end or nearly parallel.
+    /// 0 to 1; below 1 only for edge pairs near an edge's end or nearly parallel, and for vertex pairs.
     pub weight: f64,
     /// Distance between the rounded surfaces, elastic displacement included [m].
     pub gap: f64,
@@ -71,6 +76,10 @@ pub struct Evaluation {
     pub pressure: f64,
     /// Friction force on `b` [N].
     pub friction: Vec3,
+    /// Friction coefficient in force.
+    pub coefficient: f64,
+    /// Its mean over the slip of the step, over its present value.
+    pub mean_coefficient: f64,
     /// Normal force over the weight [N].
     pub load: f64,
     /// Tangential stretch had nothing slipped [m].
@@ -200,7 +209,13 @@ fn wrench<T: Real>(
     let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
     let lines = is_edge_pair.then(|| LinePair::new(a, b));
     let edge_weight = lines.as_ref().map(|l| l.weight(law));
-    let weight = edge_weight.as_ref().map_or(T::constant(1.0), |w| w.value);
+    let axes = [a[1] - a[0], b[1] - b[0]];
+    let corner_weight = state.corners.map(|cosines| CornerWeight::new(normal, axes, cosines));
+    let weight = match (&edge_weight, &corner_weight) {
+        (Some(edge), _) => edge.value,
+        (None, Some(corner)) => corner.value,
+        (None, None) => T::constant(1.0),
+    };
 
     let pushed = overlap + T::constant(state.offset);
     let load = law.normal_behind(pushed, state.behind()).scaled(state.spring);
@@ -212,6 +227,8 @@ fn wrench<T: Real>(
         point: point.value(),
         pressure: pressure.value(),
         friction: Vec3::zeros(),
+        coefficient: state.friction.coefficient,
+        mean_coefficient: 1.0,
         load: load.value(),
         trial_stretch: Vec3::zeros(),
         stretch: Vec3::zeros(),
@@ -224,15 +241,27 @@ fn wrench<T: Real>(
     }
 
     let mut force_on_b = normal.times(pressure);
-    if state.friction > 0.0 {
+    if state.friction.coefficient > 0.0 {
         let stiffness = weight.scaled(state.stiffness * law.tangential_ratio);
         let slide =
             frame_a.committed(point) - frame_b.committed(point) + Vector::constant(&state.elastic_change);
         let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
         let trial = carried_over(&state.stretch, normal) - tangential(slide);
         let trial_length = trial.norm();
-        let bound = pressure.scaled(state.friction);
+        let mut bound = pressure.scaled(state.friction.coefficient);
         let behind = state.behind();
+        let most = 1.0 + law.friction_blend;
+        // The trial force over the bound at which the contact starts to slip, compliance behind the spring included.
+        let slips_at = (most + behind) / (1.0 + behind);
+        if state.friction.excess > 0.0
+            && stiffness.value() * trial_length.value() > slips_at * bound.value()
+            && trial_length.value() > 0.0
+        {
+            let slipped = state.friction.slipped(trial_length, pressure.scaled(slips_at) / stiffness);
+            bound = pressure * slipped.coefficient;
+            evaluation.coefficient = slipped.coefficient.value();
+            evaluation.mean_coefficient = slipped.mean / evaluation.coefficient;
+        }
         // Trial force of the spring in units of what the bound can hold.
         let mut share = 0.0;
         let friction = if trial_length.value() > 0.0 {
@@ -247,7 +276,6 @@ fn wrench<T: Real>(
             trial.times(stiffness)
         };
         force_on_b = force_on_b + friction;
-        let most = 1.0 + law.friction_blend;
         evaluation.friction = friction.value();
         evaluation.trial_stretch = trial.value();
         evaluation.stretch =
@@ -278,6 +306,16 @@ fn wrench<T: Real>(
                 moment_b = moment_b + (b[k - 2] - frame_b.position).cross(push);
             }
         }
+    }
+    if let Some(corner) = corner_weight.filter(|corner| corner.value.value() < 1.0) {
+        let across = corner.by_normal - normal.times(corner.by_normal.dot(normal));
+        let push = -across.times(excess / distance);
+        force_b = force_b + push;
+        moment_b = moment_b + (b[0] - frame_b.position).cross(push);
+        force_a = force_a - push;
+        moment_a = moment_a - (a[0] - frame_a.position).cross(push);
+        moment_a = moment_a - axes[0].cross(corner.by_axes[0]).times(excess);
+        moment_b = moment_b - axes[1].cross(corner.by_axes[1]).times(excess);
     }
     let mut all = [zero; 12];
     for (part, vector) in all.chunks_exact_mut(3).zip([force_a, moment_a, force_b, moment_b]) {
@@ -355,6 +393,7 @@ mod tests {
     }
 
     fn state(friction: f64) -> PointState {
+        let friction = Weakening::constant(friction);
         PointState {
             radii: 1e-3,
             radius_difference: 4e-4,
@@ -363,6 +402,7 @@ mod tests {
             friction,
             offset: 4e-6,
             stretch: Vec3::new(2e-6, 1e-6, -1e-6),
+            corners: None,
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
         }
@@ -408,6 +448,20 @@ mod tests {
         .pressed()
     }
 
+    /// Two corners, the direction between them in the fade of both.
+    fn vertex_on_vertex(friction: f64) -> Scene {
+        let axis = |x: f64, z: f64| Vec3::new(x, 0.1, z).normalize();
+        let (vertex_a, vertex_b) = (Vec3::new(2e-3, 1e-3, 5e-3), Vec3::new(-1e-3, 2e-3, -6e-3));
+        Scene {
+            site: Site { feature: Feature::VertexOfA(0), on_a: [0; 3], on_b: [0; 3], count_a: 1, count_b: 1 },
+            body_a: [vertex_a, vertex_a + axis(0.55, 1.0), Vec3::zeros()],
+            body_b: [vertex_b, vertex_b + axis(0.5, -1.0), Vec3::zeros()],
+            committed: [Pose::identity(), Pose::new(Vec3::new(3e-3, -1e-3, 1.2e-2), Default::default())],
+            state: PointState { corners: Some([0.75, 0.8]), ..state(friction) },
+        }
+        .pressed()
+    }
+
     fn motion(k: usize, step: f64) -> ([Vec3; 2], [Vec3; 2]) {
         let mut shift = [Vec3::zeros(); 2];
         let mut spin = [Vec3::zeros(); 2];
@@ -426,8 +480,16 @@ mod tests {
 
     #[test]
     fn tangent_is_derivative_of_force() {
-        for friction in [0.0, 0.05, 0.65] {
-            for scene in [edges(friction), vertex_on_facet(friction)] {
+        let weakening = |excess: f64, distance: f64| Weakening { coefficient: 0.1, excess, distance };
+        for friction in [
+            Weakening::constant(0.0),
+            Weakening::constant(0.05),
+            Weakening::constant(0.65),
+            weakening(0.08, 5e-6),
+            weakening(0.08, 2e-8),
+        ] {
+            for mut scene in [edges(0.05), vertex_on_facet(0.05), vertex_on_vertex(0.05)] {
+                scene.state.friction = friction;
                 let poses = [
                     scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
                     scene.committed[1].moved(&Vec3::new(0.0, 2e-6, -1e-6), &Vec3::new(0.0, 1e-4, 0.0)),
@@ -443,7 +505,7 @@ mod tests {
                         let scale = 6e7 * if k < 3 { 1.0 } else { 1e-2 } * if i % 6 < 3 { 1.0 } else { 1e-2 };
                         assert!(
                             (difference - tangent[i][k]).abs() < 2e-4 * scale,
-                            "mu {friction} component {i} motion {k}: {difference} {}",
+                            "{friction:?} component {i} motion {k}: {difference} {}",
                             tangent[i][k]
                         );
                     }
@@ -454,7 +516,7 @@ mod tests {
 
     #[test]
     fn force_is_derivative_of_energy_without_friction() {
-        for mut scene in [edges(0.0), vertex_on_facet(0.0)] {
+        for mut scene in [edges(0.0), vertex_on_facet(0.0), vertex_on_vertex(0.0)] {
             // The elastic displacement is held while the normal turns, which is not an energy.
             scene.state.elastic = Vec3::zeros();
             scene.state.offset = 0.0;
@@ -511,7 +573,7 @@ mod tests {
 
     #[test]
     fn forces_balance_and_obey_the_cone() {
-        for scene in [edges(0.65), vertex_on_facet(0.2)] {
+        for scene in [edges(0.65), vertex_on_facet(0.2), vertex_on_vertex(0.4)] {
             let (e, _) = scene.evaluate_at(&scene.committed);
             let force = |first: usize| Vec3::new(e.wrench[first], e.wrench[first + 1], e.wrench[first + 2]);
             assert!((force(0) + force(6)).norm() < 1e-9 * e.pressure);
@@ -519,7 +581,7 @@ mod tests {
                 scene.committed[body].position.cross(&force(first)) + force(first + 3)
             };
             assert!((turn(0, 0) + turn(6, 1)).norm() < 1e-9 * e.pressure);
-            assert!(e.friction.norm() <= scene.state.friction * e.pressure * (1.0 + 1e-12));
+            assert!(e.friction.norm() <= e.coefficient * e.pressure * (1.0 + 1e-12));
             assert!(e.friction.dot(&e.normal).abs() < 1e-9 * e.pressure);
         }
     }

@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::assembly::pressure_loads_into;
 use crate::model::Counters;
-use crate::solver::{Energies, Increment, IncrementReport, Pace, StepStatus, advance, motion_between};
+use crate::solver::{
+    Dossier, Energies, Increment, IncrementReport, Pace, StepStatus, advance, motion_between,
+};
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
@@ -390,6 +392,7 @@ impl Test {
                 counters.add(&report.counters);
             }
             if !report.converged() {
+                rig.dossier = Some(Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings));
                 return Err(describe(rig, &report, drive.pressure(to, report.factor)));
             }
             let pressure = drive.pressure(to, report.factor);
