@@ -433,13 +433,15 @@ impl Contacts {
                 force += e.pressure;
                 let traction = e.friction / e.weight;
                 let shared = 1.0 / point.state.stiffness - 1.0 / point.state.spring;
+                let held = pair.held(point.site.feature);
+                let slid = held.map_or_else(Vec3::zeros, |h| h.slid);
                 points.push(PointMemory {
                     feature: point.site.feature,
-                    stretch: e.stretch - traction * (shared / tangential_ratio),
+                    stretch: e.stretch - traction * (shared / tangential_ratio) - slid,
                     pressure: e.pressure,
                     load: e.load,
                     traction,
-                    scale: pair.held(point.site.feature).map_or(self.first_scale, |h| h.scale),
+                    scale: held.map_or(self.first_scale, |h| h.scale),
                 });
             }
             if !points.is_empty() {

@@ -32,6 +32,22 @@ impl ContactLaw {
         }
     }
 
+    /// [`ContactLaw::normal`] of a spring that shares `total` [m] with a compliance behind it, `behind` times
+    /// its own: the spring takes `x`, and `x + behind N(x) = total`.
+    pub fn normal_behind<T: Real>(&self, total: T, behind: f64) -> T {
+        let (value, onset) = (total.value(), self.onset);
+        if behind == 0.0 {
+            self.normal(total)
+        } else if value <= 0.0 {
+            T::constant(0.0)
+        } else if value < onset * (1.0 + 0.5 * behind) {
+            let root = (T::constant(1.0) + total.scaled(2.0 * behind / onset)).sqrt();
+            self.normal(total.scaled(2.0) / (T::constant(1.0) + root))
+        } else {
+            (total - T::constant(0.5 * onset)).scaled(1.0 / (1.0 + behind))
+        }
+    }
+
     /// Energy per stiffness [m^2]: the integral of [`ContactLaw::normal`].
     pub fn energy<T: Real>(&self, overlap: T) -> T {
         let (value, onset) = (overlap.value(), self.onset);
@@ -80,6 +96,25 @@ impl ContactLaw {
         } else {
             let past = x - T::constant(1.0 - blend);
             x - (past * past).scaled(0.25 / blend)
+        }
+    }
+
+    /// The trial force of a contact's own spring over the bound, where a compliance `behind` times the
+    /// spring's own takes its part of the stretch: `x + behind S(x) = total`.
+    pub fn share_behind<T: Real>(&self, total: T, behind: f64) -> T {
+        let (value, blend) = (total.value(), self.friction_blend);
+        let start = 1.0 - blend;
+        if behind == 0.0 {
+            total
+        } else if value <= start * (1.0 + behind) {
+            total.scaled(1.0 / (1.0 + behind))
+        } else if value >= 1.0 + blend + behind {
+            total - T::constant(behind)
+        } else {
+            let past = total - T::constant(start * (1.0 + behind));
+            let linear = 1.0 + behind;
+            let root = (T::constant(linear * linear) - past.scaled(behind / blend)).sqrt();
+            past.scaled(2.0) / (T::constant(linear) + root) + T::constant(start)
         }
     }
 
@@ -220,6 +255,21 @@ mod tests {
     fn overlap_for_inverts_normal() {
         for overlap in [1e-7, 2e-6, 3e-6, 5e-5] {
             assert!((LAW.overlap_for(LAW.normal(overlap)) - overlap).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn springs_behind_a_compliance_share_the_way() {
+        for behind in [0.0, 0.3, 4.0, 60.0] {
+            for overlap in [1e-7, 2e-6, 2.99e-6, 3.01e-6, 5e-5] {
+                let expected = LAW.normal(overlap);
+                let found = LAW.normal_behind(overlap + behind * expected, behind);
+                assert!((found / expected - 1.0).abs() < 1e-9, "{behind} {overlap}: {found} {expected}");
+            }
+            for x in [0.3, 0.94, 0.96, 1.0, 1.049, 1.051, 3.0] {
+                let found = LAW.share_behind(x + behind * LAW.friction_share(x), behind);
+                assert!((found - x).abs() < 1e-12 * (1.0 + behind), "{behind} {x}: {found}");
+            }
         }
     }
 
