@@ -265,13 +265,13 @@ fn wrench<T: Real>(
         let mut bound = pressure.scaled(state.friction.coefficient);
         let behind = state.behind();
         let most = 1.0 + law.friction_blend;
-        // The stretch that holds, over the bound: of the spring to the end of its bend, and of what stands behind it.
-        let holds = (most + behind) / (1.0 + behind);
+        // The trial force over the bound at which the contact starts to slip, compliance behind the spring included.
+        let slips_at = (most + behind) / (1.0 + behind);
         if state.friction.excess > 0.0
-            && stiffness.value() * trial_length.value() > holds * bound.value()
+            && stiffness.value() * trial_length.value() > slips_at * bound.value()
             && trial_length.value() > 0.0
         {
-            let slipped = state.friction.slipped(trial_length, pressure.scaled(holds) / stiffness);
+            let slipped = state.friction.slipped(trial_length, pressure.scaled(slips_at) / stiffness);
             bound = pressure * slipped.coefficient;
             evaluation.coefficient = slipped.coefficient.value();
             evaluation.mean_coefficient = slipped.mean / evaluation.coefficient;

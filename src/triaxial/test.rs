@@ -9,7 +9,7 @@ use crate::solver::{
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
-use crate::triaxial::ledger::{EnergyGate, Ledger};
+use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
@@ -120,6 +120,7 @@ struct Trial {
     ledger: Ledger,
     energy_gap: f64,
     poorly_closed: bool,
+    creates_energy: bool,
     control_error: f64,
     ram: f64,
     pressure: f64,
@@ -187,7 +188,9 @@ impl Test {
             if way.watch.overshoots(share, &trial.measures) {
                 continue;
             }
-            if trial.poorly_closed && self.energy_gate.cuts && way.pace.cut(share) {
+            let refused = trial.creates_energy || (trial.poorly_closed && self.energy_gate.cuts);
+            if refused && way.pace.cut(share) {
+                tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
                 way.watch.limit = None;
                 continue;
             }
@@ -432,6 +435,7 @@ impl Test {
         }
         let gap = ledger.error() - self.ledger.error();
         let turnover = ram_work.abs() + pressure_work.abs();
+        let released = (self.ledger.elastic - ledger.elastic).max(0.0);
         Trial {
             measures: Measures::of(rig, &state, &self.zero),
             ledger,
@@ -442,6 +446,7 @@ impl Test {
                 report.energy.elastic,
                 rig.settings.force_tolerance,
             ),
+            creates_energy: creates_energy(gap, ram_work + pressure_work + released, report.energy.elastic),
             control_error: drive.miss(share, to, &state),
             ram,
             pressure,
