@@ -6,6 +6,7 @@ mod audited;
 
 mod column_of_five;
 mod cut_leaves_no_trace;
+mod falls_across_a_gap;
 mod force_curve_is_continuous;
 mod huge_increment;
 mod random_scenes;

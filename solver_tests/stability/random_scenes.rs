@@ -31,9 +31,10 @@ impl Dice {
         (self.between(0.0, count as f64) as usize).min(count - 1)
     }
 
-    /// As stiff as rock, or up to a million times softer.
+    /// As stiff as rock, or up to a million times stiffer. (Softer bodies would yield under their neighbours' weight by more than
+    /// their roundings, which no contact here can carry.)
     fn modulus(&mut self) -> f64 {
-        30e9 * 10f64.powf(self.between(-6.0, 0.0))
+        30e9 * 10f64.powf(self.between(0.0, 6.0))
     }
 }
 
@@ -121,7 +122,9 @@ fn stack(dice: &mut Dice) -> (Vec<SceneBody>, Vec<LoadStage>) {
         bodies.push(SceneBody { youngs_modulus: dice.modulus(), ..plate });
         top += thickness;
     }
-    let stages = loaded(dice, &format!("plate {}", count - 1), 1e-4);
+    // A fifth of the thinnest plate's rounding.
+    let thinnest = 0.1 / 50.0;
+    let stages = loaded(dice, &format!("plate {}", count - 1), 0.2 * 0.02 * thinnest);
     (bodies, stages)
 }
 

@@ -156,7 +156,7 @@ impl Friction {
 ///
 /// A contact that weakens faster than its stretch can follow has no equilibrium next to where it was: it drops at
 /// a fixed position, and its force would jump with the configuration. So within one increment the coefficient falls by no more than
-/// [`FALL`] of what its stretch gives up: `mu >= mu_0 - FALL s / c`, `c` being the stretch per unit of the coefficient. What is left of
+/// half of what its stretch gives up: `mu >= mu_0 - s / (2 c)`, `c` being the stretch per unit of the coefficient. What is left of
 /// the drop follows in the next increments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weakening {

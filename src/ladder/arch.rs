@@ -116,7 +116,10 @@ pub fn arch(count: usize, thickness: f64) -> SceneParameters {
         let place = [height * angle.sin(), 0.0, height * angle.cos()];
         bodies.push(body(&format!("block {k}"), hull(&points, ROUNDING), place, [0.0, angle, 0.0]));
     }
-    sharp(scene(bodies, 1.0, vec![gravity(4, [0.0, 0.0, -9.81])]))
+    let mut parameters = sharp(scene(bodies, 1.0, vec![gravity(4, [0.0, 0.0, -9.81])]));
+    // What stands is found in some ten augmentations.
+    parameters.settings.max_augmentations = 60;
+    parameters
 }
 
 pub(super) fn stands_or_falls(findings: &mut Findings) {

@@ -69,7 +69,7 @@ pub(super) fn simple_cubic(findings: &mut Findings) {
 /// What draws each of the four balls inwards [N].
 const DRAWN: f64 = 1.0;
 
-/// A ball on four that touch, driven down by 4e-4 of its radius while [`DRAWN`] holds the four together.
+/// A ball on four that touch, driven down by 4e-4 of its radius while 1 N on each holds the four together.
 pub fn cell(friction: f64) -> SceneParameters {
     let reach = 2.0f64.sqrt() * RADIUS;
     let ball = |name: &str, place| body(name, SceneShape::Sphere(RADIUS), place, [0.0; 3]);

@@ -231,6 +231,7 @@ fn triaxial_test(
             trouble.is_none() && fault.is_none() && !observer.stop_requested()
         });
         if let Some(fault) = fault {
+            rig.dossier = None;
             end = StageEnd::Stopped { reason: format!("the audit failed: {fault}") };
         }
         profile.book(planned.kind, start.elapsed().saturating_sub(output));
