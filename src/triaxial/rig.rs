@@ -124,6 +124,7 @@ impl Rig {
                 mass: parameters.density * volume,
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
+                full: None,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -146,6 +147,7 @@ impl Rig {
                 mass: 0.0,
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
+                full: None,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
