@@ -6,7 +6,7 @@
 //! solves. The factor's unknown and the scalar's residual are scaled to a length and a force, so that they
 //! stand beside the others in the merit.
 
-use crate::assembly::Dofs;
+use crate::assembly::{self, Dofs};
 use crate::model::{Control, Controlled, Loads, Model};
 use crate::tensor::{Pose, Vector6};
 
@@ -110,6 +110,8 @@ impl Steering {
             let load = wrench * (self.control.pressure * self.factor_scale);
             dofs.scatter(&mut self.column, body, load.as_slice());
         }
+        let pressure = self.control.pressure * self.factor_scale;
+        assembly::full::cover_on_nodes_into(&mut self.column, model, dofs, poses, pressure);
         for (body, wrench) in &self.control.applied {
             dofs.scatter(&mut self.column, *body, (wrench * self.factor_scale).as_slice());
         }

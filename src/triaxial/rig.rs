@@ -10,7 +10,7 @@ use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, FullGrain};
 use crate::model::cover::{Outline, Rim};
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
 use crate::solver::Settings;
@@ -187,6 +187,13 @@ impl Rig {
     pub fn condense(&mut self, grains: Vec<Arc<CondensedGrain>>) {
         for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
             body.grain = Some(grain);
+        }
+    }
+
+    /// Makes all nodes of the grains unknowns, in their order; before anything has moved.
+    pub fn resolve(&mut self, grains: Vec<Arc<FullGrain>>) {
+        for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
+            body.full = Some(grain);
         }
     }
 
