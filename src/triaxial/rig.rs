@@ -197,6 +197,23 @@ impl Rig {
         }
     }
 
+    /// Makes the grains rigid that have all their nodes; `None` where there are none.
+    pub fn stiffen(&mut self) -> Option<Vec<Option<Arc<FullGrain>>>> {
+        self.model.has_full().then(|| self.model.bodies.iter_mut().map(|body| body.full.take()).collect())
+    }
+
+    /// Gives them their nodes back, undisplaced; contacts are as if they had just been made.
+    pub fn soften(&mut self, full: Vec<Option<Arc<FullGrain>>>) {
+        for (body, full) in self.model.bodies.iter_mut().zip(full) {
+            body.full = full;
+        }
+        self.committed.memory.clear();
+        self.committed.fields.clear();
+        // Pairs know the stiffness of their bodies.
+        let timings = std::mem::take(&mut self.contacts).timings;
+        self.contacts.timings = timings;
+    }
+
     /// Lays a new cover over the grains where they are now. Its rims are circles of the radius
     /// that the cover has on the side, so that the pressure near the plates acts sideways.
     fn drape(&mut self, diameter: f64) -> Result<()> {
