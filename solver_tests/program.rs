@@ -214,6 +214,20 @@ fn what_does_not_converge_stops_with_its_reason() {
 }
 
 #[test]
+fn the_solver_tells_what_it_does_when_asked() {
+    let place = Place::new();
+    let run = ["run", "tiny.json", "--quiet", "--out", "x.h5", CONSOLIDATION_ONLY[0], CONSOLIDATION_ONLY[1]];
+    let output = place.command(&run).env("RIPRAP_LOG", "trace").output().expect("riprap starts");
+    assert_eq!(output.status.code(), Some(0));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("augmentation") && stderr.contains("out_of_balance"), "{stderr}");
+    let output = place.command(&run).env("RIPRAP_LOG", "loud").output().expect("riprap starts");
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("`loud`") && stderr.contains("trace"), "{stderr}");
+}
+
+#[test]
 fn bad_input_names_every_fault() {
     let place = Place::new();
     let bad = ["--set", "/solver/force_tolerence=1", "--set", "/seed=-1", "--set", "/contact/friction=0.5 m"];

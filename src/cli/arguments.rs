@@ -16,7 +16,9 @@ Examples:
   riprap schema > riprap.schema.json                for editors that complete and check JSON
 
 Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 stopped short of the case's end,
-4 file trouble, 130 interrupted.";
+4 file trouble, 130 interrupted.
+
+RIPRAP_LOG=debug (error, warn, info, debug, trace) writes what the solver does to standard error.";
 
 #[derive(Debug, Parser)]
 #[command(name = "riprap", version, about, after_help = EXAMPLES, max_term_width = 110)]
