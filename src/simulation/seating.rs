@@ -20,15 +20,15 @@ pub struct Seating {
 }
 
 /// Seats the grains under a share of the consolidation pressure [Pa]; gives up early where `stop` says so.
-/// Grains with all their nodes fall into place as rigid bodies first, which takes most of the work of it at a
-/// fraction of the price.
+/// Grains that deform fall into place as rigid bodies first, which is most of the work of it and costs a fraction so;
+/// and a specimen is then the same packing at every fidelity.
 pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bool) -> Seating {
     let friction = rig.model.friction;
     rig.model.friction = Friction::constant(friction.peak);
     let mut seating = Seating { out_of_balance: f64::INFINITY, factorisations: 0 };
-    if let Some(full) = rig.stiffen() {
+    if let Some(elasticity) = rig.stiffen() {
         attempts(&mut seating, test, rig, pressure, stop);
-        rig.soften(full);
+        rig.soften(elasticity);
     }
     if !stop() {
         attempts(&mut seating, test, rig, pressure, stop);

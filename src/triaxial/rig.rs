@@ -58,6 +58,13 @@ pub struct Rig {
     pub tilting: bool,
 }
 
+/// How a body deforms, taken from it for a while.
+#[derive(Debug, Clone)]
+pub struct Elasticity {
+    grain: Option<Arc<CondensedGrain>>,
+    full: Option<Arc<FullGrain>>,
+}
+
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RigState<'a> {
@@ -197,15 +204,16 @@ impl Rig {
         }
     }
 
-    /// Makes the grains rigid that have all their nodes; `None` where there are none.
-    pub fn stiffen(&mut self) -> Option<Vec<Option<Arc<FullGrain>>>> {
-        self.model.has_full().then(|| self.model.bodies.iter_mut().map(|body| body.full.take()).collect())
+    /// Makes all grains rigid; `None` where they are.
+    pub fn stiffen(&mut self) -> Option<Vec<Elasticity>> {
+        let taken = |body: &mut Body| Elasticity { grain: body.grain.take(), full: body.full.take() };
+        self.model.has_elastic().then(|| self.model.bodies.iter_mut().map(taken).collect())
     }
 
-    /// Gives them their nodes back, undisplaced; contacts are as if they had just been made.
-    pub fn soften(&mut self, full: Vec<Option<Arc<FullGrain>>>) {
-        for (body, full) in self.model.bodies.iter_mut().zip(full) {
-            body.full = full;
+    /// Lets them deform again, undisplaced; contacts are as if they had just been made.
+    pub fn soften(&mut self, elasticity: Vec<Elasticity>) {
+        for (body, Elasticity { grain, full }) in self.model.bodies.iter_mut().zip(elasticity) {
+            (body.grain, body.full) = (grain, full);
         }
         self.committed.memory.clear();
         self.committed.fields.clear();
