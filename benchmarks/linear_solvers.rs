@@ -12,12 +12,12 @@
 //! `benchmarks/reference_solvers.py`, which has another library solve them; `-- reference-full FOLDER GRAINS` the same
 //! with all nodes of 38-cell grains as unknowns.
 
+use riprap::geometry::Polyhedron;
+use riprap::grain::stiffness::stiffness_matrix;
 use riprap::linalg::lu::{LuSymbolic, Pattern};
 use riprap::linalg::{
     Factorisation, MultifrontalLu, NodeGraph, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern,
 };
-use riprap::geometry::Polyhedron;
-use riprap::grain::stiffness::stiffness_matrix;
 use riprap::material::Elastic;
 use riprap::mesh::grain_mesh;
 use riprap::tensor::{Mat3, Vec3};
@@ -125,11 +125,8 @@ impl Network {
     fn new(grains: usize) -> Self {
         let mut numbers = Numbers(grains as u64);
         let (places, pairs, radius) = packing(grains, &mut numbers);
-        let points: Vec<Point> = pairs
-            .iter()
-            .flat_map(|&pair| [pair; 2])
-            .map(|pair| point(pair, &places, &mut numbers))
-            .collect();
+        let points: Vec<Point> =
+            pairs.iter().flat_map(|&pair| [pair; 2]).map(|pair| point(pair, &places, &mut numbers)).collect();
         let cliques: Vec<[u32; 2]> = pairs.iter().map(|pair| pair.map(|i| i as u32)).collect();
         let graph = NodeGraph::from_cliques(grains, cliques.iter().map(|c| &c[..])).expect("a graph");
         let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; 6 * grains];
@@ -219,7 +216,8 @@ impl Network {
             }
         }
         for (sides, point) in &couplings {
-            let signed = || sides.iter().zip([-1.0, 1.0]).flat_map(|(s, sign)| s.iter().map(move |&n| (n, sign)));
+            let signed =
+                || sides.iter().zip([-1.0, 1.0]).flat_map(|(s, sign)| s.iter().map(move |&n| (n, sign)));
             for (a, sign_a) in signed() {
                 for (b, sign_b) in signed() {
                     let share: f64 = sign_a * sign_b / 36.0;
@@ -282,7 +280,9 @@ impl Network {
         write("exact.f64", real(&self.values));
         write("symmetric.f64", real(&even));
         write("right_side.f64", real(&self.right_side));
-        println!("grains,unknowns,entries,library,way,analysis_cpu_s,factor_cpu_s,solve_cpu_s,relative_residual");
+        println!(
+            "grains,unknowns,entries,library,way,analysis_cpu_s,factor_cpu_s,solve_cpu_s,relative_residual"
+        );
         let print = |way: &str, marks: [f64; 4], left: f64| {
             let [analysis, factor, solve] = [0, 1, 2].map(|k| marks[k + 1] - marks[k]);
             let (size, entries) = (self.pattern.size, self.values.len());

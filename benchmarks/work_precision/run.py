@@ -4,9 +4,9 @@
     benchmarks/work_precision/run.py RIPRAP OUT [SCENE ...]
 
 Every run is one process on one thread; its cost is the CPU time of that process (the machine may be shared, wall times are
-recorded beside it). Of a specimen's run, the CPU time of making the specimen, measured by itself, is taken off.
+recorded beside it). cpu_specimen_s is the part of it that made the specimen, by its share of the wall time in the run's own profile.
 
-SEEDS="1 2" runs a specimen with these seeds, ONLY="condensed rigid" runs these fidelities alone, LIMIT=600 ends a run
+SEEDS="1 2" runs a specimen with these seeds, ONLY="rigid,full reference" runs these fidelities or runs alone, LIMIT=600 ends a run
 after so many seconds.
 
 OUT gets, appended to where they exist: runs.csv (one row a run), curves.csv (one row an increment of a specimen),
@@ -44,8 +44,6 @@ CONDENSED = {
     "gap tolerance 1e-4": {"/solver/gap_tolerance": 1e-4},
     "gap tolerance 1e-6": {"/solver/gap_tolerance": 1e-6},
     "gap tolerance 1e-7": {"/solver/gap_tolerance": 1e-7},
-    "first penalty 0.1": {"/solver/first_penalty": 0.1},
-    "first penalty 10": {"/solver/first_penalty": 10},
 }
 CELLS = {"12 cells": {"/specimen/cells_per_grain": 12}, "100 cells": {"/specimen/cells_per_grain": 100}}
 REFERENCE = {"reference": {"increments": 4, "/solver/force_tolerance": 1e-5, "/solver/gap_tolerance": 1e-8}}
@@ -101,15 +99,18 @@ def append(path, head, rows):
 def record(out, scene, fidelity, variant, seed, cost, path):
     name = f"{fidelity}, {variant}"
     key = [scene, name, seed]
-    cpu, specimen, wall, code = cost
+    cpu, wall, code = cost
     if not os.path.exists(path):
-        append(os.path.join(out, "runs.csv"), RUNS, [[*key, fidelity, cpu, specimen, wall, f"exit {code}"] + [""] * 9])
+        append(os.path.join(out, "runs.csv"), RUNS, [[*key, fidelity, cpu, 0, wall, f"exit {code}"] + [""] * 9])
         return
     with h5py.File(path) as file:
         history = {k: v[:] for k, v in file["history"].items()}
         stage = history["stage"].astype(int)
+        parts = {k[:-8]: v[0] for k, v in file.get("profile", {}).items() if k.endswith("_seconds")}
+        parts = {k: v for k, v in parts.items() if not k.startswith("kernel_")}
+        specimen = cpu * parts.get("specimen", 0) / sum(parts.values()) if parts else 0.0
         total = [int(history[k].sum()) for k in ("augmentations", "newton_iterations", "factorisations", "cuts")]
-        last = [history["energy_" + k][-1] if len(stage) else "" for k in ("external", "friction", "elastic", "error")]
+        last = [history["energy_" + k][-1] if len(stage) else numpy.nan for k in ("external", "friction", "elastic", "error")]
         status = "finished" if code == 0 else f"exit {code}"
         append(os.path.join(out, "runs.csv"), RUNS, [
             [*key, fidelity, f"{cpu:.3f}", f"{specimen:.3f}", f"{wall:.2f}", status, len(stage), *total,
@@ -138,13 +139,10 @@ def main():
     for scene in scenes:
         case = os.path.join(HERE, "cases", scene + ".json")
         for seed in seeds if scene.startswith("specimen") else [1]:
-            specimen = 0.0
             with tempfile.TemporaryDirectory() as folder:
-                if scene.startswith("specimen"):
-                    made = [program, "specimen", case, "--set", f"/seed={seed}", "--out", os.path.join(folder, "s.h5")]
-                    specimen = measured(made)[0]
-                only = os.environ.get("ONLY", "full condensed rigid").split()
-                for fidelity, variant, settings in (row for row in plan(scene) if row[0] in only):
+                only = os.environ.get("ONLY", "full,condensed,rigid").split(",")
+                wanted = [row for row in plan(scene) if row[0] in only or f"{row[0]} {row[1]}" in only]
+                for fidelity, variant, settings in wanted:
                     path = os.path.join(folder, "run.h5")
                     if os.path.exists(path):
                         os.remove(path)
@@ -152,10 +150,10 @@ def main():
                     for key, value in settings.items():
                         sets += increments_of(scene, value) if key == "increments" else [f"{key}={value}"]
                     command = ["timeout", os.environ.get("LIMIT", "600"), program, "run", case, "--out", path]
-                    command += ["--fidelity", fidelity, "--threads", "1", "--quiet"]
+                    command += ["--fidelity", fidelity, "--threads", "1", "--quiet", "--profile"]
                     command += [word for s in sets for word in ("--set", s)]
                     cpu, wall, code = measured(command)
-                    record(out, scene, fidelity, variant, seed, (cpu, specimen, wall, code), path)
+                    record(out, scene, fidelity, variant, seed, (cpu, wall, code), path)
                     print(scene, seed, fidelity, variant, f"{cpu:.1f} s, exit {code}", flush=True)
 
 

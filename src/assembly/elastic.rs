@@ -223,11 +223,13 @@ impl Contacts {
             return Relaxed::default();
         }
         let surface_loads = self.surface_loads(model, loads, poses);
-        self.fields.par_iter_mut().zip(&model.bodies).zip(&surface_loads).for_each(|((field, body), loads)| {
-            if let Some(grain) = &body.grain {
-                grain.surface_field_into(field, loads);
-            }
-        });
+        self.fields.par_iter_mut().zip(&model.bodies).zip(&surface_loads).for_each(
+            |((field, body), loads)| {
+                if let Some(grain) = &body.grain {
+                    grain.surface_field_into(field, loads);
+                }
+            },
+        );
         self.update_reach();
         let energy = self.surface_energy(model, &surface_loads);
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);

@@ -77,7 +77,8 @@ fn full_bodies<'a>(
     model: &'a Model,
     dofs: &'a Dofs,
 ) -> impl Iterator<Item = (usize, usize, &'a crate::grain::FullGrain)> {
-    let full = |(body, b): (usize, &'a crate::model::Body)| Some((body, dofs.nodes_of(body)?, &**b.full.as_ref()?));
+    let full =
+        |(body, b): (usize, &'a crate::model::Body)| Some((body, dofs.nodes_of(body)?, &**b.full.as_ref()?));
     model.bodies.iter().enumerate().filter_map(full)
 }
 
@@ -161,7 +162,9 @@ fn full_sides<'a>(dofs: &Dofs, pair: &PairWork, spot: &'a Spot) -> [Option<Side<
 impl Side<'_> {
     fn nodes(&self) -> impl Iterator<Item = (usize, f64)> {
         let nodes = self.place.nodes.iter().zip(&self.place.weights);
-        nodes.filter(|(_, weight)| **weight != 0.0).map(|(&node, &weight)| (self.first + node as usize, weight))
+        nodes
+            .filter(|(_, weight)| **weight != 0.0)
+            .map(|(&node, &weight)| (self.first + node as usize, weight))
     }
 }
 
@@ -176,7 +179,12 @@ fn inner_couplings<'a>(model: &'a Model, dofs: &'a Dofs) -> impl Iterator<Item =
 }
 
 /// The couplings of full bodies: within them, or (with `touching` alone) by contacts only.
-pub fn full_couplings(model: &Model, dofs: &Dofs, contacts: &Contacts, touching: bool) -> Vec<(usize, usize)> {
+pub fn full_couplings(
+    model: &Model,
+    dofs: &Dofs,
+    contacts: &Contacts,
+    touching: bool,
+) -> Vec<(usize, usize)> {
     let mut all = Vec::new();
     if !model.has_full() {
         return all;
@@ -308,7 +316,13 @@ fn contact_nodes_into(
             let stiffness = back * by_displacement * other.turn * other.sign;
             for (node, weight) in side.nodes() {
                 for (column, share) in other.nodes() {
-                    pattern.add_block(values, dofs, node, column, &in_corner(&(stiffness * (weight * share))));
+                    pattern.add_block(
+                        values,
+                        dofs,
+                        node,
+                        column,
+                        &in_corner(&(stiffness * (weight * share))),
+                    );
                 }
             }
         }

@@ -62,9 +62,7 @@ impl BlockPattern {
 
     /// Whether all these couplings have a place.
     pub fn covers(&self, dofs: &Dofs, mut couplings: impl Iterator<Item = (usize, usize)>) -> bool {
-        couplings.all(|(a, b)| {
-            a == b || !dofs.is_free(a) || !dofs.is_free(b) || self.offset(a, b).is_some()
-        })
+        couplings.all(|(a, b)| a == b || !dofs.is_free(a) || !dofs.is_free(b) || self.offset(a, b).is_some())
     }
 
     pub fn entries(&self) -> usize {

@@ -55,9 +55,9 @@ pub fn main() -> ExitCode {
 /// Has the solver's events written to standard error where `RIPRAP_LOG` names a level.
 fn log_as_asked() -> Result<(), String> {
     let Ok(level) = std::env::var("RIPRAP_LOG") else { return Ok(()) };
-    let level: tracing::Level = level
-        .parse()
-        .map_err(|_| format!("RIPRAP_LOG: `{level}` is no level; accepted: error, warn, info, debug, trace"))?;
+    let level: tracing::Level = level.parse().map_err(|_| {
+        format!("RIPRAP_LOG: `{level}` is no level; accepted: error, warn, info, debug, trace")
+    })?;
     tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).without_time().init();
     Ok(())
 }

@@ -64,13 +64,7 @@ impl StraightTet10 {
     }
 
     /// Adds the derivative of [`Self::add_inner_forces`] [N/m], block (i, j) by node j of the force on node i.
-    pub fn add_tangent(
-        &self,
-        out: &mut [[Mat3; 10]; 10],
-        rock: &Elastic,
-        strains: Strains,
-        u: &[Vec3; 10],
-    ) {
+    pub fn add_tangent(&self, out: &mut [[Mat3; 10]; 10], rock: &Elastic, strains: Strains, u: &[Vec3; 10]) {
         let (lambda, mu) = rock.lame();
         let volume = self.point_volume();
         for l in &POINTS {
@@ -137,7 +131,10 @@ mod tests {
                         cell().strain_energy(&rock(), strains, &moved)
                     };
                     let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
-                    assert!((difference - force[node][axis]).abs() < 1e-7 * scale, "{strains:?} {node} {axis}");
+                    assert!(
+                        (difference - force[node][axis]).abs() < 1e-7 * scale,
+                        "{strains:?} {node} {axis}"
+                    );
                 }
             }
         }

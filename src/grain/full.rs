@@ -54,8 +54,11 @@ impl FullGrain {
         }
         let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
         let element = |cell| StraightTet10::new(&mesh.corners(cell));
-        let elements: Vec<StraightTet10> =
-            mesh.cell_ids().map(element).collect::<Option<_>>().ok_or_else(|| fail("has a flat cell".into()))?;
+        let elements: Vec<StraightTet10> = mesh
+            .cell_ids()
+            .map(element)
+            .collect::<Option<_>>()
+            .ok_or_else(|| fail("has a flat cell".into()))?;
         let surface = Surface::new(&mesh);
         let mut number = vec![u32::MAX; mesh.nodes.len()];
         let on_surface = surface.nodes().iter().copied();
@@ -117,7 +120,11 @@ impl FullGrain {
     }
 
     fn of_cells(&self) -> impl Iterator<Item = (&StraightTet10, &Elastic, &[u32; 10])> {
-        self.elements.iter().zip(&self.rock).zip(&self.cells).map(|((element, rock), cell)| (element, rock, cell))
+        self.elements
+            .iter()
+            .zip(&self.rock)
+            .zip(&self.cells)
+            .map(|((element, rock), cell)| (element, rock, cell))
     }
 
     /// Strain energy [J] at the displacements `u` [m] of all nodes.
@@ -126,7 +133,9 @@ impl FullGrain {
     /// As all that takes `u`, if there is not one displacement per node.
     pub fn energy(&self, u: &[Vec3]) -> f64 {
         self.of_cells()
-            .map(|(element, rock, cell)| element.strain_energy(rock, self.strains, &Self::displacements(cell, u)))
+            .map(|(element, rock, cell)| {
+                element.strain_energy(rock, self.strains, &Self::displacements(cell, u))
+            })
             .sum()
     }
 

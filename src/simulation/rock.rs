@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::case::{Law, RockCase, Scatter};
-use crate::error::{Error, Result};
 use crate::element::Strains;
+use crate::error::{Error, Result};
 use crate::grain::{CondensedGrain, FullGrain};
 use crate::material::{self, Elastic, Property, Quantity, sample_field};
 use crate::mesh::Mesh;

@@ -203,9 +203,7 @@ impl<'a> Newton<'a> {
             &self.contacts,
         );
         let hold = |carrier| {
-            self.dofs.sign(carrier)
-                * weight
-                * self.model.holding_stiffness(carrier, self.typical_stiffness)
+            self.dofs.sign(carrier) * weight * self.model.holding_stiffness(carrier, self.typical_stiffness)
         };
         system.pattern.add_diagonal(&mut self.values, &self.dofs, hold);
         self.contacts.timings.book(Kernel::Assembly, start);

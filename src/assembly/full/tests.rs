@@ -51,14 +51,7 @@ fn pile() -> (Model, Committed, Loads) {
         let turn = Vec3::new(2e-4, -3e-4, 0.35 * index as f64);
         Pose::new(Vec3::new(1e-3 * index as f64, -2e-3, height), Rotation::from_scaled_axis(turn))
     };
-    let model = Model {
-        bodies,
-        shapes,
-        law,
-        friction: Friction::constant(0.4),
-        cover: None,
-        membrane: None,
-    };
+    let model = Model { bodies, shapes, law, friction: Friction::constant(0.4), cover: None, membrane: None };
     (model, Committed::new((0..3).map(place).collect()), Loads::none(3))
 }
 
@@ -113,7 +106,10 @@ fn stiffness_is_derivative_of_forces() {
         for (i, exact) in product.iter().enumerate() {
             let difference = (minus[i] - plus[i]) / (2.0 * h);
             // Forces of 1e4 N, differences of 0.1 N: rounding leaves 1e-7.
-            assert!((difference - exact).abs() < 1e-6 * scale, "unknown {i}: {difference} {exact} of {scale}");
+            assert!(
+                (difference - exact).abs() < 1e-6 * scale,
+                "unknown {i}: {difference} {exact} of {scale}"
+            );
         }
     }
 }
