@@ -17,7 +17,7 @@ use riprap::scene::{Scene, SceneBody};
 use riprap::tensor::Vec3;
 use riprap::triaxial::StageEnd;
 
-use crate::scene_builder::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
+use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
 
 const EDGE: f64 = 0.03;
 

@@ -41,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Report(report) => commands::report(report),
         Command::Study(study) => series::study(study),
         Command::Batch(batch) => series::batch(batch),
+        Command::Verify(verify) => commands::verify(verify),
         Command::Schema => commands::schema(),
     };
     match ended {

@@ -13,7 +13,7 @@ use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, FullGrain};
 use crate::model::cover::{Outline, Rim};
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
-use crate::solver::Settings;
+use crate::solver::{Dossier, Settings};
 use crate::specimen::Specimen;
 use crate::tensor::{self, Pose, Rotation, Vec3};
 use crate::triaxial::rubber::RubberSheet;
@@ -56,6 +56,8 @@ pub struct Rig {
     pub pressure: f64,
     /// Whether the top plate is free to tilt.
     pub tilting: bool,
+    /// Of the last increment that could not be solved; not stored.
+    pub dossier: Option<Dossier>,
 }
 
 /// How a body deforms, taken from it for a while.
@@ -89,6 +91,7 @@ impl Rig {
             pressure,
             nominal_ratio,
             tilting: _,
+            dossier: _,
         } = self;
         RigState {
             committed: Cow::Borrowed(committed),
@@ -180,6 +183,7 @@ impl Rig {
             nominal_ratio: 1.0,
             pressure: 0.0,
             tilting: parameters.tilting,
+            dossier: None,
         };
         match &parameters.membrane {
             Some(sheet) => rig.wrap(sheet, specimen.diameter)?,

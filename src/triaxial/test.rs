@@ -3,11 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::model::Counters;
-use crate::solver::{Energies, Increment, IncrementReport, Pace, StepStatus, advance, motion_between};
+use crate::solver::{
+    Dossier, Energies, Increment, IncrementReport, Pace, StepStatus, advance, motion_between,
+};
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
-use crate::triaxial::ledger::{EnergyGate, Ledger};
+use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
@@ -118,6 +120,7 @@ struct Trial {
     ledger: Ledger,
     energy_gap: f64,
     poorly_closed: bool,
+    creates_energy: bool,
     control_error: f64,
     ram: f64,
     pressure: f64,
@@ -185,7 +188,9 @@ impl Test {
             if way.watch.overshoots(share, &trial.measures) {
                 continue;
             }
-            if trial.poorly_closed && self.energy_gate.cuts && way.pace.cut(share) {
+            let refused = trial.creates_energy || (trial.poorly_closed && self.energy_gate.cuts);
+            if refused && way.pace.cut(share) {
+                tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
                 way.watch.limit = None;
                 continue;
             }
@@ -370,6 +375,7 @@ impl Test {
                 counters.add(&report.counters);
             }
             if !report.converged() {
+                rig.dossier = Some(Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings));
                 return Err(describe(rig, &report, drive.pressure(to, report.factor)));
             }
             let pressure = drive.pressure(to, report.factor);
@@ -429,6 +435,7 @@ impl Test {
         }
         let gap = ledger.error() - self.ledger.error();
         let turnover = ram_work.abs() + pressure_work.abs();
+        let released = (self.ledger.elastic - ledger.elastic).max(0.0);
         Trial {
             measures: Measures::of(rig, &state, &self.zero),
             ledger,
@@ -439,6 +446,7 @@ impl Test {
                 report.energy.elastic,
                 rig.settings.force_tolerance,
             ),
+            creates_energy: creates_energy(gap, ram_work + pressure_work + released, report.energy.elastic),
             control_error: drive.miss(share, to, &state),
             ram,
             pressure,
