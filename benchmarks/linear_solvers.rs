@@ -7,12 +7,21 @@
 //! sliding), not its geometry: the times are meant, the numbers of GMRES iterations depend on the rest.
 //!
 //! `cargo bench --bench linear_solvers [-- GRAINS ...]` prints CSV: one row a size, way and repetition.
+//!
+//! `-- reference FOLDER GRAINS` measures this crate's LU and LDLT on one thread in CPU time and writes the matrices for
+//! `benchmarks/reference_solvers.py`, which has another library solve them; `-- reference-full FOLDER GRAINS` the same
+//! with all nodes of 38-cell grains as unknowns.
 
+use riprap::geometry::Polyhedron;
+use riprap::grain::stiffness::stiffness_matrix;
 use riprap::linalg::lu::{LuSymbolic, Pattern};
 use riprap::linalg::{
     Factorisation, MultifrontalLu, NodeGraph, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern,
 };
-use riprap::tensor::Vec3;
+use riprap::material::Elastic;
+use riprap::mesh::grain_mesh;
+use riprap::tensor::{Mat3, Vec3};
+use std::path::Path;
 use std::time::Instant;
 
 const REPETITIONS: usize = 3;
@@ -23,6 +32,15 @@ const HOLD: f64 = 1e-4;
 const KEPT: f64 = 1e-3;
 
 fn main() {
+    let words: Vec<String> = std::env::args().filter(|a| a != "--bench").skip(1).collect();
+    if let [way @ ("reference" | "reference-full"), folder, grains] =
+        &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
+    {
+        let grains = grains.parse().expect("a number of grains");
+        let network = if *way == "reference" { Network::new(grains) } else { Network::full(grains) };
+        network.compare(Path::new(folder));
+        return;
+    }
     let sizes: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let sizes = if sizes.is_empty() { vec![100, 300, 1000, 3783] } else { sizes };
     println!(
@@ -63,6 +81,8 @@ struct Point {
 
 struct Network {
     grains: usize,
+    /// First unknown of each block, and their number.
+    first: Vec<u32>,
     pattern: Pattern,
     graph: NodeGraph,
     values: Vec<f64>,
@@ -70,41 +90,44 @@ struct Network {
     right_side: Vec<f64>,
 }
 
+/// Places of grains in a cylinder, the pairs that touch, and the height over the radius.
+fn packing(grains: usize, numbers: &mut Numbers) -> (Vec<Vec3>, Vec<[usize; 2]>, f64) {
+    // A cylinder of height over diameter 2.17, in units of the lattice.
+    let radius = (grains as f64 / (std::f64::consts::TAU * 2.17)).cbrt();
+    let reach = 3 + (2.2 * radius) as i64;
+    let mut places = vec![];
+    for k in -reach..reach {
+        for j in -reach..reach {
+            for i in -reach..reach {
+                let x = Vec3::new(i as f64, j as f64, k as f64) + 0.2 * numbers.vector();
+                places.push(((x.xy().norm() / radius).max(x.z.abs() / (2.17 * radius)), x));
+            }
+        }
+    }
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let places: Vec<Vec3> = places.into_iter().take(grains).map(|p| p.1).collect();
+    // The nearest pairs, seven ends a grain.
+    let mut pairs = vec![];
+    for (i, a) in places.iter().enumerate() {
+        for (j, b) in places.iter().enumerate().skip(i + 1) {
+            let distance = (a - b).norm();
+            if distance < 1.9 {
+                pairs.push((distance, i, j));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    pairs.truncate(7 * grains / 2);
+    (places, pairs.into_iter().map(|(_, i, j)| [i, j]).collect(), radius)
+}
+
 impl Network {
     fn new(grains: usize) -> Self {
         let mut numbers = Numbers(grains as u64);
-        // A cylinder of height over diameter 2.17, in units of the lattice.
-        let radius = (grains as f64 / (std::f64::consts::TAU * 2.17)).cbrt();
-        let reach = 3 + (2.2 * radius) as i64;
-        let mut places = vec![];
-        for k in -reach..reach {
-            for j in -reach..reach {
-                for i in -reach..reach {
-                    let x = Vec3::new(i as f64, j as f64, k as f64) + 0.2 * numbers.vector();
-                    places.push(((x.xy().norm() / radius).max(x.z.abs() / (2.17 * radius)), x));
-                }
-            }
-        }
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let places: Vec<Vec3> = places.into_iter().take(grains).map(|p| p.1).collect();
-        // The nearest pairs, seven ends a grain.
-        let mut pairs = vec![];
-        for (i, a) in places.iter().enumerate() {
-            for (j, b) in places.iter().enumerate().skip(i + 1) {
-                let distance = (a - b).norm();
-                if distance < 1.9 {
-                    pairs.push((distance, i, j));
-                }
-            }
-        }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        pairs.truncate(7 * grains / 2);
-        let points: Vec<Point> = pairs
-            .iter()
-            .flat_map(|&(_, i, j)| [(i, j); 2])
-            .map(|(i, j)| point([i, j], &places, &mut numbers))
-            .collect();
-        let cliques: Vec<[u32; 2]> = pairs.iter().map(|&(_, i, j)| [i as u32, j as u32]).collect();
+        let (places, pairs, radius) = packing(grains, &mut numbers);
+        let points: Vec<Point> =
+            pairs.iter().flat_map(|&pair| [pair; 2]).map(|pair| point(pair, &places, &mut numbers)).collect();
+        let cliques: Vec<[u32; 2]> = pairs.iter().map(|pair| pair.map(|i| i as u32)).collect();
         let graph = NodeGraph::from_cliques(grains, cliques.iter().map(|c| &c[..])).expect("a graph");
         let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; 6 * grains];
         let pattern = SymmetricPattern::from_graph(&graph, 6).expect("a pattern");
@@ -126,7 +149,102 @@ impl Network {
                 }
             });
         }
-        let mut pattern = Pattern { size: 6 * grains, column_starts: vec![0], rows: vec![] };
+        let first = (0..=grains).map(|g| 6 * g as u32).collect();
+        Network::assembled(grains, first, graph, columns, symmetric, &mut numbers)
+    }
+
+    /// All nodes of grains of about 38 cells; contacts between the surface nodes nearest to one another.
+    fn full(grains: usize) -> Self {
+        let mut numbers = Numbers(grains as u64);
+        let (places, pairs, radius) = packing(grains, &mut numbers);
+        let corners: Vec<Vec3> = (0..13).map(|_| 0.5 * numbers.vector().normalize()).collect();
+        let shape = Polyhedron::convex_hull(&corners).expect("a hull");
+        let mesh = grain_mesh(&shape, 38).expect("a mesh");
+        let rock = vec![Elastic::new(1.0, 0.2).expect("allowed"); mesh.cells.len()];
+        let intact = vec![[1.0; 4]; rock.len()];
+        let stiffness = stiffness_matrix(&mesh, &rock, &intact).expect("a stiffness");
+        let nodes = mesh.nodes.len();
+        let surface = mesh.surface_nodes();
+        // The six surface nodes nearest to where the grain meets a neighbour.
+        let meeting = |direction: &Vec3| -> Vec<usize> {
+            let mut near: Vec<usize> = surface.iter().map(|node| node.index()).collect();
+            near.sort_by(|&a, &b| mesh.nodes[b].dot(direction).total_cmp(&mesh.nodes[a].dot(direction)));
+            near.truncate(6);
+            near
+        };
+        let couplings: Vec<([Vec<usize>; 2], Point)> = pairs
+            .iter()
+            .map(|&[i, j]| {
+                let way = (places[j] - places[i]).normalize();
+                let at = |grain: usize, way: Vec3| meeting(&way).iter().map(|n| grain * nodes + n).collect();
+                ([at(i, way), at(j, -way)], point([i, j], &places, &mut numbers))
+            })
+            .collect();
+        let cells = (0..grains).flat_map(|g| {
+            let shift = (g * nodes) as u32;
+            mesh.cells.iter().map(move |cell| cell.map(|node| node.0 + shift).to_vec())
+        });
+        let touching = couplings.iter().map(|(sides, _)| sides.concat().iter().map(|&n| n as u32).collect());
+        let cliques: Vec<Vec<u32>> = cells.chain(touching).collect();
+        let graph = NodeGraph::from_cliques(grains * nodes, cliques.iter().map(|c| &c[..])).expect("a graph");
+        let pattern = SymmetricPattern::from_graph(&graph, 3).expect("a pattern");
+        let mut symmetric = SymmetricMatrix::zeros(pattern);
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; 3 * grains * nodes];
+        let mut put = |row: usize, column: usize, exact: f64, even: f64| {
+            columns[column].push((row, exact));
+            assert!(row < column || symmetric.add(row, column, even));
+        };
+        for grain in 0..grains {
+            let ends = places[grain].z.abs() > 2.17 * radius - 0.7;
+            for row in 0..3 * nodes {
+                let at = 3 * nodes * grain;
+                let held = if ends { 1e-2 } else { HOLD };
+                put(at + row, at + row, held, held);
+                for other in graph.neighbours(grain * nodes + row / 3).iter().map(|&n| n as usize) {
+                    let within = (grain * nodes..(grain + 1) * nodes).contains(&other);
+                    for axis in (0..3).filter(|_| within) {
+                        let column = 3 * (other - grain * nodes) + axis;
+                        let value = stiffness.get(row.max(column), row.min(column));
+                        put(at + row, at + column, value, value);
+                    }
+                }
+                for axis in 0..3 {
+                    let column = row - row % 3 + axis;
+                    let value = stiffness.get(row.max(column), row.min(column));
+                    put(at + row, at + column, value, value);
+                }
+            }
+        }
+        for (sides, point) in &couplings {
+            let signed =
+                || sides.iter().zip([-1.0, 1.0]).flat_map(|(s, sign)| s.iter().map(move |&n| (n, sign)));
+            for (a, sign_a) in signed() {
+                for (b, sign_b) in signed() {
+                    let share: f64 = sign_a * sign_b / 36.0;
+                    let (exact, even): (Mat3, Mat3) = (point.exact * share, point.symmetric * share);
+                    for r in 0..3 {
+                        for c in 0..3 {
+                            put(3 * a + r, 3 * b + c, exact[(r, c)], even[(r, c)]);
+                        }
+                    }
+                }
+            }
+        }
+        let first = (0..=grains * nodes).map(|n| 3 * n as u32).collect();
+        Network::assembled(grains, first, graph, columns, symmetric, &mut numbers)
+    }
+
+    /// `columns` hold the exact entries in any order, several of them for the same place.
+    fn assembled(
+        grains: usize,
+        first: Vec<u32>,
+        graph: NodeGraph,
+        mut columns: Vec<Vec<(usize, f64)>>,
+        symmetric: SymmetricMatrix,
+        numbers: &mut Numbers,
+    ) -> Self {
+        let size = columns.len();
+        let mut pattern = Pattern { size, column_starts: vec![0], rows: vec![] };
         let mut values = vec![];
         for column in &mut columns {
             column.sort_by_key(|entry| entry.0);
@@ -142,8 +260,65 @@ impl Network {
             }
             pattern.column_starts.push(pattern.rows.len());
         }
-        let right_side = (0..6 * grains).map(|_| numbers.next()).collect();
-        Network { grains, pattern, graph, values, symmetric, right_side }
+        let right_side = (0..size).map(|_| numbers.next()).collect();
+        Network { grains, first, pattern, graph, values, symmetric, right_side }
+    }
+
+    /// This crate's LU and LDLT on one thread in CPU seconds, as CSV; writes the matrices for another library.
+    fn compare(&self, folder: &Path) {
+        std::fs::create_dir_all(folder).expect("a folder");
+        let write = |name: &str, bytes: Vec<u8>| std::fs::write(folder.join(name), bytes).expect("written");
+        let whole = |list: &[usize]| list.iter().flat_map(|&k| (k as i64).to_le_bytes()).collect::<Vec<u8>>();
+        let real = |list: &[f64]| list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+        let mut even = Vec::with_capacity(self.values.len());
+        for (column, range) in self.pattern.column_starts.windows(2).enumerate() {
+            let rows = &self.pattern.rows[range[0]..range[1]];
+            even.extend(rows.iter().map(|&row| self.symmetric.get(row.max(column), row.min(column))));
+        }
+        write("starts.i64", whole(&self.pattern.column_starts));
+        write("rows.i64", whole(&self.pattern.rows));
+        write("exact.f64", real(&self.values));
+        write("symmetric.f64", real(&even));
+        write("right_side.f64", real(&self.right_side));
+        println!(
+            "grains,unknowns,entries,library,way,analysis_cpu_s,factor_cpu_s,solve_cpu_s,relative_residual"
+        );
+        let print = |way: &str, marks: [f64; 4], left: f64| {
+            let [analysis, factor, solve] = [0, 1, 2].map(|k| marks[k + 1] - marks[k]);
+            let (size, entries) = (self.pattern.size, self.values.len());
+            println!(
+                "{},{size},{entries},riprap,{way},{analysis:.4},{factor:.4},{solve:.4},{left:.1e}",
+                self.grains
+            );
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+        pool.install(|| {
+            for _ in 0..REPETITIONS {
+                let mut marks = [cpu_seconds(); 4];
+                let mut lu = MultifrontalLu::analyse(self.pattern.clone(), &self.first).expect("analysed");
+                marks[1] = cpu_seconds();
+                lu.factorise(&self.values).expect("factorised");
+                marks[2] = cpu_seconds();
+                let mut x = self.right_side.clone();
+                let left = lu.solve_in_place(&self.values, &mut x).expect("solved");
+                marks[3] = cpu_seconds();
+                print("LU", marks, left);
+                drop(lu);
+                marks[0] = cpu_seconds();
+                let width = (self.first[1] - self.first[0]) as usize;
+                let ordering = Ordering::nested_dissection(&self.graph, width).expect("an ordering");
+                let pattern = self.symmetric.pattern();
+                let mut factor =
+                    SparseCholesky::analyse(pattern, &ordering, Factorisation::Llt).expect("analysed");
+                marks[1] = cpu_seconds();
+                factor.factorise(&self.symmetric).expect("factorised");
+                marks[2] = cpu_seconds();
+                let mut x = self.right_side.clone();
+                factor.back_substitute(&mut x, 1).expect("solved");
+                marks[3] = cpu_seconds();
+                print("LLT", marks, f64::NAN);
+            }
+        });
     }
 
     fn row(
@@ -190,9 +365,8 @@ impl Network {
     fn by_fronts(&self, threads: usize) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
-            let first: Vec<u32> = (0..=self.grains).map(|g| 6 * g as u32).collect();
             let start = Instant::now();
-            let mut lu = MultifrontalLu::analyse(self.pattern.clone(), &first).expect("analysed");
+            let mut lu = MultifrontalLu::analyse(self.pattern.clone(), &self.first).expect("analysed");
             let analysed = Instant::now();
             lu.factorise(&self.values).expect("factorised");
             let factorised = Instant::now();
@@ -310,6 +484,12 @@ impl Point {
             }
         }
     }
+}
+
+/// CPU time of this thread so far [s].
+fn cpu_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux");
+    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).expect("a number") * 1e-9
 }
 
 fn times(start: Instant, analysed: Instant, factorised: Instant) -> [f64; 3] {

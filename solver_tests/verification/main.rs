@@ -13,6 +13,7 @@ mod crushed_bodies;
 mod cube_on_cube;
 mod damage_law;
 mod damaged_grain;
+mod full_grain;
 mod grain_meshes;
 mod hertz;
 mod membrane_balloon;

@@ -1,10 +1,11 @@
 //! All contacts of the model in one configuration, with buffers that are reused.
 
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, reach};
+use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::wall::touch_wall_into;
-use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
+use crate::contact::force::{self, ElasticTangent, Evaluation, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::law::Weakening;
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
@@ -66,6 +67,9 @@ pub struct PairWork {
     /// Tangents of the active points, in their order.
     #[serde(skip)]
     pub tangents: Vec<Tangent>,
+    /// The same where a body is full, with what its nodes' displacements change.
+    #[serde(skip)]
+    pub elastic_tangents: Vec<ElasticTangent>,
     /// Smallest distance between the cores' features [m].
     #[serde(skip)]
     pub nearest: f64,
@@ -124,8 +128,9 @@ impl PairWork {
             now: &fields[body],
             committed: committed.get(body).map_or(&[], |field| &field[..]),
         };
-        let condensed = model.bodies[a].grain.is_some() || model.bodies[b].grain.is_some();
-        let reach = if condensed { features.margin() } else { 0.0 };
+        let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
+        let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
+        let reach = if elastic { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
         *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
             let memory = carried.point(site.feature);
@@ -147,16 +152,19 @@ impl PairWork {
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
             };
-            if condensed {
+            if elastic {
                 let last = held.iter().find(|h| h.feature == site.feature);
-                let known = spots.iter().find(|s| s.feature == site.feature).copied();
-                let spot = known.unwrap_or_else(|| {
+                let known = spots.iter().position(|s| s.feature == site.feature);
+                let place = known.unwrap_or_else(|| {
                     let (point, normal) = force::place(&site, &sites, state.radius_difference);
                     let scale = last.map_or(first_scale, |h| h.scale);
-                    let spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale);
-                    spots.push(spot);
-                    spot
+                    spots.push(Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale));
+                    spots.len() - 1
                 });
+                let spot = &mut spots[place];
+                if full {
+                    spot.follow([side(a), side(b)]);
+                }
                 state.stiffness = 1.0 / (1.0 / spring + spot.compliance);
                 state.elastic = spot.elastic;
                 state.elastic_change = spot.change;
@@ -187,8 +195,8 @@ struct View<'a> {
 /// How far beyond its radii a pair's features are listed for the sake of elastic displacements
 /// [m]: zero for two rigid bodies.
 fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
-    let condensed = [a, b].iter().any(|&body| model.bodies[body as usize].grain.is_some());
-    if condensed { (2.0 * needed).max(ELASTIC_MARGIN * model.smallest_rounding()) } else { 0.0 }
+    let elastic = [a, b].iter().any(|&body| model.bodies[body as usize].is_elastic());
+    if elastic { (2.0 * needed).max(ELASTIC_MARGIN * model.smallest_rounding()) } else { 0.0 }
 }
 
 /// How far elastic displacements and offsets may bring a contact forward [m].
@@ -233,7 +241,8 @@ pub struct Contacts {
     /// Core vertices of every body in space [m].
     #[serde(skip)]
     corners: Vec<Vec<Vec3>>,
-    /// Surface displacement of every body in its own frame, from the forces of the last augmentation.
+    /// Surface displacement of every body in its own frame, from the forces of the last augmentation; of a full body
+    /// that of all nodes, now.
     #[serde(skip)]
     pub fields: Vec<SurfaceField>,
     /// The largest displacement in each of `fields` [m].
@@ -241,6 +250,9 @@ pub struct Contacts {
     reach: Vec<f64>,
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
+    /// What full bodies need besides.
+    #[serde(skip)]
+    pub frames: Frames,
     /// Contacts of the membrane, where the model has one.
     #[serde(skip)]
     pub membrane: MembraneContacts,
@@ -264,6 +276,7 @@ impl Default for Contacts {
             fields: Vec::new(),
             reach: Vec::new(),
             first_scale: 1.0,
+            frames: Frames::default(),
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -278,6 +291,7 @@ impl Contacts {
         self.membrane.start();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
+        self.start_nodes(model);
         self.update_reach();
         for pair in &mut self.pairs {
             pair.reset(committed.memory.get(&pair.key()));
@@ -349,21 +363,22 @@ impl Contacts {
         }
         let (kinematics, corners) = (&self.kinematics, &self.corners);
         self.pairs.par_iter_mut().for_each(|pair| {
-            let PairWork { features, points, tangents, .. } = pair;
+            let PairWork { features, points, tangents, elastic_tangents, .. } = pair;
             let (a, b) = (features.a as usize, features.b as usize);
+            let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
             tangents.clear();
-            for point in points.iter().filter(|p| p.evaluation.is_active()) {
-                let shapes = [&model.shapes[a], &model.shapes[b]];
-                let sites =
-                    site_points(&point.site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
-                tangents.push(force::tangent(
-                    &model.law,
-                    &point.site,
-                    &sites,
-                    &kinematics[a],
-                    &kinematics[b],
-                    &point.state,
-                ));
+            elastic_tangents.clear();
+            let shapes = [&model.shapes[a], &model.shapes[b]];
+            for ContactPoint { site, state, .. } in points.iter().filter(|p| p.evaluation.is_active()) {
+                let sites = site_points(site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
+                let [a, b] = [&kinematics[a], &kinematics[b]];
+                if full {
+                    let elastic = force::elastic_tangent(&model.law, site, &sites, a, b, state);
+                    tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
+                    elastic_tangents.push(elastic);
+                } else {
+                    tangents.push(force::tangent(&model.law, site, &sites, a, b, state));
+                }
             }
         });
         self.timings.book(Kernel::Tangents, start);
@@ -398,6 +413,7 @@ impl Contacts {
                     spots: Vec::new(),
                     points: Vec::new(),
                     tangents: Vec::new(),
+                    elastic_tangents: Vec::new(),
                     nearest: f64::INFINITY,
                 };
                 pair.reset(committed.memory.get(key));

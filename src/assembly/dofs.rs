@@ -3,10 +3,17 @@
 use crate::model::{Loads, Model};
 use crate::tensor::{Pose, Vec3};
 
-/// Which components of which body are unknowns, and at which number.
+/// Which components of which body are unknowns, and at which number. Behind the carriers stand, body by body, the
+/// nodes of full grains (three unknowns each: displacements in the grain's frame) and the six multipliers of that
+/// grain's frame; here they count as bodies too.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dofs {
     index: Vec<[Option<u32>; 6]>,
+    carriers: usize,
+    /// The body that each block behind the carriers is of.
+    owner: Vec<u32>,
+    /// First node of each body, where it is full.
+    nodes: Vec<Option<usize>>,
     /// Factor from a physical component to its unknown: 1 for translations, the body's rotation
     /// scale for rotations.
     scale: Vec<f64>,
@@ -16,22 +23,28 @@ pub struct Dofs {
 impl Dofs {
     pub fn new(model: &Model, loads: &Loads) -> Self {
         let mut count = 0;
-        let index = loads
-            .prescribed
-            .iter()
-            .map(|prescribed| {
-                prescribed.map(|held| {
-                    (!held).then(|| {
-                        count += 1;
-                        count as u32 - 1
-                    })
+        let mut number = |held: &[bool; 6]| {
+            held.map(|held| {
+                (!held).then(|| {
+                    count += 1;
+                    count as u32 - 1
                 })
             })
-            .collect();
+        };
+        let mut index: Vec<[Option<u32>; 6]> = loads.prescribed.iter().map(&mut number).collect();
+        let carriers = index.len();
+        let (mut owner, mut nodes) = (Vec::new(), vec![None; model.bodies.len()]);
+        for (body, grain) in model.bodies.iter().enumerate().filter_map(|(i, b)| Some((i, b.full.as_ref()?)))
+        {
+            nodes[body] = Some(index.len());
+            index.extend((0..grain.nodes()).map(|_| number(&[false, false, false, true, true, true])));
+            index.push(number(&[false; 6]));
+            owner.resize(index.len() - carriers, body as u32);
+        }
         let mut scale: Vec<f64> = model.bodies.iter().map(|b| b.rotation_scale).collect();
         // Nodes of a membrane do not turn.
-        scale.resize(loads.prescribed.len(), 1.0);
-        Dofs { index, scale, count }
+        scale.resize(index.len(), 1.0);
+        Dofs { index, carriers, owner, nodes, scale, count }
     }
 
     pub fn count(&self) -> usize {
@@ -40,6 +53,22 @@ impl Dofs {
 
     pub fn bodies(&self) -> usize {
         self.index.len()
+    }
+
+    /// How many of them have a pose.
+    pub fn carriers(&self) -> usize {
+        self.carriers
+    }
+
+    /// The first node of a full body; its other nodes follow, and then its multipliers.
+    pub fn nodes_of(&self, body: usize) -> Option<usize> {
+        *self.nodes.get(body)?
+    }
+
+    /// Minus one for multipliers, on which a proximal term acts the other way: the energy is at a maximum in them.
+    pub fn sign(&self, block: usize) -> f64 {
+        let is_free = |component: usize| self.index[block][component].is_some();
+        if block >= self.carriers && is_free(3) { -1.0 } else { 1.0 }
     }
 
     pub fn of(&self, body: usize) -> &[Option<u32>; 6] {
@@ -92,7 +121,7 @@ impl Dofs {
     }
 
     /// The largest force on a body [N]: the norm over its free components, moments divided by the
-    /// rotation scale. Returns the body with it.
+    /// rotation scale. Returns the body with it, of a full grain's nodes the grain.
     pub fn largest_force(&self, forces: &[f64]) -> (f64, usize) {
         let mut largest = (0.0, 0);
         for (body, index) in self.index.iter().enumerate() {
@@ -100,6 +129,9 @@ impl Dofs {
             if !(square.sqrt() <= largest.0) {
                 largest = (square.sqrt(), body);
             }
+        }
+        if let Some(&owner) = largest.1.checked_sub(self.carriers).and_then(|inner| self.owner.get(inner)) {
+            largest.1 = owner as usize;
         }
         largest
     }

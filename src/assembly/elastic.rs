@@ -16,9 +16,10 @@ use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
 use crate::grain::SurfacePoint;
 use crate::model::{Committed, Loads, Model};
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::{Pose, Rotation, Vec3};
 
-/// Displacement of the surface nodes of a body in its own frame [m]; empty for a rigid body.
+/// Displacement of the nodes of a body in its own frame [m]: those of the surface where it is condensed, all (the
+/// surface's first) where it is full; empty for a rigid body.
 pub type SurfaceField = Vec<Vec3>;
 
 /// A contact's compliance in the solve over the bodies' own flexibilities there. Other contacts of the
@@ -30,8 +31,10 @@ const OVERESTIMATE: f64 = 2.5;
 #[derive(Debug, Clone, Copy)]
 pub struct Spot {
     pub feature: Feature,
-    on_a: Option<SurfacePoint>,
-    on_b: Option<SurfacePoint>,
+    pub on_a: Option<SurfacePoint>,
+    pub on_b: Option<SurfacePoint>,
+    /// Rotations of `a` and `b` when the place was found: displacements turn with these until the next augmentation.
+    pub turns: [Rotation; 2],
     /// Elastic displacement of `b`'s surface relative to `a`'s [m], in space.
     pub elastic: Vec3,
     /// The part of it since the last accepted increment [m].
@@ -91,17 +94,14 @@ pub struct Side<'a> {
 }
 
 impl Side<'_> {
-    /// The surface point below `x` in direction `outward` (both in space), its displacement and the
-    /// change of that since the last accepted increment [m], and its flexibility along `outward` [m/N].
-    fn look(&self, x: &Vec3, outward: &Vec3) -> Option<(SurfacePoint, Vec3, Vec3, f64)> {
-        let grain = self.model.bodies[self.body].grain.as_ref()?;
+    /// The surface point below `x` in direction `outward` (both in space) and the flexibility along `outward` [m/N] that
+    /// is not among the unknowns.
+    fn look(&self, x: &Vec3, outward: &Vec3) -> Option<(SurfacePoint, f64)> {
+        let body = &self.model.bodies[self.body];
         let back = self.pose.rotation.inverse();
         let (xi, n) = (back * (x - self.pose.position), back * outward);
-        let place = grain.locate_along(&xi, &n);
-        let now = interpolate(&place, self.now);
-        let change = now - interpolate(&place, self.committed);
-        let along = grain.flexibility_along(&place, &n);
-        Some((place, self.pose.rotation * now, self.pose.rotation * change, along))
+        let place = body.surface()?.locate_along(&xi, &n);
+        Some((place, body.grain.as_ref().map_or(0.0, |grain| grain.flexibility_along(&place, &n))))
     }
 }
 
@@ -115,22 +115,32 @@ impl Spot {
     /// The contact between `a` and `b` at `point` with `normal` from `a` to `b`, both in space.
     pub fn new(feature: Feature, [a, b]: [Side<'_>; 2], point: &Vec3, normal: &Vec3, scale: f64) -> Self {
         let (on_a, on_b) = (a.look(point, normal), b.look(point, &-normal));
+        let along = |side: Option<(SurfacePoint, f64)>| side.map_or(0.0, |(_, along)| along);
         let mut spot = Spot {
             feature,
             on_a: on_a.map(|s| s.0),
             on_b: on_b.map(|s| s.0),
+            turns: [a.pose.rotation, b.pose.rotation],
             elastic: Vec3::zeros(),
             change: Vec3::zeros(),
-            compliance: 0.0,
+            compliance: scale * OVERESTIMATE * (along(on_a) + along(on_b)),
         };
-        for (side, sign) in [(&on_a, -1.0), (&on_b, 1.0)] {
-            if let Some((_, now, change, along)) = side {
-                spot.elastic += now * sign;
-                spot.change += change * sign;
-                spot.compliance += scale * OVERESTIMATE * along;
+        spot.follow([a, b]);
+        spot
+    }
+
+    /// Takes over the displacements of the two sides.
+    pub fn follow(&mut self, sides: [Side<'_>; 2]) {
+        (self.elastic, self.change) = (Vec3::zeros(), Vec3::zeros());
+        for ((place, side), (turn, sign)) in
+            [self.on_a, self.on_b].iter().zip(&sides).zip(self.turns.iter().zip([-1.0, 1.0]))
+        {
+            if let Some(place) = place {
+                let now = interpolate(place, side.now);
+                self.elastic += turn * now * sign;
+                self.change += turn * (now - interpolate(place, side.committed)) * sign;
             }
         }
-        spot
     }
 }
 
@@ -143,7 +153,7 @@ pub struct Relaxed {
     /// The largest change this makes to a gap or a stretch [m]: zero where forces and elastic
     /// displacements agree.
     pub mismatch: f64,
-    /// Elastic energy of all condensed bodies under these forces [J].
+    /// Elastic energy of all elastic bodies under these forces [J].
     pub energy: f64,
 }
 
@@ -152,52 +162,59 @@ pub fn reach(field: &[Vec3]) -> f64 {
     field.iter().map(|u| u.norm_squared()).fold(0.0, f64::max).sqrt()
 }
 
-/// Calls `visit(body, place, force)` for each node of a cover that is glued to condensed bodies, with its
+/// Calls `visit(body, place, force)` for each node of a cover that is glued to elastic bodies, with its
 /// share of `pressure` [N], in space. Under a membrane the cover's nodes are the membrane's: none.
-fn for_each_cover_force(
+pub(super) fn for_each_cover_force(
     model: &Model,
     poses: &[Pose],
     pressure: f64,
     mut visit: impl FnMut(usize, SurfacePoint, Vec3),
 ) {
-    if !model.has_condensed() || model.membrane.is_some() {
+    if !model.has_elastic() || model.membrane.is_some() {
         return;
     }
     let Some(cover) = &model.cover else { return };
     let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
     cover.node_forces_into(&mut forces, poses, pressure);
     for (node, force) in cover.nodes().iter().zip(forces) {
-        if let Some(grain) = &model.bodies[node.body].grain {
-            visit(node.body, grain.locate(&node.point), force);
+        if let Some(surface) = model.bodies[node.body].surface() {
+            visit(node.body, surface.locate(&node.point), force);
         }
     }
 }
 
 impl Contacts {
-    /// Forces on the surfaces of all condensed bodies in the configuration last evaluated [N], the
+    /// Forces on the surfaces of all elastic bodies in the configuration last evaluated [N], the
     /// cover's included.
-    fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
+    pub(super) fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
         let mut all = vec![SurfaceLoads::new(); model.bodies.len()];
-        let mut put = |body: usize, place: Option<SurfacePoint>, force: Vec3| {
+        let mut put = |body: usize, place: Option<SurfacePoint>, turn: &Rotation, force: Vec3| {
             if let Some(place) = place {
-                all[body].push((place, poses[body].rotation.inverse() * force));
+                all[body].push((place, turn.inverse() * force));
             }
         };
         for (pair, point) in self.active() {
             let Some(spot) = pair.spot(point.site.feature) else { continue };
             let on_b = force_on_b(point);
-            put(pair.a(), spot.on_a, -on_b);
-            put(pair.b(), spot.on_b, on_b);
+            for (k, (body, place, force)) in
+                [(pair.a(), spot.on_a, -on_b), (pair.b(), spot.on_b, on_b)].into_iter().enumerate()
+            {
+                // With the gap's own rotation where displacements are unknowns, so that both come from one energy.
+                let is_full = model.bodies[body].full.is_some();
+                put(body, place, if is_full { &spot.turns[k] } else { &poses[body].rotation }, force);
+            }
         }
         for list in &self.membrane.bodies {
+            let pose = &poses[list.body];
             for point in &list.points {
                 let force = Vec3::from_column_slice(&point.force.on_body[..3]);
-                let at = poses[list.body].to_body(&point.force.point);
-                put(list.body, model.bodies[list.body].grain.as_ref().map(|grain| grain.locate(&at)), force);
+                let at = pose.to_body(&point.force.point);
+                let surface = model.bodies[list.body].surface();
+                put(list.body, surface.map(|surface| surface.locate(&at)), &pose.rotation, force);
             }
         }
         for_each_cover_force(model, poses, loads.pressure, |body, place, force| {
-            put(body, Some(place), force)
+            put(body, Some(place), &poses[body].rotation, force)
         });
         all
     }
@@ -205,24 +222,19 @@ impl Contacts {
     /// Takes the forces of the configuration last evaluated as those of a new augmentation. Evaluate
     /// anew afterwards.
     pub fn relax(&mut self, model: &Model, loads: &Loads, poses: &[Pose], tolerance: f64) -> Relaxed {
-        if !model.has_condensed() {
+        if !model.has_elastic() {
             return Relaxed::default();
         }
         let surface_loads = self.surface_loads(model, loads, poses);
-        self.fields = model
-            .bodies
-            .par_iter()
-            .zip(&surface_loads)
-            .map(|(body, loads)| {
-                let mut field = SurfaceField::new();
+        self.fields.par_iter_mut().zip(&model.bodies).zip(&surface_loads).for_each(
+            |((field, body), loads)| {
                 if let Some(grain) = &body.grain {
-                    grain.surface_field_into(&mut field, loads);
+                    grain.surface_field_into(field, loads);
                 }
-                field
-            })
-            .collect();
+            },
+        );
         self.update_reach();
-        let energy = self.surface_energy(&surface_loads);
+        let energy = self.surface_energy(model, &surface_loads);
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
         let mismatch = |pair: &mut PairWork| {
             let (a, b) = (pair.a(), pair.b());
@@ -240,8 +252,10 @@ impl Contacts {
                 let moved = at(b, &spot.on_b) - at(a, &spot.on_a) - spot.elastic;
                 let along = moved.dot(&e.normal);
                 if !e.is_active() && old.is_none() {
-                    // Open now, and closed by what has moved since.
-                    largest = largest.max(-(e.gap + along));
+                    // Open now, and closed by what has moved since. Edges that end here carry nothing at any gap.
+                    if e.weight > 0.0 {
+                        largest = largest.max(-(e.gap + along));
+                    }
                     continue;
                 }
                 let traction = if e.is_active() { e.friction / e.weight } else { Vec3::zeros() };
@@ -276,14 +290,19 @@ impl Contacts {
         volume
     }
 
-    /// Elastic energy [J] of all condensed bodies, displaced by `surface_loads` to what `fields` holds.
-    fn surface_energy(&self, surface_loads: &[SurfaceLoads]) -> f64 {
+    /// Elastic energy [J] of all elastic bodies, the condensed ones displaced by `surface_loads` to what `fields`
+    /// holds.
+    fn surface_energy(&self, model: &Model, surface_loads: &[SurfaceLoads]) -> f64 {
         let work =
             |(place, force): &(SurfacePoint, Vec3), field: &[Vec3]| force.dot(&interpolate(place, field));
         surface_loads
             .iter()
             .zip(&self.fields)
-            .map(|(loads, field)| 0.5 * loads.iter().map(|load| work(load, field)).sum::<f64>())
+            .zip(&model.bodies)
+            .map(|((loads, field), body)| match &body.full {
+                Some(grain) => grain.energy(field),
+                None => 0.5 * loads.iter().map(|load| work(load, field)).sum::<f64>(),
+            })
             .sum()
     }
 }

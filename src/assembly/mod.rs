@@ -8,6 +8,7 @@ pub mod contacts;
 mod dissipation;
 pub mod dofs;
 pub mod elastic;
+pub mod full;
 pub mod membrane;
 pub mod pattern;
 pub mod timings;
@@ -16,6 +17,7 @@ pub mod wall;
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use dofs::Dofs;
 pub use elastic::SurfaceField;
+pub use full::{full_couplings, full_stiffness_into};
 pub use membrane::MembraneContacts;
 pub use pattern::BlockPattern;
 pub use timings::{Kernel, Timings};
@@ -64,6 +66,7 @@ pub fn residual_into(
         }
         dofs.scatter(residual, i, &wrench);
     }
+    full::node_forces_into(residual, model, dofs, contacts, loads, poses);
 }
 
 /// Adds the forces of the membrane's sheet and of its contacts to `wrenches`, one per carrier [N, N m].

@@ -2,7 +2,6 @@
 
 use crate::assembly::dofs::Dofs;
 use crate::linalg::lu::Pattern;
-use std::collections::BTreeSet;
 
 /// A body-by-body pattern expanded to the free components.
 #[derive(Debug, Clone)]
@@ -10,40 +9,39 @@ pub struct BlockPattern {
     pub pattern: Pattern,
     /// First unknown of each free body, and their number at the end.
     pub first: Vec<u32>,
-    /// For each column body its row bodies, ascending, and the position of their first row within each of the column's
-    /// entries. Looked up for every block of every assembly.
-    row_starts: Vec<Vec<(u32, u32)>>,
+    /// Where each body's neighbours begin, itself among them, and the end.
+    starts: Vec<u32>,
+    /// Neighbours of each body, ascending.
+    neighbours: Vec<u32>,
+    /// Position of a neighbour's first row within each of the body's columns.
+    offsets: Vec<u32>,
 }
 
 impl BlockPattern {
     /// `couplings` are pairs of bodies, in any order; every body is coupled to itself.
     pub fn new(dofs: &Dofs, couplings: impl Iterator<Item = (usize, usize)>) -> Self {
-        let mut set = BTreeSet::new();
+        let mut lists: Vec<Vec<u32>> = (0..dofs.bodies()).map(|i| vec![i as u32]).collect();
         for (a, b) in couplings {
             if a != b && dofs.is_free(a) && dofs.is_free(b) {
-                set.insert((a.min(b) as u32, a.max(b) as u32));
+                lists[a].push(b as u32);
+                lists[b].push(a as u32);
             }
         }
-        let mut neighbours: Vec<Vec<u32>> = (0..dofs.bodies()).map(|i| vec![i as u32]).collect();
-        for &(a, b) in &set {
-            neighbours[a as usize].push(b);
-            neighbours[b as usize].push(a);
-        }
-        let mut column_starts = vec![0];
-        let mut rows = Vec::new();
-        let mut row_starts = Vec::with_capacity(neighbours.len());
+        let (mut column_starts, mut rows) = (vec![0], Vec::new());
+        let (mut starts, mut neighbours, mut offsets) = (vec![0], Vec::new(), Vec::new());
         let mut first = vec![];
-        for (column_body, list) in neighbours.iter_mut().enumerate() {
+        for (body, list) in lists.iter_mut().enumerate() {
             list.sort_unstable();
+            list.dedup();
             let mut offset = 0;
-            let starts = list.iter().map(|&row_body| {
-                let start = offset;
+            for &row_body in list.iter() {
+                neighbours.push(row_body);
+                offsets.push(offset);
                 offset += dofs.of(row_body as usize).iter().flatten().count() as u32;
-                (row_body, start)
-            });
-            row_starts.push(starts.collect());
-            first.extend(dofs.of(column_body).iter().flatten().next());
-            for _ in dofs.of(column_body).iter().flatten() {
+            }
+            starts.push(neighbours.len() as u32);
+            first.extend(dofs.of(body).iter().flatten().next());
+            for _ in dofs.of(body).iter().flatten() {
                 rows.extend(
                     list.iter().flat_map(|&b| dofs.of(b as usize).iter().flatten().map(|&i| i as usize)),
                 );
@@ -51,17 +49,20 @@ impl BlockPattern {
             }
         }
         first.push(dofs.count() as u32);
-        BlockPattern { pattern: Pattern { size: dofs.count(), column_starts, rows }, first, row_starts }
+        let pattern = Pattern { size: dofs.count(), column_starts, rows };
+        BlockPattern { pattern, first, starts, neighbours, offsets }
+    }
+
+    /// Position of the first row of `row_body` within each of the columns of `column_body`.
+    fn offset(&self, row_body: usize, column_body: usize) -> Option<usize> {
+        let range = self.starts[column_body] as usize..self.starts[column_body + 1] as usize;
+        let place = self.neighbours[range.clone()].binary_search(&(row_body as u32)).ok()?;
+        Some(self.offsets[range.start + place] as usize)
     }
 
     /// Whether all these couplings have a place.
     pub fn covers(&self, dofs: &Dofs, mut couplings: impl Iterator<Item = (usize, usize)>) -> bool {
-        couplings.all(|(a, b)| a == b || !dofs.is_free(a) || !dofs.is_free(b) || self.start(a, b).is_some())
-    }
-
-    fn start(&self, row_body: usize, column_body: usize) -> Option<u32> {
-        let list = self.row_starts.get(column_body)?;
-        list.binary_search_by_key(&(row_body as u32), |&(body, _)| body).ok().map(|at| list[at].1)
+        couplings.all(|(a, b)| a == b || !dofs.is_free(a) || !dofs.is_free(b) || self.offset(a, b).is_some())
     }
 
     pub fn entries(&self) -> usize {
@@ -81,10 +82,10 @@ impl BlockPattern {
         if !dofs.is_free(row_body) || !dofs.is_free(column_body) {
             return;
         }
-        let Some(start) = self.start(row_body, column_body) else { return };
+        let Some(start) = self.offset(row_body, column_body) else { return };
         for (c, column) in dofs.of(column_body).iter().enumerate() {
             let Some(column) = column else { continue };
-            let mut at = self.pattern.column_starts[*column as usize] + start as usize;
+            let mut at = self.pattern.column_starts[*column as usize] + start;
             for (r, row) in dofs.of(row_body).iter().enumerate() {
                 if row.is_some() {
                     values[at] += block[r][c] * dofs.entry_scale(row_body, r, column_body, c);
@@ -98,9 +99,9 @@ impl BlockPattern {
     pub fn add_diagonal(&self, values: &mut [f64], dofs: &Dofs, value: impl Fn(usize) -> f64) {
         for body in 0..dofs.bodies() {
             let value = value(body);
-            let Some(start) = self.start(body, body) else { continue };
+            let Some(start) = self.offset(body, body) else { continue };
             for (position, column) in dofs.of(body).iter().flatten().enumerate() {
-                values[self.pattern.column_starts[*column as usize] + start as usize + position] += value;
+                values[self.pattern.column_starts[*column as usize] + start + position] += value;
             }
         }
     }

@@ -16,15 +16,7 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             refuse(&format!("{path}.damage"), "damage parameters", problem, "null");
         }
     };
-    let fidelity =
-        |refuse: &mut dyn FnMut(&str, &str, &str, &str), path: &str, fidelity: Fidelity| match fidelity {
-            Fidelity::Full => {
-                refuse(path, "\"full\"", "full fidelity is not built yet", "\"rigid\", \"condensed\"")
-            }
-            Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed => {}
-        };
     damage(&mut refuse, "$.rock", &case.rock);
-    fidelity(&mut refuse, "$.solver.fidelity", case.solver.fidelity);
     match &case.geometry {
         Geometry::Specimen(_) => match case.membrane {
             MembraneCase::Pressure => {}
@@ -36,9 +28,6 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 let path = format!("$.scene.bodies[{i}]");
                 if let Some(rock) = &body.rock {
                     damage(&mut refuse, &format!("{path}.rock"), rock);
-                }
-                if let Some(own) = body.fidelity {
-                    fidelity(&mut refuse, &format!("{path}.fidelity"), own);
                 }
             }
         }

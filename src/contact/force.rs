@@ -127,9 +127,8 @@ pub fn evaluate(
         |k: &Kinematics| Frame { position: Vector::constant(&k.position), spin: None, kinematics: *k };
     let constants =
         |p: &[Vec3; 3]| [Vector::constant(&p[0]), Vector::constant(&p[1]), Vector::constant(&p[2])];
-    let (evaluation, _) =
-        wrench::<f64>(law, site, &constants(&points.a), &constants(&points.b), &frame(a), &frame(b), state);
-    evaluation
+    let (on_a, on_b) = (constants(&points.a), constants(&points.b));
+    wrench::<f64>(law, site, &on_a, &on_b, [&frame(a), &frame(b)], &Vector::zero(), state).0
 }
 
 /// Where a contact's force acts [m] and its normal from `a` to `b`.
@@ -141,6 +140,10 @@ pub fn place(site: &Site, points: &SitePoints, radius_difference: f64) -> (Vec3,
     (0.5 * (xa + xb + normal * radius_difference), normal)
 }
 
+/// As [`Tangent`] with the force on `b` (normal and friction alone) behind the wrench, by the same nine and by the
+/// elastic displacement of `b`'s surface relative to `a`'s (9-11).
+pub type ElasticTangent = [[f64; 12]; 15];
+
 /// The exact derivative of [`evaluate`]'s wrench.
 pub fn tangent(
     law: &ContactLaw,
@@ -150,15 +153,45 @@ pub fn tangent(
     b: &Kinematics,
     state: &PointState,
 ) -> Tangent {
-    type D = Dual<9>;
-    let variables = |base: &Vec3, first: usize| Vector([0, 1, 2].map(|k| D::variable(base[k], first + k)));
+    derivative::<9>(law, site, points, a, b, state).0.map(|component| component.gradient)
+}
+
+/// The exact derivative of wrench and force where the elastic displacement is unknown as well.
+pub fn elastic_tangent(
+    law: &ContactLaw,
+    site: &Site,
+    points: &SitePoints,
+    a: &Kinematics,
+    b: &Kinematics,
+    state: &PointState,
+) -> ElasticTangent {
+    let (wrench, force) = derivative::<12>(law, site, points, a, b, state);
+    std::array::from_fn(|k| if k < 12 { wrench[k].gradient } else { force.0[k - 12].gradient })
+}
+
+/// Wrench and force on `b` with their derivatives by the first `N` of position and spin of `b`, spin of `a`, and
+/// elastic displacement.
+fn derivative<const N: usize>(
+    law: &ContactLaw,
+    site: &Site,
+    points: &SitePoints,
+    a: &Kinematics,
+    b: &Kinematics,
+    state: &PointState,
+) -> ([Dual<N>; 12], Vector<Dual<N>>) {
+    let variables = |base: &Vec3, first: usize| {
+        Vector([0, 1, 2].map(|k| {
+            if first + k < N { Dual::<N>::variable(base[k], first + k) } else { Dual::constant(base[k]) }
+        }))
+    };
     let spin_a = variables(&Vec3::zeros(), 6);
     let spin_b = variables(&Vec3::zeros(), 3);
     let shift_b = variables(&Vec3::zeros(), 0);
+    let displaced = variables(&Vec3::zeros(), 9);
     let frame_a = Frame { position: Vector::constant(&a.position), spin: Some(spin_a), kinematics: *a };
     let frame_b =
         Frame { position: Vector::constant(&b.position) + shift_b, spin: Some(spin_b), kinematics: *b };
-    let points_of = |points: &[Vec3; 3], frame: &Frame<D>, spin: Vector<D>| {
+    let points_of = |points: &[Vec3; 3], frame: &Frame<Dual<N>>, spin: Vector<Dual<N>>| {
         points.map(|p| {
             let arm = Vector::constant(&(p - frame.kinematics.position));
             frame.position + arm + spin.cross(arm)
@@ -166,8 +199,8 @@ pub fn tangent(
     };
     let on_a = points_of(&points.a, &frame_a, spin_a);
     let on_b = points_of(&points.b, &frame_b, spin_b);
-    let (_, wrench) = wrench::<D>(law, site, &on_a, &on_b, &frame_a, &frame_b, state);
-    wrench.map(|component| component.gradient)
+    let (_, wrench, force) = wrench(law, site, &on_a, &on_b, [&frame_a, &frame_b], &displaced, state);
+    (wrench, force)
 }
 
 struct Frame<T> {
@@ -188,22 +221,24 @@ impl<T: Real> Frame<T> {
     }
 }
 
+/// The contact with the elastic displacement `displaced` on top of the state's; its wrench, and the force on `b` but
+/// for the weight's gradient.
 fn wrench<T: Real>(
     law: &ContactLaw,
     site: &Site,
     a: &[Vector<T>; 3],
     b: &[Vector<T>; 3],
-    frame_a: &Frame<T>,
-    frame_b: &Frame<T>,
+    [frame_a, frame_b]: [&Frame<T>; 2],
+    displaced: &Vector<T>,
     state: &PointState,
-) -> (Evaluation, [T; 12]) {
+) -> (Evaluation, [T; 12], Vector<T>) {
     let zero = T::constant(0.0);
     let is_edge_pair = site.count_a == 2 && site.count_b == 2;
     let (xa, xb) = closest_points(site, a, b);
     let difference = xb - xa;
     let distance = difference.norm();
     let normal = difference.times(T::constant(1.0) / distance);
-    let elastic = Vector::constant(&state.elastic);
+    let elastic = Vector::constant(&state.elastic) + *displaced;
     let overlap = T::constant(state.radii) - distance - normal.dot(elastic);
     // Halfway between the rounded surfaces, not between the cores.
     let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
@@ -237,14 +272,15 @@ fn wrench<T: Real>(
         wrench: [0.0; 12],
     };
     if pressure.value() <= 0.0 {
-        return (evaluation, [zero; 12]);
+        return (evaluation, [zero; 12], Vector::zero());
     }
 
     let mut force_on_b = normal.times(pressure);
     if state.friction.coefficient > 0.0 {
         let stiffness = weight.scaled(state.stiffness * law.tangential_ratio);
-        let slide =
-            frame_a.committed(point) - frame_b.committed(point) + Vector::constant(&state.elastic_change);
+        let slide = frame_a.committed(point) - frame_b.committed(point)
+            + Vector::constant(&state.elastic_change)
+            + *displaced;
         let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
         let trial = carried_over(&state.stretch, normal) - tangential(slide);
         let trial_length = trial.norm();
@@ -322,7 +358,7 @@ fn wrench<T: Real>(
         part.copy_from_slice(&vector.0);
     }
     evaluation.wrench = all.map(T::value);
-    (evaluation, all)
+    (evaluation, all, force_on_b)
 }
 
 /// The stretch of the last accepted increment in the present tangent plane, its length kept.

@@ -1,7 +1,7 @@
 //! The stiffness of a floating grain, held and factored: solutions in the grain's frame.
 
-use crate::element::{POINT_COUNT, tet10::mass_share};
-use crate::grain::mass::MassProperties;
+use crate::element::POINT_COUNT;
+use crate::grain::mass::{MassProperties, nodal_moments};
 use crate::grain::stiffness::{StiffnessFault, node_graph, stiffness_matrix};
 use crate::grain::surface::Surface;
 use crate::linalg::{FactorError, Factorisation, Ordering, SparseCholesky, SymmetricMatrix};
@@ -58,19 +58,8 @@ impl HeldGrain {
         intact: &[[f64; POINT_COUNT]],
     ) -> Result<Self, HoldFault> {
         let arms: Vec<Vec3> = mesh.nodes.iter().map(|x| x - mass.centroid).collect();
-        let (mut masses, mut moments) = (vec![0.0; arms.len()], vec![Vec3::zeros(); arms.len()]);
+        let (masses, moments) = nodal_moments(mesh, density, &mass.centroid);
         let mut stiffness = stiffness_matrix(mesh, rock, intact)?;
-        for cell in mesh.cell_ids() {
-            let nodes = &mesh.cells[cell.index()];
-            let cell_mass = density * mesh.cell_volume(cell);
-            for (i, node) in nodes.iter().enumerate() {
-                for (j, other) in nodes.iter().enumerate() {
-                    let share = cell_mass * mass_share(i, j);
-                    masses[node.index()] += share;
-                    moments[node.index()] += arms[other.index()] * share;
-                }
-            }
-        }
         hold(&mut stiffness, &arms)?;
         let ordering = if arms.len() < DISSECTION_NODES {
             Ordering::MinimumDegree

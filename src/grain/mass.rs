@@ -77,6 +77,24 @@ pub fn mean_motion(mesh: &Mesh, u: &[Vec3]) -> (Vec3, Vec3) {
     (linear / volume, turn)
 }
 
+/// Mass [kg] and first moment about `centroid` [kg m] that each node stands for: the integrals of `rho N` and
+/// `rho N x`.
+pub fn nodal_moments(mesh: &Mesh, density: f64, centroid: &Vec3) -> (Vec<f64>, Vec<Vec3>) {
+    let (mut masses, mut moments) = (vec![0.0; mesh.nodes.len()], vec![Vec3::zeros(); mesh.nodes.len()]);
+    for cell in mesh.cell_ids() {
+        let nodes = &mesh.cells[cell.index()];
+        let cell_mass = density * mesh.cell_volume(cell);
+        for (i, node) in nodes.iter().enumerate() {
+            for (j, other) in nodes.iter().enumerate() {
+                let share = cell_mass * mass_share(i, j);
+                masses[node.index()] += share;
+                moments[node.index()] += (mesh.nodes[other.index()] - centroid) * share;
+            }
+        }
+    }
+    (masses, moments)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

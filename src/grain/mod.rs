@@ -1,11 +1,12 @@
-//! A grain as a mechanical body, in body coordinates: mass, elimination onto the surface, local
-//! contact stiffness, damage, fragments.
+//! A grain as a mechanical body, in body coordinates: mass, elimination onto the surface or all
+//! nodes as they are, local contact stiffness, damage, fragments.
 //!
 //! SI units, tension positive. Loads are forces on the grain.
 
 pub mod condensed;
 pub mod damaged;
 pub mod fragments;
+pub mod full;
 mod held;
 pub mod hulls;
 pub mod local;
@@ -16,6 +17,7 @@ pub mod surface;
 pub use condensed::CondensedGrain;
 pub use damaged::{Ancestry, DamageChange, DamageCommit, DamageSummary, DamagedGrain};
 pub use fragments::{BreakUp, Fragment, Loss};
+pub use full::FullGrain;
 pub use hulls::{ContactShape, contact_shapes};
 pub use local::LocalStiffness;
 pub use mass::{MassProperties, mean_motion};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::contact::law::Friction;
 use crate::geometry::Polyhedron;
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, FullGrain, Surface};
 
 /// Index of a body in its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -30,6 +30,8 @@ pub struct Body {
     pub stiffness: f64,
     /// Its own flexibility, where it is condensed; then it is in every gap.
     pub grain: Option<Arc<CondensedGrain>>,
+    /// Its mesh, where all its nodes are unknowns; then it is not condensed.
+    pub full: Option<Arc<FullGrain>>,
     /// Its own friction, where it has one.
     pub friction: Option<Friction>,
     /// [kg]
@@ -38,4 +40,16 @@ pub struct Body {
     pub centre_of_mass: crate::tensor::Vec3,
     /// Length that makes rotations commensurate with translations [m]; about the body's radius.
     pub rotation_scale: f64,
+}
+
+impl Body {
+    /// The meshed surface, where the body deforms.
+    pub fn surface(&self) -> Option<&Surface> {
+        let condensed = self.grain.as_ref().map(|grain| grain.surface());
+        condensed.or_else(|| self.full.as_ref().map(|grain| grain.surface()))
+    }
+
+    pub fn is_elastic(&self) -> bool {
+        self.grain.is_some() || self.full.is_some()
+    }
 }

@@ -49,17 +49,22 @@ impl Model {
     }
 
     /// Stiffness of the contact's own spring between two bodies [N/m]: as [`Self::contact_stiffness`],
-    /// a condensed body with its shell alone.
+    /// an elastic body with its shell alone.
     pub fn contact_spring(&self, a: usize, b: usize) -> f64 {
         let compliance = |body: usize| {
-            let Body { stiffness, grain, .. } = &self.bodies[body];
-            1.0 / (stiffness * if grain.is_some() { SHELL_STIFFNESS } else { 1.0 })
+            let body = &self.bodies[body];
+            1.0 / (body.stiffness * if body.is_elastic() { SHELL_STIFFNESS } else { 1.0 })
         };
         1.0 / (compliance(a) + compliance(b))
     }
 
-    pub fn has_condensed(&self) -> bool {
-        self.bodies.iter().any(|body| body.grain.is_some())
+    /// Whether any body deforms, condensed or full.
+    pub fn has_elastic(&self) -> bool {
+        self.bodies.iter().any(Body::is_elastic)
+    }
+
+    pub fn has_full(&self) -> bool {
+        self.bodies.iter().any(|body| body.full.is_some())
     }
 
     /// The friction between two bodies: a body's own where it has one, the weaker where both have.
@@ -97,7 +102,7 @@ impl Model {
 
     /// Whether a carrier is a node of the membrane.
     pub fn is_node(&self, carrier: usize) -> bool {
-        carrier >= self.bodies.len() && self.wall.is_none()
+        (self.bodies.len()..self.carriers()).contains(&carrier) && self.wall.is_none()
     }
 
     /// Volume inside of what confines the side [m^3]; zero where nothing does.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, FullGrain};
 use crate::solver::Settings;
 use crate::tensor::{Pose, Vec3};
 
@@ -23,7 +23,7 @@ pub struct SceneParameters {
 }
 
 /// A body set by hand. It is rigid, with a local compliance at each contact that its size, Young's
-/// modulus and Poisson's ratio give, unless it is condensed.
+/// modulus and Poisson's ratio give, unless it is condensed or full.
 #[derive(Debug, Clone)]
 pub struct SceneBody {
     /// Unique in the scene.
@@ -38,6 +38,8 @@ pub struct SceneBody {
     pub friction: Option<Friction>,
     /// Its own flexibility, where it is condensed.
     pub grain: Option<Arc<CondensedGrain>>,
+    /// Its mesh, where all its nodes are unknowns.
+    pub full: Option<Arc<FullGrain>>,
     /// Never moves.
     pub fixed: bool,
 }

@@ -484,6 +484,7 @@ fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> 
         mass: body.density * volume,
         centre_of_mass: nominal.centroid(),
         grain: body.grain.clone(),
+        full: body.full.clone(),
         rotation_scale: 0.5 * size,
         nominal,
     };

@@ -377,8 +377,10 @@ fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<R
 }
 
 fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
-    if case.solver.fidelity == Fidelity::Condensed {
-        rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?);
+    match case.solver.fidelity {
+        Fidelity::Auto | Fidelity::Rigid => {}
+        Fidelity::Condensed => rig.condense(rock::grains(&case.rock, meshes, case.seed, rock::condensed)?),
+        Fidelity::Full => rig.resolve(rock::grains(&case.rock, meshes, case.seed, rock::full)?),
     }
     Ok(())
 }

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::case::{Law, RockCase, Scatter};
+use crate::element::Strains;
 use crate::error::{Error, Result};
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, FullGrain};
 use crate::material::{self, Elastic, Property, Quantity, sample_field};
 use crate::mesh::Mesh;
 
@@ -43,6 +44,14 @@ pub fn elasticity(
     moduli.into_iter().zip(ratios).map(|(e, nu)| Elastic::new(e, nu).map_err(fail)).collect()
 }
 
+/// A fault of a mesh under the name of its body.
+fn named(name: &str) -> impl Fn(Error) -> Error {
+    move |error| match error {
+        Error::Mesh { message, .. } => Error::Mesh { name: name.into(), message },
+        other => other,
+    }
+}
+
 /// Body number `index` condensed.
 pub fn condensed(
     rock: &RockCase,
@@ -53,18 +62,28 @@ pub fn condensed(
 ) -> Result<Arc<CondensedGrain>> {
     tracing::debug!(name, cells = mesh.cells.len(), nodes = mesh.nodes.len(), "condensing");
     let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
-    let named = |error| match error {
-        Error::Mesh { message, .. } => Error::Mesh { name: name.into(), message },
-        other => other,
-    };
-    CondensedGrain::new(mesh, &elasticity, rock.density).map(Arc::new).map_err(named)
+    CondensedGrain::new(mesh, &elasticity, rock.density).map(Arc::new).map_err(named(name))
 }
 
-/// The grains of a specimen condensed, in their order.
-pub fn condensed_grains(rock: &RockCase, meshes: &[Mesh], seed: u64) -> Result<Vec<Arc<CondensedGrain>>> {
+/// Body number `index` with all its nodes.
+pub fn full(rock: &RockCase, name: &str, index: usize, mesh: Mesh, seed: u64) -> Result<Arc<FullGrain>> {
+    let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
+    FullGrain::new(mesh, &elasticity, rock.density, Strains::Finite).map(Arc::new).map_err(named(name))
+}
+
+/// The grains of a specimen, in their order, each made by `build`.
+pub fn grains<G: Send>(
+    rock: &RockCase,
+    meshes: &[Mesh],
+    seed: u64,
+    build: fn(&RockCase, &str, usize, Mesh, u64) -> Result<Arc<G>>,
+) -> Result<Vec<Arc<G>>>
+where
+    Arc<G>: Send,
+{
     meshes
         .par_iter()
         .enumerate()
-        .map(|(index, mesh)| condensed(rock, &format!("grain {index}"), index, mesh.clone(), seed))
+        .map(|(index, mesh)| build(rock, &format!("grain {index}"), index, mesh.clone(), seed))
         .collect()
 }

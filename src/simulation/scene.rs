@@ -101,7 +101,7 @@ impl Recorder {
 fn body_meshes(case: &Case, parameters: &SceneParameters, folder: &Path) -> Result<Vec<Option<Mesh>>> {
     let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
     let mesh = |(body, built): (&BodyCase, &SceneBody)| -> Result<Option<Mesh>> {
-        if built.grain.is_some() || body.mesh_size.is_some() {
+        if built.grain.is_some() || built.full.is_some() || body.mesh_size.is_some() {
             return body_mesh(body, folder).map(Some);
         }
         let made = match &body.shape {
@@ -234,15 +234,11 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         let rounding = body.rounding.unwrap_or(case.contact.rounding * smallest);
         SceneShape::Polyhedron { nominal, rounding }
     };
-    let condensed = match body.fidelity.unwrap_or(case.solver.fidelity) {
-        Fidelity::Auto | Fidelity::Rigid => false,
-        Fidelity::Condensed => true,
-        // Refused by the case check.
-        Fidelity::Full => {
-            return Err(Error::Usage(format!("body {:?}: \"full\" is not built yet", body.name)));
-        }
+    let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
+    let mesh = match fidelity {
+        Fidelity::Auto | Fidelity::Rigid => None,
+        Fidelity::Condensed | Fidelity::Full => Some(body_mesh(body, folder)?),
     };
-    let mesh = if condensed { Some(body_mesh(body, folder)?) } else { None };
     let shape = match &body.shape {
         ShapeCase::Box(size) => rounded(Polyhedron::cuboid(*size)?),
         ShapeCase::Sphere(radius) => match &mesh {
@@ -266,14 +262,19 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
             rounded(hull)
         }
     };
-    let grain = match mesh {
-        Some(mesh) => Some(rock::condensed(rock, &body.name, index, mesh, case.seed)?),
-        None => None,
-    };
+    let (mut grain, mut full) = (None, None);
+    match (fidelity, mesh) {
+        (Fidelity::Condensed, Some(mesh)) => {
+            grain = Some(rock::condensed(rock, &body.name, index, mesh, case.seed)?);
+        }
+        (Fidelity::Full, Some(mesh)) => full = Some(rock::full(rock, &body.name, index, mesh, case.seed)?),
+        (Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full, _) => {}
+    }
     Ok(SceneBody {
         name: body.name.clone(),
         shape,
         grain,
+        full,
         pose: Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation))),
         density: rock.density,
         youngs_modulus: rock.youngs_modulus.mean,

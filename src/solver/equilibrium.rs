@@ -21,11 +21,11 @@ pub struct Equilibrium {
     pub balance: Balance,
     /// Out-of-balance of each augmentation.
     pub history: Vec<f64>,
-    /// Energy in condensed bodies [J].
+    /// Energy in elastic bodies [J].
     pub surface_energy: f64,
 }
 
-/// A gap of condensed bodies may miss by this share of what a rigid body yields to the mean contact
+/// A gap of elastic bodies may miss by this share of what a rigid body yields to the mean contact
 /// force, where that is less than the gap tolerance.
 const GAP_SHARE: f64 = 1e-2;
 
@@ -46,7 +46,7 @@ impl Newton<'_> {
     pub fn equilibrate(&mut self) -> Equilibrium {
         let settings = self.settings;
         let tolerance = settings.force_tolerance;
-        let condensed = self.model.has_condensed();
+        let elastic = self.model.has_elastic();
         let gap_tolerance = settings.gap_tolerance * self.model.typical_size();
         let mut weight = settings.proximal_start;
         let mut history = Vec::new();
@@ -57,7 +57,7 @@ impl Newton<'_> {
             history.push(balance.out_of_balance);
             let mut converged = balance.out_of_balance < tolerance && self.control_is_met();
             let mut surface_energy = 0.0;
-            if condensed && (converged || fresh) {
+            if elastic && (converged || fresh) {
                 let yielding = balance.reference_force / self.typical_stiffness;
                 let gap_tolerance = gap_tolerance.min(GAP_SHARE * yielding);
                 let Relaxed { mismatch, energy } =

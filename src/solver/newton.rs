@@ -134,7 +134,9 @@ impl<'a> Newton<'a> {
         let mut held = self.residual.clone();
         // Nothing holds the load factor, the last entry with a control, back.
         for carrier in 0..self.dofs.bodies() {
-            let hold = weight * self.model.holding_stiffness(carrier, self.typical_stiffness);
+            let hold = self.dofs.sign(carrier)
+                * weight
+                * self.model.holding_stiffness(carrier, self.typical_stiffness);
             for &unknown in self.dofs.of(carrier).iter().flatten() {
                 held[unknown as usize] -= hold * self.away[unknown as usize];
             }
@@ -154,9 +156,10 @@ impl<'a> Newton<'a> {
             membrane.flat_map(|m| assembly::membrane_couplings(m, &self.contacts))
         };
         let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
-        let pairs = || touching().chain(covered()).chain(pressed()).chain(walled());
-        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs())) {
-            let pattern = BlockPattern::new(&self.dofs, pairs());
+        let nodes = |touching| assembly::full_couplings(self.model, &self.dofs, &self.contacts, touching);
+        let pairs = |nodes| touching().chain(covered()).chain(pressed()).chain(walled()).chain(nodes);
+        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs(nodes(true)))) {
+            let pattern = BlockPattern::new(&self.dofs, pairs(nodes(false)));
             let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
             self.system = Some(System { pattern, lu });
             self.contacts.timings.book(Kernel::Ordering, start);
@@ -202,7 +205,16 @@ impl<'a> Newton<'a> {
             &self.loads,
             &self.poses,
         );
-        let hold = |carrier| weight * self.model.holding_stiffness(carrier, self.typical_stiffness);
+        assembly::full_stiffness_into(
+            &mut self.values,
+            self.model,
+            &system.pattern,
+            &self.dofs,
+            &self.contacts,
+        );
+        let hold = |carrier| {
+            self.dofs.sign(carrier) * weight * self.model.holding_stiffness(carrier, self.typical_stiffness)
+        };
         system.pattern.add_diagonal(&mut self.values, &self.dofs, hold);
         self.contacts.timings.book(Kernel::Assembly, start);
         let start = Instant::now();
@@ -230,7 +242,7 @@ impl<'a> Newton<'a> {
     /// The largest share of `step` that moves no body further than the cap, nor any pair further
     /// than half its cores' distance (so that nothing can pass through).
     pub(super) fn largest_factor(&self, step: &[f64]) -> f64 {
-        let reach: Vec<f64> = (0..self.dofs.bodies())
+        let reach: Vec<f64> = (0..self.dofs.carriers())
             .map(|i| {
                 let (translation, rotation) = self.dofs.motion(step, 1.0, i);
                 let radius = self.model.shapes.get(i).map_or(0.0, |shape| shape.bounding_radius);
@@ -260,6 +272,7 @@ impl<'a> Newton<'a> {
         let unmoved = vec![0.0; self.away.len()];
         self.away.iter_mut().for_each(|d| *d = 0.0);
         self.steering.iter_mut().for_each(Steering::recentre);
+        self.contacts.recentre_nodes(self.model);
         let mut held = self.held_residual(weight);
         let first = merit(&held);
         let mut merits = vec![first];
@@ -342,8 +355,9 @@ impl<'a> Newton<'a> {
         self.evaluate();
     }
 
-    /// Sets the loads to those of the control's unknown in `away`.
+    /// Sets the loads to those of the control's unknown in `away`, and the nodes of full bodies to where theirs say.
     fn steer(&mut self) {
+        self.contacts.move_nodes(&self.dofs, &self.away);
         if let (Some(steering), Some(away)) = (&mut self.steering, self.away.last()) {
             steering.move_to(*away, &mut self.loads);
         }

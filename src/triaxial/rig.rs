@@ -10,7 +10,7 @@ use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, FullGrain};
 use crate::model::cover::{Outline, Rim};
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall};
 use crate::solver::{Dossier, Settings};
@@ -68,6 +68,13 @@ pub struct Rig {
     pub tilting: bool,
     /// Of the last increment that could not be solved; not stored.
     pub dossier: Option<Dossier>,
+}
+
+/// How a body deforms, taken from it for a while.
+#[derive(Debug, Clone)]
+pub struct Elasticity {
+    grain: Option<Arc<CondensedGrain>>,
+    full: Option<Arc<FullGrain>>,
 }
 
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
@@ -144,6 +151,7 @@ impl Rig {
                 mass: parameters.density * volume,
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
+                full: None,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -166,6 +174,7 @@ impl Rig {
                 mass: 0.0,
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
+                full: None,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
@@ -232,6 +241,31 @@ impl Rig {
         let (wall, pose) = RigidWall::new(self.model.bodies.len(), [self.bottom, self.top], faces, reach);
         self.committed.poses.push(pose);
         self.model.wall = Some(wall);
+    }
+
+    /// Makes all nodes of the grains unknowns, in their order; before anything has moved.
+    pub fn resolve(&mut self, grains: Vec<Arc<FullGrain>>) {
+        for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
+            body.full = Some(grain);
+        }
+    }
+
+    /// Makes all grains rigid; `None` where they are.
+    pub fn stiffen(&mut self) -> Option<Vec<Elasticity>> {
+        let taken = |body: &mut Body| Elasticity { grain: body.grain.take(), full: body.full.take() };
+        self.model.has_elastic().then(|| self.model.bodies.iter_mut().map(taken).collect())
+    }
+
+    /// Lets them deform again, undisplaced; contacts are as if they had just been made.
+    pub fn soften(&mut self, elasticity: Vec<Elasticity>) {
+        for (body, Elasticity { grain, full }) in self.model.bodies.iter_mut().zip(elasticity) {
+            (body.grain, body.full) = (grain, full);
+        }
+        self.committed.memory.clear();
+        self.committed.fields.clear();
+        // Pairs know the stiffness of their bodies.
+        let timings = std::mem::take(&mut self.contacts).timings;
+        self.contacts.timings = timings;
     }
 
     /// Lays a new cover over the grains where they are now. Its rims are circles of the radius

@@ -155,6 +155,7 @@ mod tests {
                 centre_of_mass: Vec3::zeros(),
                 rotation_scale: 0.02,
                 grain: None,
+                full: None,
                 nominal,
             };
             let shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });

@@ -1,0 +1,208 @@
+//! The straight tet10 at finite strain: St Venant-Kirchhoff, total Lagrangian.
+//!
+//! With F the displacement gradient plus one, `E = (F^T F - 1)/2` and `S = lambda tr(E) 1 + 2 mu E`, the energy is
+//! half of `S : E`, the force on node i `F S g_i` and its derivative by node j
+//! `(g_i . S g_j) 1 + lambda (F g_i)(F g_j)^T + mu (F g_j)(F g_i)^T + mu (g_i . g_j) F F^T`, each integrated over the
+//! undeformed cell with the four points of the small-strain element (exact derivatives of one another, whatever the
+//! rule misses of the integral). Source: Bonet & Wood (2008), "Nonlinear Continuum Mechanics for Finite Element
+//! Analysis", sections 6.3 and 9.4.
+
+use crate::element::tet10::{POINTS, StraightTet10};
+use crate::material::Elastic;
+use crate::tensor::{Mat3, Vec3};
+
+/// How strains follow from displacements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Strains {
+    /// Linear in the displacements: for comparison with condensed grains.
+    Small,
+    /// Green's.
+    #[default]
+    Finite,
+}
+
+/// What one integration point needs: gradients of the shape functions, F, and S times the point's volume.
+struct Point {
+    gradients: [Vec3; 10],
+    deformation: Mat3,
+    stress: Mat3,
+    energy: f64,
+}
+
+impl StraightTet10 {
+    fn deformed(&self, l: &[f64; 4], rock: &Elastic, strains: Strains, u: &[Vec3; 10]) -> Point {
+        let gradients = self.shape_gradients(l);
+        let mut h = Mat3::zeros();
+        for (u, g) in u.iter().zip(&gradients) {
+            h += u * g.transpose();
+        }
+        let linear = (h + h.transpose()) * 0.5;
+        let (strain, deformation) = match strains {
+            Strains::Small => (linear, Mat3::identity()),
+            Strains::Finite => (linear + h.transpose() * h * 0.5, Mat3::identity() + h),
+        };
+        let (lambda, mu) = rock.lame();
+        let volume = self.point_volume();
+        let stress = (Mat3::from_diagonal_element(lambda * strain.trace()) + strain * (2.0 * mu)) * volume;
+        Point { gradients, deformation, stress, energy: 0.5 * stress.dot(&strain) }
+    }
+
+    /// Strain energy [J] at the nodal displacements `u` [m].
+    pub fn strain_energy(&self, rock: &Elastic, strains: Strains, u: &[Vec3; 10]) -> f64 {
+        POINTS.iter().map(|l| self.deformed(l, rock, strains, u).energy).sum()
+    }
+
+    /// Adds the derivative of the strain energy by the nodal displacements [N].
+    pub fn add_inner_forces(&self, out: &mut [Vec3; 10], rock: &Elastic, strains: Strains, u: &[Vec3; 10]) {
+        for l in &POINTS {
+            let point = self.deformed(l, rock, strains, u);
+            let nominal = point.deformation * point.stress;
+            for (force, g) in out.iter_mut().zip(&point.gradients) {
+                *force += nominal * g;
+            }
+        }
+    }
+
+    /// Adds the derivative of [`Self::add_inner_forces`] [N/m], block (i, j) by node j of the force on node i.
+    pub fn add_tangent(&self, out: &mut [[Mat3; 10]; 10], rock: &Elastic, strains: Strains, u: &[Vec3; 10]) {
+        let (lambda, mu) = rock.lame();
+        let volume = self.point_volume();
+        for l in &POINTS {
+            let Point { gradients, deformation, stress, .. } = self.deformed(l, rock, strains, u);
+            let left = deformation * deformation.transpose() * (mu * volume);
+            let pushed = gradients.map(|g| deformation * g);
+            for i in 0..10 {
+                for j in 0..=i {
+                    let outer = pushed[i] * pushed[j].transpose();
+                    let mut block = outer * (lambda * volume)
+                        + outer.transpose() * (mu * volume)
+                        + left * gradients[i].dot(&gradients[j]);
+                    match strains {
+                        Strains::Small => {}
+                        Strains::Finite => {
+                            let geometric = gradients[i].dot(&(stress * gradients[j]));
+                            block += Mat3::from_diagonal_element(geometric);
+                        }
+                    }
+                    out[i][j] += block;
+                    if i != j {
+                        out[j][i] += block.transpose();
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tensor::Rotation;
+
+    const CORNERS: [[f64; 3]; 4] = [[0.1, -0.2, 0.05], [1.3, 0.2, -0.1], [0.4, 1.1, 0.3], [-0.2, 0.3, 0.9]];
+
+    fn cell() -> StraightTet10 {
+        StraightTet10::new(&CORNERS.map(Vec3::from)).expect("a cell")
+    }
+
+    fn rock() -> Elastic {
+        Elastic::new(30e9, 0.2).expect("allowed")
+    }
+
+    /// Displacements with strains of about `size`.
+    fn displacements(size: f64) -> [Vec3; 10] {
+        let mut random = rand_mt::Mt64::new(11);
+        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        std::array::from_fn(|_| Vec3::new(draw(), draw(), draw()) * size)
+    }
+
+    #[test]
+    fn force_is_derivative_of_energy() {
+        for strains in [Strains::Small, Strains::Finite] {
+            let u = displacements(0.1);
+            let mut force = [Vec3::zeros(); 10];
+            cell().add_inner_forces(&mut force, &rock(), strains, &u);
+            let scale = force.iter().map(Vec3::norm).fold(0.0, f64::max);
+            for node in 0..10 {
+                for axis in 0..3 {
+                    let at = |step: f64| {
+                        let mut moved = u;
+                        moved[node][axis] += step;
+                        cell().strain_energy(&rock(), strains, &moved)
+                    };
+                    let difference = (at(1e-5) - at(-1e-5)) / 2e-5;
+                    assert!(
+                        (difference - force[node][axis]).abs() < 1e-7 * scale,
+                        "{strains:?} {node} {axis}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn tangent_is_derivative_of_force() {
+        for strains in [Strains::Small, Strains::Finite] {
+            let u = displacements(0.1);
+            let mut tangent = [[Mat3::zeros(); 10]; 10];
+            cell().add_tangent(&mut tangent, &rock(), strains, &u);
+            let scale = tangent.iter().flatten().map(Mat3::norm).fold(0.0, f64::max);
+            for node in 0..10 {
+                for axis in 0..3 {
+                    let at = |step: f64| {
+                        let mut moved = u;
+                        moved[node][axis] += step;
+                        let mut force = [Vec3::zeros(); 10];
+                        cell().add_inner_forces(&mut force, &rock(), strains, &moved);
+                        force
+                    };
+                    let (plus, minus) = (at(1e-5), at(-1e-5));
+                    for (other, (plus, minus)) in plus.iter().zip(&minus).enumerate() {
+                        let difference = (plus - minus) / 2e-5;
+                        let found = tangent[other][node].column(axis).into_owned();
+                        assert!((difference - found).norm() < 1e-7 * scale, "{strains:?} {other} {node}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn small_strains_are_the_linear_element() {
+        let mut linear = [[Mat3::zeros(); 10]; 10];
+        cell().add_stiffness(&mut linear, &rock(), &[1.0; 4]);
+        for (strains, u) in [(Strains::Small, displacements(0.3)), (Strains::Finite, [Vec3::zeros(); 10])] {
+            let mut tangent = [[Mat3::zeros(); 10]; 10];
+            cell().add_tangent(&mut tangent, &rock(), strains, &u);
+            for (a, b) in tangent.iter().flatten().zip(linear.iter().flatten()) {
+                assert!((a - b).norm() < 1e-13 * 30e9);
+            }
+        }
+    }
+
+    #[test]
+    fn turning_costs_nothing_at_any_angle() {
+        // A stressed cell turned by any angle keeps its energy, and its forces turn with it.
+        let mut x = [Vec3::zeros(); 10];
+        x[..4].copy_from_slice(&CORNERS.map(Vec3::from));
+        for (k, &[i, j]) in crate::mesh::tet10::EDGES.iter().enumerate() {
+            x[4 + k] = (x[i] + x[j]) * 0.5;
+        }
+        let u = displacements(0.02);
+        let energy = cell().strain_energy(&rock(), Strains::Finite, &u);
+        let mut force = [Vec3::zeros(); 10];
+        cell().add_inner_forces(&mut force, &rock(), Strains::Finite, &u);
+        let scale = force.iter().map(Vec3::norm).fold(0.0, f64::max);
+        for degrees in [1.0_f64, 37.0, 90.0, 180.0, 271.0] {
+            let turn = Rotation::from_scaled_axis(Vec3::new(0.48, -0.6, 0.64) * degrees.to_radians());
+            let turned: [Vec3; 10] = std::array::from_fn(|k| turn * (x[k] + u[k]) - x[k]);
+            let again = cell().strain_energy(&rock(), Strains::Finite, &turned);
+            assert!((again / energy - 1.0).abs() < 1e-9, "{degrees} degrees: {again} {energy}");
+            let mut forces = [Vec3::zeros(); 10];
+            cell().add_inner_forces(&mut forces, &rock(), Strains::Finite, &turned);
+            for (a, b) in forces.iter().zip(&force) {
+                assert!((a - turn * b).norm() < 1e-9 * scale);
+            }
+        }
+    }
+}
