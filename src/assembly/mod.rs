@@ -5,6 +5,7 @@
 //! residuals of a force [N]. The residual is the force that is out of balance.
 
 pub mod contacts;
+pub mod damage;
 pub mod dofs;
 pub mod elastic;
 pub mod membrane;
@@ -12,6 +13,7 @@ pub mod pattern;
 pub mod timings;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
+pub use damage::{DamageStep, Damages};
 pub use dofs::Dofs;
 pub use elastic::SurfaceField;
 pub use membrane::MembraneContacts;

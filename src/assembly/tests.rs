@@ -25,6 +25,7 @@ fn block(kind: BodyKind, size: [f64; 3]) -> (Body, ContactShape) {
         centre_of_mass: Vec3::zeros(),
         rotation_scale: 0.02,
         grain: None,
+        damaged: None,
         nominal,
     };
     (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))

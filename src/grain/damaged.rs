@@ -84,6 +84,16 @@ pub struct DamageSummary {
     pub damaged_volume: f64,
 }
 
+/// What a body comes from; see the fields of [`DamagedGrain`].
+#[derive(Debug, Clone)]
+pub(super) struct Past {
+    pub origin_cells: Vec<CellId>,
+    pub exposed: Vec<bool>,
+    pub ancestry: Ancestry,
+    pub origin: Arc<Mesh>,
+    pub offset: Vec3,
+}
+
 /// States of all points and the factor that goes with them.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
@@ -91,6 +101,8 @@ pub(super) struct Condition {
     /// `1 - d` as it stands in the factor; 0 for failed points.
     pub intact: Vec<[f64; POINT_COUNT]>,
     pub condensed: Arc<CondensedGrain>,
+    /// Whether damage never moved, so that `condensed` is the grain as it was first made.
+    pub sound: bool,
 }
 
 /// A crushable meshed grain in body coordinates.
@@ -114,6 +126,10 @@ pub struct DamagedGrain {
     /// For each facet of the surface, whether breaking exposed it.
     pub(super) exposed: Vec<bool>,
     pub(super) ancestry: Ancestry,
+    /// The mesh of the grain as generated.
+    pub(super) origin: Arc<Mesh>,
+    /// Where the reference point of the body coordinates lies in those of the grain as generated [m].
+    pub(super) offset: Vec3,
 }
 
 /// Limits below this mean that a point flips.
@@ -183,26 +199,46 @@ impl DamagedGrain {
             .zip(&states)
             .map(|(law, states)| states.map(|state| 1.0 - law.damage(&state)))
             .collect();
-        let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
         let condensed = Arc::new(condense(mesh, &laws, density, &intact)?);
-        Self::assemble(
-            laws,
-            density,
-            Condition { states, intact, condensed },
-            origin_cells,
-            exposed,
-            ancestry,
-        )
+        let sound = states.iter().flatten().all(|state| *state == DamageState::default());
+        Self::first(laws, density, Condition { states, intact, condensed, sound }, ancestry)
+    }
+
+    /// A sound grain over the one that it is condensed to already, which it uses until damage moves. Its mesh is that of the
+    /// grain as generated.
+    ///
+    /// Errors ([`Error::Mesh`]) where there is not one law a cell.
+    pub fn over(
+        condensed: Arc<CondensedGrain>,
+        laws: Vec<DamageLaw>,
+        density: f64,
+        ancestry: Ancestry,
+    ) -> Result<Self> {
+        let cells = condensed.mesh().cells.len();
+        if cells != laws.len() {
+            let message = format!("has {cells} cells and {} laws", laws.len());
+            return Err(Error::Mesh { name: "grain".into(), message });
+        }
+        let states = vec![[DamageState::default(); POINT_COUNT]; cells];
+        let intact = vec![[1.0; POINT_COUNT]; cells];
+        Self::first(laws, density, Condition { states, intact, condensed, sound: true }, ancestry)
+    }
+
+    fn first(laws: Vec<DamageLaw>, density: f64, condition: Condition, ancestry: Ancestry) -> Result<Self> {
+        let mesh = condition.condensed.mesh();
+        let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
+        let origin = Arc::new(mesh.clone());
+        let past = Past { origin_cells, exposed, ancestry, origin, offset: Vec3::zeros() };
+        Self::assemble(laws, density, condition, past)
     }
 
     pub(super) fn assemble(
         laws: Vec<DamageLaw>,
         density: f64,
         committed: Condition,
-        origin_cells: Vec<CellId>,
-        exposed: Vec<bool>,
-        ancestry: Ancestry,
+        past: Past,
     ) -> Result<Self> {
+        let Past { origin_cells, exposed, ancestry, origin, offset } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
             pace: vec![[0.0; POINT_COUNT]; laws.len()],
@@ -217,7 +253,24 @@ impl DamagedGrain {
             origin_cells,
             exposed,
             ancestry,
+            origin,
+            offset,
         })
+    }
+
+    /// Whether damage never moved: then [`Self::condensed`] is the grain as it was first made.
+    pub const fn is_sound(&self) -> bool {
+        self.committed.sound
+    }
+
+    /// Volume of the grain as generated [m^3].
+    pub fn origin_volume(&self) -> f64 {
+        self.origin.volume()
+    }
+
+    /// Where the reference point of the body coordinates lies in those of the grain as generated [m].
+    pub const fn offset(&self) -> Vec3 {
+        self.offset
     }
 
     /// The grain's flexibility with the trial damage as of the last [`Self::refresh`].
@@ -337,6 +390,7 @@ impl DamagedGrain {
         }
         let condensed = condense(self.mesh().clone(), &self.laws, self.density, &self.trial.intact)?;
         self.trial.condensed = Arc::new(condensed);
+        self.trial.sound = false;
         self.stale = false;
         Ok(true)
     }

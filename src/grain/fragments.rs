@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, condense};
+use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past, condense};
 use crate::grain::mass::mean_motion;
 use crate::grain::surface::SurfacePoint;
 use crate::mesh::{CellId, Mesh, NodeId, SurfaceFacet};
@@ -135,8 +135,10 @@ impl DamagedGrain {
             })
             .collect();
         let condensed = Arc::new(condense(mesh, &laws, self.density, &intact)?);
-        let condition = Condition { states, intact, condensed };
-        let grain = DamagedGrain::assemble(laws, self.density, condition, origin_cells, exposed, ancestry)?;
+        let condition = Condition { states, intact, condensed, sound: false };
+        let past =
+            Past { origin_cells, exposed, ancestry, origin: self.origin.clone(), offset: self.offset };
+        let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;
         Ok((grain, nodes))
     }
 

@@ -11,6 +11,7 @@ pub mod hulls;
 pub mod local;
 pub mod mass;
 pub mod stiffness;
+pub mod stored;
 pub mod surface;
 
 pub use condensed::CondensedGrain;
@@ -19,4 +20,5 @@ pub use fragments::{BreakUp, Fragment, Loss};
 pub use hulls::{ContactShape, contact_shapes};
 pub use local::LocalStiffness;
 pub use mass::{MassProperties, mean_motion};
+pub use stored::StoredGrain;
 pub use surface::{Surface, SurfacePoint};

@@ -3,6 +3,7 @@
 
 pub mod body;
 pub mod cover;
+pub mod fracture;
 pub mod loads;
 pub mod membrane;
 pub mod state;
@@ -12,6 +13,7 @@ pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
 
 pub use cover::PressureCover;
+pub use fracture::Fracture;
 pub use membrane::{Membrane, MembraneParameters};
 
 use crate::contact::law::Friction;
@@ -108,6 +110,7 @@ impl Model {
 
     /// The smallest rounding radius of the model [m]; no motion of one iteration exceeds it.
     pub fn smallest_rounding(&self) -> f64 {
-        self.shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min)
+        let there = self.shapes.iter().zip(&self.bodies).filter(|(_, body)| body.kind != BodyKind::Gone);
+        there.map(|(shape, _)| shape.rounded.radius).fold(f64::INFINITY, f64::min)
     }
 }

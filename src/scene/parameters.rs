@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, DamagedGrain};
 use crate::solver::Settings;
 use crate::tensor::{Pose, Vec3};
 
@@ -38,6 +38,8 @@ pub struct SceneBody {
     pub friction: Option<Friction>,
     /// Its own flexibility, where it is condensed.
     pub grain: Option<Arc<CondensedGrain>>,
+    /// The same with its damage, where it can break.
+    pub damaged: Option<Arc<DamagedGrain>>,
     /// Never moves.
     pub fixed: bool,
 }

@@ -26,6 +26,7 @@ fn block(name: &str, size: [f64; 3]) -> (Body, ContactShape) {
         mass: 2700.0 * nominal.volume(),
         centre_of_mass: Vec3::zeros(),
         grain: None,
+        damaged: None,
         rotation_scale: 0.05,
         nominal,
     };

@@ -1,0 +1,252 @@
+//! Takes failed cells out of the model: a grain that loses cells gets a smaller body, one that comes apart becomes several.
+//!
+//! The largest part keeps the number of the body that broke, the others go behind all bodies, each with its reference point at its own
+//! centroid and its frame at its mean motion. Surfaces keep their place in space (to second order in the displacements), and a
+//! cover's nodes stay at their material points, so nothing does work here. What is too small to be a
+//! body, or leaves nothing to touch, is given up and counted. Contacts of a body whose shape changed forget what they remember.
+
+use std::sync::Arc;
+
+use crate::contact::ContactShape;
+use crate::error::Result;
+use crate::geometry::rounded::{facet_planes, intersection};
+use crate::grain::hulls::{self, contact_shapes};
+use crate::grain::{DamagedGrain, Fragment, SurfacePoint};
+use crate::model::{Body, BodyKind, Committed, Model};
+use crate::tensor::{Pose, Rotation, Vec3};
+
+/// Hulls that differ by less than this share of their volume are the same.
+const SAME_VOLUME: f64 = 1e-9;
+
+/// What breaking did to one body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fracture {
+    pub body: usize,
+    /// The bodies that it is now, itself first; none where nothing is left.
+    pub parts: Vec<usize>,
+    pub deleted_cells: usize,
+    /// Volume of deleted cells and of parts that were given up [m^3].
+    pub crushed_volume: f64,
+    pub lost_parts: usize,
+    /// Elastic energy that went with deleted cells and lost parts [J].
+    pub lost_energy: f64,
+}
+
+/// A part ready to be a body.
+struct Part {
+    grain: DamagedGrain,
+    nominal: crate::geometry::Polyhedron,
+    shape: ContactShape,
+    pose: Pose,
+    field: Vec<Vec3>,
+    /// Its reference point in the coordinates of the body that broke [m].
+    point: Vec3,
+}
+
+impl Model {
+    /// Whether a body can break.
+    pub fn can_break(&self) -> bool {
+        self.bodies.iter().any(|body| body.damaged.is_some())
+    }
+
+    /// Makes the damage of an accepted increment the bodies' own; `None` where a body cannot break.
+    pub fn take_damage(&mut self, grains: &[Option<Arc<DamagedGrain>>]) {
+        for (body, grain) in self.bodies.iter_mut().zip(grains) {
+            if let Some(grain) = grain {
+                if !grain.is_sound() {
+                    body.grain = Some(grain.condensed().clone());
+                }
+                body.damaged = Some(grain.clone());
+            }
+        }
+    }
+
+    /// Deletes the cells all of whose points have failed. `loads` are the forces on each body's surface [N] in the committed state, in its
+    /// own frame; parts below `least_share` of the grain as generated are given up.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Mesh`] where a part cannot be made.
+    pub fn break_up(
+        &mut self,
+        committed: &mut Committed,
+        loads: &[Vec<(SurfacePoint, Vec3)>],
+        least_share: f64,
+    ) -> Result<Vec<Fracture>> {
+        let mut fractures = Vec::new();
+        for index in 0..self.bodies.len() {
+            let Some(grain) = self.bodies[index].damaged.clone() else { continue };
+            let loads = loads.get(index).map_or(&[][..], |loads| loads);
+            let least = least_share * grain.origin_volume();
+            let Some(broken) = grain.break_up(loads, index as u32, least)? else { continue };
+            let mut fracture = Fracture {
+                body: index,
+                parts: vec![],
+                deleted_cells: broken.deleted.len(),
+                crushed_volume: broken.deleted_volume + broken.lost_volume,
+                lost_parts: broken.lost.len(),
+                lost_energy: broken.lost_energy,
+            };
+            let displacements = grain.condensed().nodal_displacements(loads);
+            let mut parts = Vec::new();
+            let meshes: Vec<_> = broken.fragments.iter().map(|fragment| fragment.grain.mesh()).collect();
+            let alone = meshes.len() == 1;
+            for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
+                let made = shape.and_then(|shape| {
+                    self.part(index, fragment, shape, &displacements, &committed.poses[index], alone)
+                });
+                match made {
+                    Ok(part) => parts.push(part),
+                    // A body that contact cannot handle (too thin, say) is debris.
+                    Err(reason) => {
+                        tracing::debug!(body = self.bodies[index].name, %reason, "a part is given up");
+                        fracture.lost_parts += 1;
+                        fracture.crushed_volume += fragment.grain.mesh().volume();
+                        fracture.lost_energy += fragment.grain.elastic_energy();
+                    }
+                }
+            }
+            let points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
+            let changed = parts.len() != 1 || parts[0].nominal != self.bodies[index].nominal;
+            if changed {
+                committed.memory.retain(|(a, b), _| *a as usize != index && *b as usize != index);
+            }
+            committed.fields.resize(self.bodies.len(), Vec::new());
+            if parts.is_empty() {
+                self.remove(index);
+                committed.fields[index].clear();
+            }
+            for (number, part) in parts.into_iter().enumerate() {
+                let Part { grain, nominal, shape, pose, field, .. } = part;
+                let body = self.body_of(index, number, grain, nominal);
+                if number == 0 {
+                    self.bodies[index] = body;
+                    self.shapes[index] = shape;
+                    committed.poses[index] = pose;
+                    committed.fields[index] = field;
+                    fracture.parts.push(index);
+                } else {
+                    fracture.parts.push(self.bodies.len());
+                    committed.poses.insert(self.bodies.len(), pose);
+                    self.bodies.push(body);
+                    self.shapes.push(shape);
+                    committed.fields.push(field);
+                }
+            }
+            self.glue_anew(&fracture, &points, &committed.poses)?;
+            fractures.push(fracture);
+        }
+        Ok(fractures)
+    }
+
+    /// A fragment of body `index`, the only one where it is `alone`.
+    fn part(
+        &self,
+        index: usize,
+        fragment: &Fragment,
+        shape: hulls::ContactShape,
+        displacements: &[Vec3],
+        pose: &Pose,
+        alone: bool,
+    ) -> Result<Part> {
+        let old = &self.bodies[index].nominal;
+        let centroid = fragment.grain.condensed().mass_properties().centroid;
+        let point = if alone { Vec3::zeros() } else { centroid };
+        // What was cut off before stays off.
+        let mut nominal = intersection(&shape.nominal, &facet_planes(old))?;
+        let unchanged = alone && (nominal.volume() - old.volume()).abs() < SAME_VOLUME * old.volume();
+        let shape = if unchanged {
+            nominal = old.clone();
+            self.shapes[index].clone()
+        } else {
+            nominal = nominal.translated(&-point);
+            let shape = hulls::ContactShape { nominal: nominal.clone(), ..shape };
+            ContactShape::new(shape.rounded(self.shapes[index].rounded.radius)?)
+        };
+        let grain = if alone { fragment.grain.clone() } else { fragment.grain.moved_to(&point)? };
+        let turn = Rotation::from_scaled_axis(fragment.rotation);
+        let moved = centroid + fragment.translation + turn * (point - centroid);
+        let back = turn.inverse();
+        let field = grain
+            .condensed()
+            .surface()
+            .nodes()
+            .iter()
+            .map(|node| {
+                let x = fragment.grain.mesh().nodes[node.index()];
+                let u = displacements[fragment.nodes[node.index()].index()];
+                back * (x + u - moved) - (x - point)
+            })
+            .collect();
+        Ok(Part {
+            grain,
+            nominal,
+            shape,
+            pose: Pose::new(pose.position + pose.rotation * moved, pose.rotation * turn),
+            field,
+            point,
+        })
+    }
+
+    fn body_of(
+        &self,
+        index: usize,
+        number: usize,
+        grain: DamagedGrain,
+        nominal: crate::geometry::Polyhedron,
+    ) -> Body {
+        let old = &self.bodies[index];
+        let mass = grain.condensed().mass_properties();
+        let size = (6.0 * grain.mesh().volume() / std::f64::consts::PI).cbrt();
+        Body {
+            name: if number == 0 { old.name.clone() } else { format!("{}.{}", old.name, self.bodies.len()) },
+            kind: old.kind,
+            // The stiffness of a contact goes with the size.
+            stiffness: old.stiffness * (0.5 * size / old.rotation_scale),
+            friction: old.friction,
+            mass: mass.mass,
+            centre_of_mass: mass.centroid,
+            rotation_scale: 0.5 * size,
+            grain: Some(grain.condensed().clone()),
+            damaged: Some(Arc::new(grain)),
+            nominal,
+        }
+    }
+
+    fn remove(&mut self, index: usize) {
+        let body = &mut self.bodies[index];
+        (body.kind, body.grain, body.damaged, body.mass) = (BodyKind::Gone, None, None, 0.0);
+    }
+
+    /// Hands the cover's nodes on a body that broke to the nearest of its parts, at their material points; where nothing is left,
+    /// to the nearest grain.
+    fn glue_anew(&mut self, fracture: &Fracture, points: &[Vec3], poses: &[Pose]) -> Result<()> {
+        let Some(cover) = &self.cover else { return Ok(()) };
+        if !cover.nodes().iter().any(|node| node.body == fracture.body) {
+            return Ok(());
+        }
+        let bodies = &self.bodies;
+        let distance = |body: usize, x: &Vec3| {
+            bodies[body].grain.as_ref().map_or(f64::INFINITY, |grain| (grain.locate(x).position - x).norm())
+        };
+        let nearest = |candidates: &mut dyn Iterator<Item = (usize, Vec3)>| {
+            candidates.min_by(|(a, x), (b, y)| distance(*a, x).total_cmp(&distance(*b, y)).then(a.cmp(b)))
+        };
+        // Where a node of nothing lies in space is known from the pose that is left of its body.
+        let glue = |node: &crate::model::cover::CoverNode| {
+            if node.body != fracture.body {
+                return (node.body, node.point);
+            }
+            let parts = fracture.parts.iter().zip(points).map(|(part, point)| (*part, node.point - point));
+            let space = poses[node.body].to_space(&node.point);
+            let others = (0..bodies.len())
+                .filter(|body| bodies[*body].kind == BodyKind::Grain)
+                .map(|body| (body, poses[body].to_body(&space)));
+            nearest(&mut parts.into_iter())
+                .or_else(|| nearest(&mut others.into_iter()))
+                .unwrap_or((node.body, node.point))
+        };
+        let glued = cover.glued_anew(glue)?;
+        self.cover = Some(glued);
+        Ok(())
+    }
+}
