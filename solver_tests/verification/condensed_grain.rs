@@ -9,7 +9,6 @@
 
 use nalgebra::DMatrix;
 
-use riprap::geometry::Polyhedron;
 use riprap::grain::stiffness::{node_graph, stiffness_matrix};
 use riprap::grain::{CondensedGrain, SurfacePoint};
 use riprap::linalg::{Factorisation, Ordering, Refinement, SparseCholesky};
@@ -17,23 +16,7 @@ use riprap::material::Elastic;
 use riprap::mesh::{Mesh, NearPoint, grain_mesh, sphere_mesh};
 use riprap::tensor::Vec3;
 
-fn shape() -> Polyhedron {
-    let points = [
-        [11.0, 1.0, 2.0],
-        [-8.0, 3.0, -1.0],
-        [1.0, 11.0, 3.0],
-        [2.0, -10.0, 1.0],
-        [0.0, 2.0, 16.0],
-        [-1.0, 1.0, -13.0],
-        [7.0, 6.0, -6.0],
-        [-6.0, -6.0, 7.0],
-        [6.0, -5.0, -7.0],
-        [-5.0, 7.0, 6.0],
-    ]
-    .map(|p| Vec3::from(p) * 1e-3);
-    let hull = Polyhedron::convex_hull(&points).expect("a hull");
-    hull.translated(&-hull.centroid())
-}
+use crate::sample_grain::sample_grain;
 
 fn rocks(mesh: &Mesh) -> Vec<Elastic> {
     (0..mesh.cells.len())
@@ -70,7 +53,7 @@ fn balanced_loads(grain: &CondensedGrain) -> Vec<(SurfacePoint, Vec3)> {
 
 #[test]
 fn condensed_equals_full_under_the_same_loads() {
-    let mesh = grain_mesh(&shape(), 38).expect("a mesh");
+    let mesh = grain_mesh(&sample_grain([16.0, 13.0]), 38).expect("a mesh");
     let rock = rocks(&mesh);
     let grain = CondensedGrain::new(mesh.clone(), &rock, 2700.0).expect("a grain");
     let loads = balanced_loads(&grain);
@@ -111,7 +94,7 @@ fn condensed_equals_full_under_the_same_loads() {
 
 #[test]
 fn grain_cut_in_two_gives_two_grains() {
-    let mesh = grain_mesh(&shape(), 90).expect("a mesh");
+    let mesh = grain_mesh(&sample_grain([16.0, 13.0]), 90).expect("a mesh");
     // Delete every cell that meets the plane z = 0.
     let alive: Vec<bool> = mesh
         .cell_ids()

@@ -11,36 +11,18 @@
 use nalgebra::{DMatrix, DVector};
 
 use riprap::element::StraightTet10;
-use riprap::geometry::Polyhedron;
 use riprap::grain::stiffness::stiffness_matrix;
 use riprap::grain::{Ancestry, DamagedGrain, SurfacePoint};
 use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
 use riprap::mesh::{CellId, Mesh, grain_mesh};
 use riprap::tensor::{Rotation, Vec3};
 
+use crate::sample_grain::sample_grain;
+
 const DENSITY: f64 = 2700.0;
 
-fn points() -> Vec<Vec3> {
-    [
-        [11.0, 1.0, 2.0],
-        [-8.0, 3.0, -1.0],
-        [1.0, 11.0, 3.0],
-        [2.0, -10.0, 1.0],
-        [0.0, 2.0, 16.0],
-        [-1.0, 1.0, -13.0],
-        [7.0, 6.0, -6.0],
-        [-6.0, -6.0, 7.0],
-        [6.0, -5.0, -7.0],
-        [-5.0, 7.0, 6.0],
-    ]
-    .iter()
-    .map(|p| Vec3::from(*p) * 1e-3)
-    .collect()
-}
-
 fn mesh(cells: usize) -> Mesh {
-    let hull = Polyhedron::convex_hull(&points()).expect("a hull");
-    grain_mesh(&hull.translated(&-hull.centroid()), cells).expect("a mesh")
+    grain_mesh(&sample_grain([16.0, 13.0]), cells).expect("a mesh")
 }
 
 fn laws(count: usize) -> Vec<DamageLaw> {

@@ -4,6 +4,8 @@
 #[path = "../scene_builder.rs"]
 mod scene_builder;
 
+mod sample_grain;
+
 mod block_on_incline;
 mod block_pushed_along_plane;
 mod card_tent;

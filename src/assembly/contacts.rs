@@ -1,6 +1,6 @@
 //! All contacts of the model in one configuration, with buffers that are reused.
 
-use crate::assembly::elastic::{Held, Side, Spot, SurfaceField};
+use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, reach};
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
@@ -83,7 +83,7 @@ impl PairWork {
     }
 
     pub fn spot(&self, feature: Feature) -> Option<&Spot> {
-        self.spots.iter().find(|s| s.feature() == feature)
+        self.spots.iter().find(|s| s.feature == feature)
     }
 
     pub fn held(&self, feature: Feature) -> Option<&Held> {
@@ -142,7 +142,7 @@ impl PairWork {
             };
             if condensed {
                 let last = held.iter().find(|h| h.feature == site.feature);
-                let known = spots.iter().find(|s| s.feature() == site.feature).copied();
+                let known = spots.iter().find(|s| s.feature == site.feature).copied();
                 let spot = known.unwrap_or_else(|| {
                     let (point, normal) = force::place(&site, &sites, state.radius_difference);
                     let scale = last.map_or(first_scale, |h| h.scale);
@@ -185,10 +185,9 @@ fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
 }
 
 /// How far elastic displacements and offsets may bring a contact forward [m].
-fn elastic_reach(pair: &PairWork, fields: &[SurfaceField]) -> f64 {
-    let moved = |body: usize| fields[body].iter().map(|u| u.norm_squared()).fold(0.0, f64::max).sqrt();
+fn elastic_reach(pair: &PairWork, reach: &[f64]) -> f64 {
     let offset = pair.points.iter().map(|p| p.state.offset).fold(0.0, f64::max);
-    moved(pair.a()) + moved(pair.b()) + offset
+    reach[pair.a()] + reach[pair.b()] + offset
 }
 
 fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
@@ -210,6 +209,9 @@ pub struct Contacts {
     /// Surface displacement of every body in its own frame, from the forces of the last augmentation.
     #[serde(skip)]
     pub fields: Vec<SurfaceField>,
+    /// The largest displacement in each of `fields` [m].
+    #[serde(skip)]
+    reach: Vec<f64>,
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
     /// Contacts of the membrane, where the model has one.
@@ -230,6 +232,7 @@ impl Default for Contacts {
             kinematics: Vec::new(),
             corners: Vec::new(),
             fields: Vec::new(),
+            reach: Vec::new(),
             first_scale: 1.0,
             searches: 0,
             membrane: MembraneContacts::default(),
@@ -244,10 +247,16 @@ impl Contacts {
         self.membrane.start();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
+        self.update_reach();
         for pair in &mut self.pairs {
             pair.reset(committed.memory.get(&pair.key()));
             pair.coefficient = model.friction_between(pair.a(), pair.b()).coefficient(pair.carried.slip);
         }
+    }
+
+    pub(super) fn update_reach(&mut self) {
+        self.reach.clear();
+        self.reach.extend(self.fields.iter().map(|field| reach(field)));
     }
 
     /// Evaluates every contact at `poses`, searching anew where bodies have moved far enough.
@@ -272,10 +281,11 @@ impl Contacts {
             start += begun.elapsed();
         }
         let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
+        let reach = &self.reach;
         let first_scale = self.first_scale;
         let view = View { kinematics, corners, poses, fields, committed: &committed.fields, first_scale };
         self.pairs.par_iter_mut().for_each(|pair| {
-            let needed = elastic_reach(pair, fields);
+            let needed = elastic_reach(pair, reach);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
                 let margin = margin(model, pair.key(), needed);
                 pair.features =

@@ -15,7 +15,7 @@ use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
 use crate::grain::SurfacePoint;
-use crate::model::{Committed, Loads, Model, PressureCover};
+use crate::model::{Committed, Loads, Model};
 use crate::tensor::{Pose, Vec3};
 
 /// Displacement of the surface nodes of a body in its own frame [m]; empty for a rigid body.
@@ -29,7 +29,7 @@ const OVERESTIMATE: f64 = 2.5;
 /// What one augmentation knows of a contact's place.
 #[derive(Debug, Clone, Copy)]
 pub struct Spot {
-    feature: Feature,
+    pub feature: Feature,
     on_a: Option<SurfacePoint>,
     on_b: Option<SurfacePoint>,
     /// Elastic displacement of `b`'s surface relative to `a`'s [m], in space.
@@ -129,19 +129,51 @@ impl Spot {
         }
         spot
     }
-
-    pub fn feature(&self) -> Feature {
-        self.feature
-    }
 }
 
 /// Forces on the surface of a body, in its own frame.
 pub type SurfaceLoads = Vec<(SurfacePoint, Vec3)>;
 
+/// What taking over the forces of a configuration came to.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Relaxed {
+    /// The largest change this makes to a gap or a stretch [m]: zero where forces and elastic
+    /// displacements agree.
+    pub mismatch: f64,
+    /// Elastic energy of all condensed bodies under these forces [J].
+    pub energy: f64,
+}
+
+/// The largest displacement of a surface [m].
+pub fn reach(field: &[Vec3]) -> f64 {
+    field.iter().map(|u| u.norm_squared()).fold(0.0, f64::max).sqrt()
+}
+
+/// Calls `visit(body, place, force)` for each node of a cover that is glued to condensed bodies, with its
+/// share of `pressure` [N], in space. Under a membrane the cover's nodes are the membrane's: none.
+fn for_each_cover_force(
+    model: &Model,
+    poses: &[Pose],
+    pressure: f64,
+    mut visit: impl FnMut(usize, SurfacePoint, Vec3),
+) {
+    if !model.has_condensed() || model.membrane.is_some() {
+        return;
+    }
+    let Some(cover) = &model.cover else { return };
+    let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
+    cover.node_forces_into(&mut forces, poses, pressure);
+    for (node, force) in cover.nodes().iter().zip(forces) {
+        if let Some(grain) = &model.bodies[node.body].grain {
+            visit(node.body, grain.locate(&node.point), force);
+        }
+    }
+}
+
 impl Contacts {
     /// Forces on the surfaces of all condensed bodies in the configuration last evaluated [N], the
     /// cover's included.
-    pub fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
+    fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
         let mut all = vec![SurfaceLoads::new(); model.bodies.len()];
         let mut put = |body: usize, place: Option<SurfacePoint>, force: Vec3| {
             if let Some(place) = place {
@@ -161,26 +193,17 @@ impl Contacts {
                 put(list.body, model.bodies[list.body].grain.as_ref().map(|grain| grain.locate(&at)), force);
             }
         }
-        // Under a membrane the cover's nodes are the membrane's.
-        if let (Some(cover), None) = (&model.cover, &model.membrane)
-            && model.has_condensed()
-        {
-            let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
-            cover.node_forces_into(&mut forces, poses, loads.pressure);
-            for (node, force) in cover.nodes().iter().zip(forces) {
-                let place = model.bodies[node.body].grain.as_ref().map(|grain| grain.locate(&node.point));
-                put(node.body, place, force);
-            }
-        }
+        for_each_cover_force(model, poses, loads.pressure, |body, place, force| {
+            put(body, Some(place), force)
+        });
         all
     }
 
-    /// Takes the forces of the configuration last evaluated as those of a new augmentation. Returns
-    /// the largest change this makes to a gap or a stretch [m]: zero where forces and elastic
-    /// displacements agree. Evaluate anew afterwards.
-    pub fn relax(&mut self, model: &Model, loads: &Loads, poses: &[Pose], tolerance: f64) -> f64 {
+    /// Takes the forces of the configuration last evaluated as those of a new augmentation. Evaluate
+    /// anew afterwards.
+    pub fn relax(&mut self, model: &Model, loads: &Loads, poses: &[Pose], tolerance: f64) -> Relaxed {
         if !model.has_condensed() {
-            return 0.0;
+            return Relaxed::default();
         }
         let surface_loads = self.surface_loads(model, loads, poses);
         self.fields = model
@@ -195,6 +218,8 @@ impl Contacts {
                 field
             })
             .collect();
+        self.update_reach();
+        let energy = self.surface_energy(&surface_loads);
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
         let mismatch = |pair: &mut PairWork| {
             let (a, b) = (pair.a(), pair.b());
@@ -233,30 +258,24 @@ impl Contacts {
             pair.spots.clear();
             largest
         };
-        self.pairs.par_iter_mut().map(mismatch).collect::<Vec<f64>>().into_iter().fold(0.0, f64::max)
+        let largest: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();
+        Relaxed { mismatch: largest.into_iter().fold(0.0, f64::max), energy }
     }
 
     /// By how much the elastic displacements gained since the last accepted increment change the
     /// volume under the cover [m^3], which moves with the grains' frames.
     pub fn elastic_volume(&self, model: &Model, committed: &Committed, poses: &[Pose]) -> f64 {
-        // A membrane's nodes go with no grain.
-        let glued = |_: &&PressureCover| model.has_condensed() && model.membrane.is_none();
-        let Some(cover) = model.cover.as_ref().filter(glued) else { return 0.0 };
-        let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
-        cover.node_forces_into(&mut forces, poses, 1.0);
         let mut volume = 0.0;
-        for (node, force) in cover.nodes().iter().zip(&forces) {
-            let Some(grain) = &model.bodies[node.body].grain else { continue };
-            let place = grain.locate(&node.point);
-            let before = committed.fields.get(node.body).map_or(Vec3::zeros(), |f| interpolate(&place, f));
-            let moved = interpolate(&place, &self.fields[node.body]) - before;
-            volume -= force.dot(&(poses[node.body].rotation * moved));
-        }
+        for_each_cover_force(model, poses, 1.0, |body, place, force| {
+            let before = committed.fields.get(body).map_or(Vec3::zeros(), |f| interpolate(&place, f));
+            let moved = interpolate(&place, &self.fields[body]) - before;
+            volume -= force.dot(&(poses[body].rotation * moved));
+        });
         volume
     }
 
-    /// Elastic energy [J] of all condensed bodies under the forces of the last [`Contacts::relax`].
-    pub fn surface_energy(&self, surface_loads: &[SurfaceLoads]) -> f64 {
+    /// Elastic energy [J] of all condensed bodies, displaced by `surface_loads` to what `fields` holds.
+    fn surface_energy(&self, surface_loads: &[SurfaceLoads]) -> f64 {
         let work =
             |(place, force): &(SurfacePoint, Vec3), field: &[Vec3]| force.dot(&interpolate(place, field));
         surface_loads

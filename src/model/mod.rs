@@ -18,6 +18,7 @@ pub use membrane::{Membrane, MembraneParameters};
 
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
+use crate::tensor;
 
 /// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
 /// the whole body where it is rigid. Its compliance adds to the flexibility of the mesh.
@@ -76,18 +77,14 @@ impl Model {
 
     /// A stiffness typical of the model's contacts [N/m]: the median over bodies that have one.
     pub fn typical_stiffness(&self) -> f64 {
-        let mut stiffness: Vec<f64> =
-            self.bodies.iter().map(|b| b.stiffness).filter(|k| k.is_finite()).collect();
-        stiffness.sort_by(f64::total_cmp);
-        stiffness.get(stiffness.len() / 2).map_or(1e8, |k| 0.5 * k)
+        tensor::median(self.bodies.iter().map(|b| b.stiffness).filter(|k| k.is_finite()))
+            .map_or(1e8, |k| 0.5 * k)
     }
 
     /// A size typical of the model's bodies [m]: twice the median of their rotation scales.
     pub fn typical_size(&self) -> f64 {
-        let mut scales: Vec<f64> =
-            self.bodies.iter().filter(|b| b.kind != BodyKind::Plate).map(|b| b.rotation_scale).collect();
-        scales.sort_by(f64::total_cmp);
-        scales.get(scales.len() / 2).map_or(0.0, |scale| 2.0 * scale)
+        let grains = self.bodies.iter().filter(|b| b.kind != BodyKind::Plate);
+        tensor::median(grains.map(|b| b.rotation_scale)).map_or(0.0, |scale| 2.0 * scale)
     }
 
     /// Everything that has a pose: the bodies, then the free nodes of the membrane.

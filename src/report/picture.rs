@@ -94,7 +94,18 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
     let distance: Vec<f64> = before.iter().zip(&after).map(|(a, b)| (b - a).norm()).collect();
     let gone = failed(last)?;
     let middle = section_plane(&cells.points);
-    let section = Some(middle);
+    let whole_and_cut = |name: &str, paint: Paint, quantity: Quantity<'_>| {
+        let shot = |caption: String, plane: Option<f64>, towards: [f64; 3]| Shot {
+            caption,
+            triangles: of_cells(&cells, &after, &gone, quantity, plane),
+            towards,
+            paint,
+        };
+        [
+            shot(name.into(), None, TOWARDS_VIEWER),
+            shot(format!("section: {name}"), Some(middle), TOWARDS_SECTION),
+        ]
+    };
     let since = name(first)?;
     let mut shots = vec![
         Shot {
@@ -113,16 +124,7 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
     if first == last {
         shots.truncate(1);
     } else {
-        for (caption, plane, towards) in
-            [("displacement", None, TOWARDS_VIEWER), ("section: displacement", section, TOWARDS_SECTION)]
-        {
-            shots.push(Shot {
-                caption: caption.into(),
-                triangles: of_cells(&cells, &after, &gone, Quantity::OnPoints(&distance), plane),
-                towards,
-                paint: Paint::Displacement,
-            });
-        }
+        shots.extend(whole_and_cut("displacement", Paint::Displacement, Quantity::OnPoints(&distance)));
     }
     let mut pictures = Vec::new();
     let about =
@@ -130,17 +132,7 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
     pictures.extend(composed(&format!("specimen_{}", run.stem), &about, &shots));
     let damage = run.reader.saved_field("CellData", "damage", last)?;
     if damage.iter().any(|&d| d > 1e-6) || gone.iter().any(|&gone| gone) {
-        let mut shots = Vec::new();
-        for (caption, plane, towards) in
-            [("damage", None, TOWARDS_VIEWER), ("section: damage", section, TOWARDS_SECTION)]
-        {
-            shots.push(Shot {
-                caption: caption.into(),
-                triangles: of_cells(&cells, &after, &gone, Quantity::OnCells(&damage), plane),
-                towards,
-                paint: Paint::Damage,
-            });
-        }
+        let shots = whole_and_cut("damage", Paint::Damage, Quantity::OnCells(&damage));
         let deleted = gone.iter().filter(|&&gone| gone).count();
         let about = format!("{}: damage at the end; {deleted} cells are deleted", run.label);
         pictures.extend(composed(&format!("damage_{}", run.stem), &about, &shots));

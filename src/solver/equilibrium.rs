@@ -1,5 +1,6 @@
 //! Augmentations: proximal Newton solves, re-centred and relaxed until the forces balance.
 
+use crate::assembly::elastic::Relaxed;
 use crate::solver::newton::{Newton, NewtonEnd};
 
 /// How well the forces balance.
@@ -20,8 +21,6 @@ pub struct Equilibrium {
     pub balance: Balance,
     /// Out-of-balance of each augmentation.
     pub history: Vec<f64>,
-    /// Largest disagreement left between contact forces and elastic displacements [m].
-    pub mismatch: f64,
     /// Energy in condensed bodies [J].
     pub surface_energy: f64,
 }
@@ -37,8 +36,8 @@ impl Newton<'_> {
         // none of those either, a force that would press a contact by a millionth of its rounding.
         let applied = self.loads.applied.iter().map(|w| w.norm()).fold(0.0, f64::max);
         let weight = self.model.bodies.iter().map(|b| b.mass * self.loads.gravity.norm()).fold(0.0, f64::max);
-        let floor = (1e-3 * applied.max(weight))
-            .max(1e-9 * self.model.typical_stiffness() * self.model.smallest_rounding());
+        let floor =
+            (1e-3 * applied.max(weight)).max(1e-9 * self.typical_stiffness * self.model.smallest_rounding());
         let reference_force = self.contacts.mean_force().max(floor);
         Balance { out_of_balance: force / reference_force, worst_body, reference_force }
     }
@@ -57,14 +56,14 @@ impl Newton<'_> {
             let balance = self.balance();
             history.push(balance.out_of_balance);
             let mut converged = balance.out_of_balance < tolerance && self.control_is_met();
-            let (mut mismatch, mut surface_energy) = (0.0, 0.0);
-            let yielding = balance.reference_force / self.model.typical_stiffness();
-            let gap_tolerance = gap_tolerance.min(GAP_SHARE * yielding);
+            let mut surface_energy = 0.0;
             if condensed && (converged || fresh) {
-                let loads = self.contacts.surface_loads(self.model, &self.loads, &self.poses);
-                mismatch = self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
+                let yielding = balance.reference_force / self.typical_stiffness;
+                let gap_tolerance = gap_tolerance.min(GAP_SHARE * yielding);
+                let Relaxed { mismatch, energy } =
+                    self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
                 tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");
-                surface_energy = self.contacts.surface_energy(&loads);
+                surface_energy = energy;
                 converged &= mismatch < gap_tolerance;
                 fresh = false;
                 if !converged {
@@ -72,7 +71,7 @@ impl Newton<'_> {
                 }
             }
             if converged || history.len() > settings.max_augmentations || settings.stop.is_raised() {
-                return Equilibrium { converged, balance, history, mismatch, surface_energy };
+                return Equilibrium { converged, balance, history, surface_energy };
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
@@ -90,7 +89,7 @@ impl Newton<'_> {
             match end {
                 NewtonEnd::Stalled => {
                     if weight >= settings.proximal_max {
-                        return Equilibrium { converged: false, balance, history, mismatch, surface_energy };
+                        return Equilibrium { converged: false, balance, history, surface_energy };
                     }
                     weight = (weight * settings.proximal_raise).min(settings.proximal_max);
                     continue;

@@ -30,7 +30,7 @@ pub struct Newton<'a> {
     /// How far `poses` are from the proximal centre, in unknowns [m].
     pub away: Vec<f64>,
     pub counters: Counters,
-    typical_stiffness: f64,
+    pub(super) typical_stiffness: f64,
     system: Option<System>,
     values: Vec<f64>,
 }

@@ -19,7 +19,7 @@ use crate::specimen::VOID_RATIO_TOLERANCE;
 use crate::specimen::engine_contacts::FreshContacts;
 use crate::specimen::placement::Placement;
 use crate::specimen::shape::GrainShape;
-use crate::tensor::{Pose, Rotation, Vec3};
+use crate::tensor::{self, Pose, Rotation, Vec3};
 use rapier3d_f64::dynamics::{RigidBodyBuilder, RigidBodyHandle};
 use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, NarrowPhase, SharedShape};
 use rapier3d_f64::math::{Pose as EnginePose, Rotation as EngineRotation, Vector};
@@ -245,9 +245,7 @@ struct Chamber {
 
 impl Chamber {
     fn build(grains: &[GrainShape], placement: &Placement) -> Result<Self> {
-        let mut sizes: Vec<f64> = grains.iter().map(|g| g.sieve_size).collect();
-        sizes.sort_by(f64::total_cmp);
-        let unit = 0.7 * sizes.get(sizes.len() / 2).copied().unwrap_or(1.0);
+        let unit = 0.7 * tensor::median(grains.iter().map(|g| g.sieve_size)).unwrap_or(1.0);
 
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;

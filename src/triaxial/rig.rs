@@ -15,7 +15,7 @@ use crate::model::cover::{Outline, Rim};
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
 use crate::solver::Settings;
 use crate::specimen::Specimen;
-use crate::tensor::{Pose, Rotation, Vec3};
+use crate::tensor::{self, Pose, Rotation, Vec3};
 use crate::triaxial::rubber::RubberSheet;
 
 /// What the rig needs besides the specimen.
@@ -223,10 +223,8 @@ impl Rig {
     /// Median over the grains of the diameter of the ball of equal volume [m].
     pub(super) fn median_size(&self) -> f64 {
         let grains = self.model.bodies.iter().filter(|body| body.kind == BodyKind::Grain);
-        let mut sizes: Vec<f64> =
-            grains.map(|body| (6.0 * body.nominal.volume() / std::f64::consts::PI).cbrt()).collect();
-        sizes.sort_by(f64::total_cmp);
-        sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+        let sizes = grains.map(|body| (6.0 * body.nominal.volume() / std::f64::consts::PI).cbrt());
+        tensor::median(sizes).unwrap_or(0.0)
     }
 
     /// Everything held but the grains and the membrane; the top plate's vertical free where `top_free`,
