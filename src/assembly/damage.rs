@@ -7,13 +7,15 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::assembly::contacts::Contacts;
 use crate::assembly::elastic::SurfaceLoads;
 use crate::assembly::timings::Kernel;
 use crate::error::Result;
-use crate::grain::{DamageChange, DamagedGrain};
+use crate::grain::{DamageChange, DamagedGrain, SurfacePoint};
 use crate::model::Model;
+use crate::tensor::Vec3;
 
 /// Grains with trial damage, by body; empty until damage is asked for.
 #[derive(Debug, Clone, Default)]
@@ -47,6 +49,57 @@ pub struct Damages {
     pub newly_failed: usize,
     /// Cells without a working point: to be deleted.
     pub failed_cells: usize,
+}
+
+/// Bodies with cells to be deleted, and the forces on their surfaces in the committed state [N]: what breaking them up takes.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Failing {
+    bodies: Vec<u32>,
+    loads: Vec<(u32, SurfacePoint, Force)>,
+}
+
+/// A force [N].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Force(#[serde(with = "crate::tensor::stored")] Vec3);
+
+impl Failing {
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// By body, for [`Model::break_up`].
+    pub fn loads(&self, bodies: usize) -> Vec<SurfaceLoads> {
+        let mut loads = vec![SurfaceLoads::new(); bodies];
+        for (body, point, force) in &self.loads {
+            if let Some(loads) = loads.get_mut(*body as usize) {
+                loads.push((*point, force.0));
+            }
+        }
+        loads
+    }
+}
+
+impl Damages {
+    /// What is to be broken up; nothing where no cell has failed.
+    pub fn failing(&self) -> Failing {
+        if self.failed_cells == 0 {
+            return Failing::default();
+        }
+        let with_failed = |grain: &Option<Arc<DamagedGrain>>| {
+            grain.as_ref().is_some_and(|grain| {
+                grain.states().iter().any(|points| points.iter().all(|state| state.failed))
+            })
+        };
+        let bodies: Vec<usize> =
+            (0..self.grains.len()).filter(|&body| with_failed(&self.grains[body])).collect();
+        let loads = |body: usize| {
+            self.loads[body].iter().map(move |(point, force)| (body as u32, *point, Force(*force)))
+        };
+        Failing {
+            loads: bodies.iter().flat_map(|body| loads(*body)).collect(),
+            bodies: bodies.into_iter().map(|body| body as u32).collect(),
+        }
+    }
 }
 
 impl Contacts {

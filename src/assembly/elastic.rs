@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
-use crate::grain::SurfacePoint;
+use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{Committed, Loads, Model};
 use crate::tensor::{Pose, Vec3};
 
@@ -77,11 +77,10 @@ impl Held {
     }
 }
 
-/// A body at a place in space: its grain, pose, and surface displacement now and as committed.
+/// A body at a place in space: its grain (where it is condensed), pose, and surface displacement now and as committed.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
-    pub model: &'a Model,
-    pub body: usize,
+    pub grain: Option<&'a CondensedGrain>,
     pub pose: &'a Pose,
     pub now: &'a [Vec3],
     pub committed: &'a [Vec3],
@@ -91,7 +90,7 @@ impl Side<'_> {
     /// The surface point below `x` in direction `outward` (both in space), its displacement and the
     /// change of that since the last accepted increment [m], and its flexibility along `outward` [m/N].
     fn look(&self, x: &Vec3, outward: &Vec3) -> Option<(SurfacePoint, Vec3, Vec3, f64)> {
-        let grain = self.model.bodies[self.body].grain.as_ref()?;
+        let grain = self.grain?;
         let back = self.pose.rotation.inverse();
         let (xi, n) = (back * (x - self.pose.position), back * outward);
         let place = grain.locate_along(&xi, &n);
@@ -206,13 +205,13 @@ impl Contacts {
             return Relaxed::default();
         }
         let surface_loads = self.surface_loads(model, loads, poses);
-        self.fields = model
-            .bodies
+        self.fields = self
+            .grains
             .par_iter()
             .zip(&surface_loads)
-            .map(|(body, loads)| {
+            .map(|(grain, loads)| {
                 let mut field = SurfaceField::new();
-                if let Some(grain) = &body.grain {
+                if let Some(grain) = grain {
                     grain.surface_field_into(&mut field, loads);
                 }
                 field
@@ -220,6 +219,7 @@ impl Contacts {
             .collect();
         self.update_reach();
         let energy = self.surface_energy(&surface_loads);
+        self.surface_loads = surface_loads;
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
         let mismatch = |pair: &mut PairWork| {
             let (a, b) = (pair.a(), pair.b());

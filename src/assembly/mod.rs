@@ -13,7 +13,7 @@ pub mod pattern;
 pub mod timings;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
-pub use damage::{DamageStep, Damages};
+pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
 pub use elastic::SurfaceField;
 pub use membrane::MembraneContacts;

@@ -10,12 +10,6 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
     let mut refuse = |path: &str, value: &str, problem: &str, accepted: &str| {
         faults.push(Fault::new(path, value, problem, accepted));
     };
-    let damage = |refuse: &mut dyn FnMut(&str, &str, &str, &str), path: &str, rock: &RockCase| {
-        if rock.damage.is_some() {
-            let problem = "damage is not built yet; set \"damage\": null";
-            refuse(&format!("{path}.damage"), "damage parameters", problem, "null");
-        }
-    };
     let fidelity =
         |refuse: &mut dyn FnMut(&str, &str, &str, &str), path: &str, fidelity: Fidelity| match fidelity {
             Fidelity::Full => {
@@ -23,10 +17,18 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
             Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed => {}
         };
-    damage(&mut refuse, "$.rock", &case.rock);
     fidelity(&mut refuse, "$.solver.fidelity", case.solver.fidelity);
     match &case.geometry {
         Geometry::Specimen(_) => {
+            if case.rock.damage.is_some() && case.fidelity_of_grains() != Fidelity::Condensed {
+                let problem = "damage needs grains that deform";
+                let accepted = "\"auto\", \"condensed\", or \"damage\": null";
+                refuse("$.solver.fidelity", "\"rigid\"", problem, accepted);
+            }
+            if case.rock.damage.is_some() && matches!(case.membrane, MembraneCase::Rubber { .. }) {
+                let problem = "grains that break are not built under a rubber membrane yet";
+                refuse("$.membrane.kind", "\"rubber\"", problem, "\"pressure\", or \"damage\": null");
+            }
             let name = match case.membrane {
                 MembraneCase::RigidWall => Some("rigid_wall"),
                 MembraneCase::Pressure | MembraneCase::Rubber { .. } => None,
@@ -40,11 +42,17 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
         }
         Geometry::Scene(scene) => {
+            let breaks = |body: &BodyCase| {
+                let rock = body.rock.as_ref().unwrap_or(&case.rock);
+                let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
+                rock.damage.is_some() && fidelity == Fidelity::Condensed
+            };
+            if case.rock.damage.is_some() && !scene.bodies.iter().any(breaks) {
+                let problem = "damage needs a body that deforms, and none does";
+                refuse("$.rock.damage", "damage parameters", problem, "a body of fidelity \"condensed\", or null");
+            }
             for (i, body) in scene.bodies.iter().enumerate() {
                 let path = format!("$.scene.bodies[{i}]");
-                if let Some(rock) = &body.rock {
-                    damage(&mut refuse, &format!("{path}.rock"), rock);
-                }
                 if let Some(own) = body.fidelity {
                     fidelity(&mut refuse, &format!("{path}.fidelity"), own);
                 }

@@ -28,6 +28,17 @@ pub struct Case {
     pub output: OutputCase,
 }
 
+impl Case {
+    /// How the grains of a specimen deform: rock that damages needs condensed grains, any other does with rigid ones.
+    pub fn fidelity_of_grains(&self) -> Fidelity {
+        match (self.solver.fidelity, &self.rock.damage) {
+            (Fidelity::Auto, Some(_)) => Fidelity::Condensed,
+            (Fidelity::Auto, None) => Fidelity::Rigid,
+            (given @ (Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full), _) => given,
+        }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
     /// A generated rockfill specimen.

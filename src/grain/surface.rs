@@ -3,11 +3,13 @@
 //! Displacement over a facet is interpolated with the six quadratic shape functions, so it is
 //! continuous over the whole surface.
 
+use serde::{Deserialize, Serialize};
+
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::Vec3;
 
 /// A place on the surface, in body coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SurfacePoint {
     /// Index of the facet in the mesh's surface.
     pub facet: u32,
@@ -16,8 +18,10 @@ pub struct SurfacePoint {
     /// Shape functions there; they sum to one.
     pub weights: [f64; 6],
     /// [m]
+    #[serde(with = "crate::tensor::stored")]
     pub position: Vec3,
     /// Outward unit normal of the facet.
+    #[serde(with = "crate::tensor::stored")]
     pub normal: Vec3,
 }
 

@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use crate::contact::ContactShape;
+use crate::element::POINT_COUNT;
 use crate::error::Result;
 use crate::geometry::rounded::{facet_planes, intersection};
 use crate::grain::hulls::{self, contact_shapes};
@@ -43,10 +44,68 @@ struct Part {
     point: Vec3,
 }
 
+/// How far the damage of a model has come.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DamageCounts {
+    /// Integration points that have failed, those of deleted cells included.
+    pub failed_points: usize,
+    /// Cells deleted or given up with a part.
+    pub deleted_cells: usize,
+    /// Bodies that are parts of a grain that came apart.
+    pub fragments: usize,
+}
+
 impl Model {
-    /// Whether a body can break.
+    /// Whether there are bodies that can break (or could, before nothing was left of them).
     pub fn can_break(&self) -> bool {
-        self.bodies.iter().any(|body| body.damaged.is_some())
+        self.generated.iter().any(Option::is_some)
+    }
+
+    /// Notes the sound grains that damage begins with; once, when the bodies are complete.
+    pub fn begin_damage(&mut self) {
+        self.generated = self.bodies.iter().map(|body| body.damaged.clone()).collect();
+    }
+
+    /// The bodies that each grain as generated is now.
+    pub fn parts(&self) -> Vec<Vec<usize>> {
+        let mut parts = vec![Vec::new(); self.generated.len()];
+        for (index, body) in self.bodies.iter().enumerate() {
+            let Some(grain) = &body.damaged else { continue };
+            if let Some(parts) = parts.get_mut(grain.ancestry().origin as usize) {
+                parts.push(index);
+            }
+        }
+        parts
+    }
+
+    pub fn damage_counts(&self) -> DamageCounts {
+        let mut counts = DamageCounts::default();
+        for (first, parts) in self.generated.iter().zip(self.parts()) {
+            let Some(first) = first else { continue };
+            let alive = parts.iter().filter_map(|part| self.bodies[*part].damaged.as_ref());
+            let (mut cells, mut failed) = (0, 0);
+            for grain in alive {
+                cells += grain.states().len();
+                failed += grain.states().iter().flatten().filter(|state| state.failed).count();
+            }
+            let deleted = first.states().len() - cells;
+            counts.failed_points += failed + POINT_COUNT * deleted;
+            counts.deleted_cells += deleted;
+            counts.fragments += if parts.len() > 1 { parts.len() } else { 0 };
+        }
+        counts
+    }
+
+    /// Poses of the body coordinates as generated, in which meshes stay where they were: those of a part lie off its own by its offset.
+    pub fn frames(&self, poses: &[Pose]) -> Vec<Pose> {
+        let frame = |(body, pose): (&Body, &Pose)| match &body.damaged {
+            Some(grain) if grain.offset() != Vec3::zeros() => {
+                Pose::new(pose.to_space(&-grain.offset()), pose.rotation)
+            }
+            Some(_) | None => *pose,
+        };
+        let nodes = poses.iter().skip(self.bodies.len());
+        self.bodies.iter().zip(poses).map(frame).chain(nodes.copied()).collect()
     }
 
     /// Makes the damage of an accepted increment the bodies' own; `None` where a body cannot break.
@@ -232,7 +291,8 @@ impl Model {
             candidates.min_by(|(a, x), (b, y)| distance(*a, x).total_cmp(&distance(*b, y)).then(a.cmp(b)))
         };
         // Where a node of nothing lies in space is known from the pose that is left of its body.
-        let glue = |node: &crate::model::cover::CoverNode| {
+        let glue = |node: usize| {
+            let node = &cover.nodes()[node];
             if node.body != fracture.body {
                 return (node.body, node.point);
             }

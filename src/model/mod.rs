@@ -7,17 +7,22 @@ pub mod fracture;
 pub mod loads;
 pub mod membrane;
 pub mod state;
+pub mod stored;
 
 pub use body::{Body, BodyId, BodyKind};
 pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
+pub use stored::StoredBodies;
 
 pub use cover::PressureCover;
-pub use fracture::Fracture;
+pub use fracture::{DamageCounts, Fracture};
 pub use membrane::{Membrane, MembraneParameters};
+
+use std::sync::Arc;
 
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
+use crate::grain::DamagedGrain;
 use crate::tensor;
 
 /// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
@@ -37,6 +42,8 @@ pub struct Model {
     pub cover: Option<PressureCover>,
     /// Rubber membrane, where there is one; the cover is then on its nodes.
     pub membrane: Option<Membrane>,
+    /// Of each body that can break, the sound grain that it was (or, behind the first bodies, nothing): what damage began with.
+    pub generated: Vec<Option<Arc<DamagedGrain>>>,
 }
 
 impl Model {

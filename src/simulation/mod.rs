@@ -306,7 +306,7 @@ fn rig_of(case: &Case, specimen: &Specimen, observer: &dyn Observer) -> Result<R
 }
 
 fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
-    if case.solver.fidelity == Fidelity::Condensed {
+    if case.fidelity_of_grains() == Fidelity::Condensed {
         rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?);
     }
     Ok(())
@@ -335,7 +335,7 @@ fn scene_run(
             let (point, version) = restart::decode::<ScenePoint<'_>>(&kept.bytes, out)?;
             // Before it moves: its first configuration is the reference of what the file shows.
             let first = scene.clone();
-            if !scene.restore(point.scene) {
+            if !scene.restore(point.scene)? {
                 return Err(restart::fault(
                     out,
                     "belongs to a scene of other bodies; has a mesh file changed?",

@@ -174,9 +174,9 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         time: row.stage as f64 + row.progress,
         coordination_number: 2.0 * row.measures.pairs as f64 / row.bodies.len().max(1) as f64,
         sliding_fraction: row.measures.sliding_fraction,
-        failed_points: 0,
-        deleted_cells: 0,
-        fragments: 0,
+        failed_points: count(row.damage.failed_points),
+        deleted_cells: count(row.damage.deleted_cells),
+        fragments: count(row.damage.fragments),
         augmentations: count(row.counters.augmentations),
         newton_iterations: count(row.counters.newton_iterations),
         factorisations: count(row.counters.factorisations),
@@ -187,7 +187,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         energy_external: row.ledger.external,
         energy_elastic: row.ledger.elastic,
         energy_friction: row.ledger.friction,
-        energy_damage: 0.0,
+        energy_damage: row.ledger.damage,
         energy_stabilisation: row.ledger.stabilisation,
         energy_membrane: row.ledger.membrane,
         energy_error: row.ledger.error(),
@@ -269,10 +269,15 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         Some(mesh) => Some(rock::condensed(rock, &body.name, index, mesh, case.seed)?),
         None => None,
     };
+    let damaged = match &grain {
+        Some(grain) => rock::damaged(rock, &body.name, index, grain, case.seed)?,
+        None => None,
+    };
     Ok(SceneBody {
         name: body.name.clone(),
         shape,
         grain,
+        damaged,
         pose: Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation))),
         density: rock.density,
         youngs_modulus: rock.youngs_modulus.mean,

@@ -10,7 +10,7 @@ use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, DamagedGrain};
 use crate::model::cover::{Outline, Rim};
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
 use crate::solver::Settings;
@@ -124,6 +124,7 @@ impl Rig {
                 mass: parameters.density * volume,
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
+                damaged: None,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -146,6 +147,7 @@ impl Rig {
                 mass: 0.0,
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
+                damaged: None,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
@@ -161,7 +163,7 @@ impl Rig {
             friction_blend: 0.05,
         };
         let mut rig = Rig {
-            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None, membrane: None },
+            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None, membrane: None, generated: Vec::new() },
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings,
@@ -182,10 +184,12 @@ impl Rig {
     }
 
     /// Gives the grains their own flexibility, in their order; before anything has moved.
-    pub fn condense(&mut self, grains: Vec<Arc<CondensedGrain>>) {
-        for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
-            body.grain = Some(grain);
+    /// Those with damage can break.
+    pub fn condense(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
+        for (body, (grain, damaged)) in self.model.bodies.iter_mut().zip(grains) {
+            (body.grain, body.damaged) = (Some(grain), damaged);
         }
+        self.model.begin_damage();
     }
 
     /// Lays a new cover over the grains where they are now. Its rims are circles of the radius

@@ -155,6 +155,7 @@ mod tests {
                 centre_of_mass: Vec3::zeros(),
                 rotation_scale: 0.02,
                 grain: None,
+                damaged: None,
                 nominal,
             };
             let shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });
@@ -181,7 +182,7 @@ mod tests {
         }
         let friction = Friction::constant(0.5);
         Rig {
-            model: Model { bodies, shapes, law, friction, cover: None, membrane: None },
+            model: Model { bodies, shapes, law, friction, cover: None, membrane: None, generated: Vec::new() },
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings: Settings::default(),
