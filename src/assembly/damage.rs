@@ -13,7 +13,7 @@ use crate::assembly::contacts::Contacts;
 use crate::assembly::elastic::SurfaceLoads;
 use crate::assembly::timings::Kernel;
 use crate::error::Result;
-use crate::grain::{DamageChange, DamagedGrain, SurfacePoint};
+use crate::grain::{DamageChange, DamagedGrain};
 use crate::model::Model;
 use crate::tensor::Vec3;
 
@@ -42,8 +42,6 @@ pub struct DamageStep {
 pub struct Damages {
     /// The committed grains, by body; `None` for those that cannot break.
     pub grains: Vec<Option<Arc<DamagedGrain>>>,
-    /// The forces on their surfaces [N], in their own frames.
-    pub loads: Vec<SurfaceLoads>,
     /// Energy that damage set free in the increment [J].
     pub dissipated: f64,
     pub newly_failed: usize,
@@ -51,53 +49,45 @@ pub struct Damages {
     pub failed_cells: usize,
 }
 
-/// Bodies with cells to be deleted, and the forces on their surfaces in the committed state [N]: what breaking them up takes.
+/// What an increment leaves to be taken out: bodies with cells to be deleted, and how their nodes are displaced.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Failing {
-    bodies: Vec<u32>,
-    loads: Vec<(u32, SurfacePoint, Force)>,
+    /// Whether any point failed, which carries nothing any more: forces have to find a new balance.
+    any: bool,
+    bodies: Vec<(u32, Displacements)>,
 }
 
-/// A force [N].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct Force(#[serde(with = "crate::tensor::stored")] Vec3);
+/// [m]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Displacements(#[serde(with = "crate::tensor::stored")] Vec<Vec3>);
 
 impl Failing {
     pub fn is_empty(&self) -> bool {
-        self.bodies.is_empty()
+        !self.any
     }
 
     /// By body, for [`Model::break_up`].
-    pub fn loads(&self, bodies: usize) -> Vec<SurfaceLoads> {
-        let mut loads = vec![SurfaceLoads::new(); bodies];
-        for (body, point, force) in &self.loads {
-            if let Some(loads) = loads.get_mut(*body as usize) {
-                loads.push((*point, force.0));
+    pub fn displacements(&self, bodies: usize) -> Vec<Vec<Vec3>> {
+        let mut all = vec![Vec::new(); bodies];
+        for (body, displacements) in &self.bodies {
+            if let Some(of_body) = all.get_mut(*body as usize) {
+                of_body.clone_from(&displacements.0);
             }
         }
-        loads
+        all
     }
 }
 
 impl Damages {
-    /// What is to be broken up; nothing where no cell has failed.
+    /// What is to be broken up; nothing where no point has failed.
     pub fn failing(&self) -> Failing {
-        if self.failed_cells == 0 {
-            return Failing::default();
-        }
-        let with_failed = |grain: &Option<Arc<DamagedGrain>>| {
-            grain.as_ref().is_some_and(|grain| {
-                grain.states().iter().any(|points| points.iter().all(|state| state.failed))
-            })
-        };
-        let bodies: Vec<usize> =
-            (0..self.grains.len()).filter(|&body| with_failed(&self.grains[body])).collect();
-        let loads = |body: usize| {
-            self.loads[body].iter().map(move |(point, force)| (body as u32, *point, Force(*force)))
-        };
-        Failing {
-            loads: bodies.iter().flat_map(|body| loads(*body)).collect(),
-            bodies: bodies.into_iter().map(|body| body as u32).collect(),
+        let failed = self.grains.iter().enumerate().filter_map(|(body, grain)| {
+            let grain = grain.as_ref().filter(|grain| grain.failed_cells() > 0)?;
+            Some((body as u32, Displacements(grain.displaced().to_vec())))
+        });
+        match self.newly_failed {
+            0 => Failing::default(),
+            _ => Failing { any: true, bodies: failed.collect() },
         }
     }
 }
@@ -154,12 +144,17 @@ impl Contacts {
             let Some(mut grain) = trial.or(model.bodies[body].damaged.as_deref()).cloned() else {
                 return Ok(None);
             };
-            let kept = grain.commit(loads)?;
+            let mut kept = grain.commit(loads)?;
+            if kept.newly_failed > 0 {
+                let lost = grain.crumble();
+                kept.dissipated += lost;
+                kept.failed_cells = grain.failed_cells();
+            }
             Ok(Some((kept, Arc::new(grain))))
         };
         let kept: Vec<_> =
             self.surface_loads.par_iter().enumerate().map(commit).collect::<Result<Vec<_>>>()?;
-        let mut damages = Damages { loads: self.surface_loads.clone(), ..Damages::default() };
+        let mut damages = Damages::default();
         for grain in kept {
             damages.grains.push(grain.map(|(kept, grain)| {
                 damages.dissipated += kept.dissipated;

@@ -92,6 +92,7 @@ pub(super) struct Past {
     pub ancestry: Ancestry,
     pub origin: Arc<Mesh>,
     pub offset: Vec3,
+    pub lasting: bool,
 }
 
 /// States of all points and the factor that goes with them.
@@ -130,6 +131,10 @@ pub struct DamagedGrain {
     pub(super) origin: Arc<Mesh>,
     /// Where the reference point of the body coordinates lies in those of the grain as generated [m].
     pub(super) offset: Vec3,
+    /// Whether points that fail keep what the threshold leaves them until the commit.
+    pub(super) lasting: bool,
+    /// Displacement of the nodes in the last committed state, before points that failed in it were taken out [m].
+    displaced: Vec<Vec3>,
 }
 
 /// Limits below this mean that a point flips.
@@ -201,11 +206,12 @@ impl DamagedGrain {
             .collect();
         let condensed = Arc::new(condense(mesh, &laws, density, &intact)?);
         let sound = states.iter().flatten().all(|state| *state == DamageState::default());
-        Self::first(laws, density, Condition { states, intact, condensed, sound }, ancestry)
+        Self::first(laws, density, Condition { states, intact, condensed, sound }, ancestry, false)
     }
 
     /// A sound grain over the one that it is condensed to already, which it uses until damage moves. Its mesh is that of the
-    /// grain as generated.
+    /// grain as generated. Points that fail keep what the threshold leaves them until the commit, so that within an increment a surface
+    /// under load gives way by a finite amount.
     ///
     /// Errors ([`Error::Mesh`]) where there is not one law a cell.
     pub fn over(
@@ -221,14 +227,20 @@ impl DamagedGrain {
         }
         let states = vec![[DamageState::default(); POINT_COUNT]; cells];
         let intact = vec![[1.0; POINT_COUNT]; cells];
-        Self::first(laws, density, Condition { states, intact, condensed, sound: true }, ancestry)
+        Self::first(laws, density, Condition { states, intact, condensed, sound: true }, ancestry, true)
     }
 
-    fn first(laws: Vec<DamageLaw>, density: f64, condition: Condition, ancestry: Ancestry) -> Result<Self> {
+    fn first(
+        laws: Vec<DamageLaw>,
+        density: f64,
+        condition: Condition,
+        ancestry: Ancestry,
+        lasting: bool,
+    ) -> Result<Self> {
         let mesh = condition.condensed.mesh();
         let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
         let origin = Arc::new(mesh.clone());
-        let past = Past { origin_cells, exposed, ancestry, origin, offset: Vec3::zeros() };
+        let past = Past { origin_cells, exposed, ancestry, origin, offset: Vec3::zeros(), lasting };
         Self::assemble(laws, density, condition, past)
     }
 
@@ -238,7 +250,7 @@ impl DamagedGrain {
         committed: Condition,
         past: Past,
     ) -> Result<Self> {
-        let Past { origin_cells, exposed, ancestry, origin, offset } = past;
+        let Past { origin_cells, exposed, ancestry, origin, offset, lasting } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
             pace: vec![[0.0; POINT_COUNT]; laws.len()],
@@ -255,12 +267,19 @@ impl DamagedGrain {
             ancestry,
             origin,
             offset,
+            lasting,
+            displaced: Vec::new(),
         })
     }
 
     /// Whether damage never moved: then [`Self::condensed`] is the grain as it was first made.
     pub const fn is_sound(&self) -> bool {
         self.committed.sound
+    }
+
+    /// Displacement of the nodes in the state last committed, before points that failed in it were taken out [m]; empty before.
+    pub fn displaced(&self) -> &[Vec3] {
+        &self.displaced
     }
 
     /// Volume of the grain as generated [m^3].
@@ -356,7 +375,7 @@ impl DamagedGrain {
                 let before = self.trial.intact[cell][point];
                 let wanted = 1.0 - law.damage(&new);
                 let after = if new.failed {
-                    0.0
+                    if self.lasting { before.min(1.0 - law.threshold()) } else { 0.0 }
                 } else {
                     // Closing and opening cracks change d too.
                     let pace = &mut self.pace[cell][point];
@@ -419,6 +438,7 @@ impl DamagedGrain {
         self.refresh()?;
         let u = self.trial.condensed.nodal_displacements(loads);
         let mut kept = DamageCommit::default();
+        let mut lost = 0.0;
         for cell in 0..self.laws.len() {
             let (law, strains) = (&self.laws[cell], self.strains(cell, &u));
             let volume = self.elements[cell].point_volume();
@@ -434,10 +454,18 @@ impl DamagedGrain {
                         law.work(&from, to) - (stored - before * law.elastic().energy_density(&from.strain));
                     kept.dissipated += volume * freed;
                 }
+                if to.failed && after > 0.0 {
+                    lost += volume * stored;
+                    self.trial.intact[cell][point] = 0.0;
+                    self.stale = true;
+                }
             }
             kept.failed_cells += usize::from(self.trial.states[cell].iter().all(|state| state.failed));
         }
-        kept.dissipated = kept.dissipated.min(self.freed);
+        kept.dissipated = kept.dissipated.min(self.freed) + lost;
+        kept.elastic -= lost;
+        self.displaced = u;
+        self.refresh()?;
         self.settle();
         self.committed = self.trial.clone();
         self.dissipated += kept.dissipated;
@@ -464,6 +492,11 @@ impl DamagedGrain {
             })
         };
         (0..self.laws.len()).map(cell).collect()
+    }
+
+    /// Cells without a working point, which [`Self::break_up`] deletes.
+    pub fn failed_cells(&self) -> usize {
+        self.committed.states.iter().filter(|points| points.iter().all(|state| state.failed)).count()
     }
 
     /// Numbers of the committed damage.

@@ -117,6 +117,7 @@ impl DamagedGrain {
             },
             origin: self.origin.clone(),
             offset: stored.offset,
+            lasting: self.lasting,
         };
         let mut grain = Self::assemble(laws, self.density, condition, past)?;
         grain.dissipated = stored.dissipated;
@@ -135,6 +136,7 @@ impl DamagedGrain {
             ancestry: self.ancestry,
             origin: self.origin.clone(),
             offset,
+            lasting: self.lasting,
         };
         let condition = Condition { states, intact, condensed, sound: false };
         let mut grain = Self::assemble(self.laws.clone(), self.density, condition, past)?;

@@ -12,7 +12,7 @@ use crate::element::POINT_COUNT;
 use crate::error::Result;
 use crate::geometry::rounded::{facet_planes, intersection};
 use crate::grain::hulls::{self, contact_shapes};
-use crate::grain::{DamagedGrain, Fragment, SurfacePoint};
+use crate::grain::{DamagedGrain, Fragment};
 use crate::model::{Body, BodyKind, Committed, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
@@ -120,7 +120,7 @@ impl Model {
         }
     }
 
-    /// Deletes the cells all of whose points have failed. `loads` are the forces on each body's surface [N] in the committed state, in its
+    /// Deletes the cells all of whose points have failed. `displacements` are those of the nodes of each body to be broken up [m], in its
     /// own frame; parts below `least_share` of the grain as generated are given up.
     ///
     /// # Errors
@@ -128,15 +128,15 @@ impl Model {
     pub fn break_up(
         &mut self,
         committed: &mut Committed,
-        loads: &[Vec<(SurfacePoint, Vec3)>],
+        displacements: &[Vec<Vec3>],
         least_share: f64,
     ) -> Result<Vec<Fracture>> {
         let mut fractures = Vec::new();
         for index in 0..self.bodies.len() {
             let Some(grain) = self.bodies[index].damaged.clone() else { continue };
-            let loads = loads.get(index).map_or(&[][..], |loads| loads);
+            let Some(displacements) = displacements.get(index).filter(|u| !u.is_empty()) else { continue };
             let least = least_share * grain.origin_volume();
-            let Some(broken) = grain.break_up(loads, index as u32, least)? else { continue };
+            let Some(broken) = grain.break_up_from(displacements, index as u32, least)? else { continue };
             let mut fracture = Fracture {
                 body: index,
                 parts: vec![],
@@ -145,13 +145,12 @@ impl Model {
                 lost_parts: broken.lost.len(),
                 lost_energy: broken.lost_energy,
             };
-            let displacements = grain.condensed().nodal_displacements(loads);
             let mut parts = Vec::new();
             let meshes: Vec<_> = broken.fragments.iter().map(|fragment| fragment.grain.mesh()).collect();
             let alone = meshes.len() == 1;
             for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
                 let made = shape.and_then(|shape| {
-                    self.part(index, fragment, shape, &displacements, &committed.poses[index], alone)
+                    self.part(index, fragment, shape, displacements, &committed.poses[index], alone)
                 });
                 match made {
                     Ok(part) => parts.push(part),

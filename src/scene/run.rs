@@ -216,8 +216,7 @@ impl Scene {
             return Ok(false);
         }
         let bodies = model.bodies.len();
-        let fits = true
-            && state.committed.poses.len() == bodies
+        let fits = state.committed.poses.len() == bodies
             && state.contacts.fit(bodies)
             && state.loads.applied.len() == bodies
             && state.reaction.len() == bodies
@@ -347,7 +346,7 @@ impl Scene {
         let before = self.committed.poses.clone();
         let fractures = self.model.break_up(
             &mut self.committed,
-            &failing.loads(before.len()),
+            &failing.displacements(before.len()),
             self.settings.damage.least_share,
         )?;
         let lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
@@ -361,8 +360,10 @@ impl Scene {
         for fracture in fractures.iter().filter(|fracture| fracture.parts.is_empty()) {
             drive.held[fracture.body] = [true; 6];
         }
-        self.contacts.forget_bodies();
-        Ok(!fractures.is_empty())
+        if !fractures.is_empty() {
+            self.contacts.forget_bodies();
+        }
+        Ok(true)
     }
 
     fn drive(&self, stage: &LoadStage) -> Drive {

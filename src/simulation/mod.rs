@@ -285,7 +285,7 @@ fn continued_test(
     let first = rig_of(case, &specimen, observer)?;
     let mut rig = first.clone();
     condense(case, &mut rig, &meshes)?;
-    if !rig.restore(point.rig) {
+    if !rig.restore(point.rig)? {
         return Err(restart::fault(out, "belongs to another specimen"));
     }
     // The file drops what is behind its restart point only once that is known to be of use.

@@ -11,6 +11,8 @@ use crate::solver::Settings;
 /// How damage is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DamageSettings {
+    /// Whether damage moves at all.
+    pub moves: bool,
     /// Largest change of d at a point between two augmentations: keeps the path from depending on their order.
     pub max_change: f64,
     /// An increment is accepted when no d changes by more than this.
@@ -26,6 +28,7 @@ pub struct DamageSettings {
 impl Default for DamageSettings {
     fn default() -> Self {
         DamageSettings {
+            moves: true,
             max_change: 0.2,
             tolerance: 1e-3,
             readiness: 10.0,
@@ -42,8 +45,8 @@ pub struct DamageWatch {
 }
 
 impl DamageWatch {
-    pub fn new(model: &Model) -> Self {
-        DamageWatch { can_break: model.can_break(), moves: 0 }
+    pub fn new(model: &Model, settings: &Settings) -> Self {
+        DamageWatch { can_break: settings.damage.moves && model.can_break(), moves: 0 }
     }
 
     /// How often damage moved.

@@ -55,7 +55,7 @@ impl Newton<'_> {
         let mut history = Vec::new();
         // Whether forces are worth taking over: a solve has brought them towards balance.
         let mut fresh = false;
-        let mut damage = DamageWatch::new(self.model);
+        let mut damage = DamageWatch::new(self.model, settings);
         let ended = |converged, balance, history, surface_energy| Equilibrium {
             converged,
             balance,

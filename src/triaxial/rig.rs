@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::Contacts;
+use crate::assembly::{Contacts, Failing};
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain};
 use crate::model::cover::{Outline, Rim};
-use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover};
+use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, StoredBodies};
 use crate::solver::Settings;
 use crate::specimen::Specimen;
 use crate::tensor::{self, Pose, Rotation, Vec3};
@@ -56,6 +56,8 @@ pub struct Rig {
     pub pressure: f64,
     /// Whether the top plate is free to tilt.
     pub tilting: bool,
+    /// What the last increment leaves to break up.
+    pub failing: Failing,
 }
 
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
@@ -65,6 +67,8 @@ pub struct RigState<'a> {
     contacts: Cow<'a, Contacts>,
     pressure: f64,
     nominal_ratio: f64,
+    bodies: StoredBodies<'a>,
+    failing: Cow<'a, Failing>,
 }
 
 impl Rig {
@@ -72,7 +76,7 @@ impl Rig {
     pub fn state(&self) -> RigState<'_> {
         // Every field by name: a new one is either rebuilt by `new` or has to be stored.
         let Rig {
-            model: _,
+            model,
             committed,
             contacts,
             settings: _,
@@ -82,27 +86,54 @@ impl Rig {
             pressure,
             nominal_ratio,
             tilting: _,
+            failing,
         } = self;
         RigState {
             committed: Cow::Borrowed(committed),
             contacts: Cow::Borrowed(contacts),
             pressure: *pressure,
             nominal_ratio: *nominal_ratio,
+            bodies: model.stored_bodies(),
+            failing: Cow::Borrowed(failing),
         }
     }
 
     /// Takes a stored state; `false`, and nothing is changed, where it belongs to another specimen.
-    #[must_use]
-    pub fn restore(&mut self, state: RigState<'_>) -> bool {
-        let bodies = self.model.bodies.len();
-        let fits = state.committed.poses.len() == self.model.carriers() && state.contacts.fit(bodies);
+    ///
+    /// # Errors
+    /// `Error::Mesh` where a grain that broke cannot be made anew.
+    pub fn restore(&mut self, state: RigState<'_>) -> Result<bool> {
+        let mut model = self.model.clone();
+        let fits = model.restore_bodies(state.bodies)?
+            && state.committed.poses.len() == model.carriers()
+            && state.contacts.fit(model.bodies.len());
         if fits {
+            self.model = model;
+            self.failing = state.failing.into_owned();
             self.committed = state.committed.into_owned();
             self.contacts = state.contacts.into_owned();
             self.pressure = state.pressure;
             self.nominal_ratio = state.nominal_ratio;
         }
-        fits
+        Ok(fits)
+    }
+
+    /// Breaks up what the last increment left to; the elastic energy that went with lost parts [J], if there was anything.
+    ///
+    /// # Errors
+    /// `Error::Mesh` where a part cannot be made.
+    pub fn break_up(&mut self) -> Result<Option<f64>> {
+        if self.failing.is_empty() {
+            return Ok(None);
+        }
+        let failing = std::mem::take(&mut self.failing);
+        let displacements = failing.displacements(self.model.bodies.len());
+        let least_share = self.settings.damage.least_share;
+        let fractures = self.model.break_up(&mut self.committed, &displacements, least_share)?;
+        if !fractures.is_empty() {
+            self.contacts.forget_bodies();
+        }
+        Ok(Some(fractures.iter().map(|fracture| fracture.lost_energy).sum()))
     }
 
     /// Places the specimen between plates and drapes the cover.
@@ -162,8 +193,11 @@ impl Rig {
             tangential_ratio,
             friction_blend: 0.05,
         };
+        let friction = parameters.friction;
+        let (cover, membrane, generated) = (None, None, Vec::new());
+        let model = Model { bodies, shapes, law, friction, cover, membrane, generated };
         let mut rig = Rig {
-            model: Model { bodies, shapes, law, friction: parameters.friction, cover: None, membrane: None, generated: Vec::new() },
+            model,
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings,
@@ -173,6 +207,7 @@ impl Rig {
             nominal_ratio: 1.0,
             pressure: 0.0,
             tilting: parameters.tilting,
+            failing: Failing::default(),
         };
         match &parameters.membrane {
             Some(sheet) => rig.wrap(sheet, specimen.diameter)?,
@@ -237,6 +272,11 @@ impl Rig {
         let mut loads = Loads::none(self.model.bodies.len());
         loads.prescribed[self.bottom] = [true; 6];
         loads.prescribed[self.top] = [true, true, !top_free, !self.tilting, !self.tilting, true];
+        for (held, body) in loads.prescribed.iter_mut().zip(&self.model.bodies) {
+            if body.kind == BodyKind::Gone {
+                *held = [true; 6];
+            }
+        }
         loads.free_nodes(self.model.carriers() - self.model.bodies.len());
         loads.pressure = pressure;
         loads

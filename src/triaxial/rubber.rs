@@ -192,6 +192,7 @@ mod tests {
             pressure: 0.0,
             nominal_ratio: 1.0,
             tilting: false,
+            failing: Default::default(),
         }
     }
 
