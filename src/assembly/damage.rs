@@ -44,6 +44,8 @@ pub struct Damages {
     pub grains: Vec<Option<Arc<DamagedGrain>>>,
     /// Energy that damage set free in the increment [J].
     pub dissipated: f64,
+    /// Elastic energy that left with points that failed [J]: part of `dissipated`.
+    pub removed: f64,
     pub newly_failed: usize,
     /// Cells without a working point: to be deleted.
     pub failed_cells: usize,
@@ -148,6 +150,7 @@ impl Contacts {
             if kept.newly_failed > 0 {
                 let lost = grain.crumble();
                 kept.dissipated += lost;
+                kept.removed += lost;
                 kept.failed_cells = grain.failed_cells();
             }
             Ok(Some((kept, Arc::new(grain))))
@@ -158,6 +161,7 @@ impl Contacts {
         for grain in kept {
             damages.grains.push(grain.map(|(kept, grain)| {
                 damages.dissipated += kept.dissipated;
+                damages.removed += kept.removed;
                 damages.newly_failed += kept.newly_failed;
                 damages.failed_cells += kept.failed_cells;
                 grain

@@ -70,7 +70,15 @@ fn wrapped_block() -> (Model, Committed, Loads) {
     loads.free_nodes(membrane.free_nodes());
     loads.pressure = 2e5;
     let friction = Friction::constant(0.5);
-    let model = Model { bodies, shapes, law, friction, cover: Some(cover), membrane: Some(membrane), generated: Vec::new() };
+    let model = Model {
+        bodies,
+        shapes,
+        law,
+        friction,
+        cover: Some(cover),
+        membrane: Some(membrane),
+        generated: Vec::new(),
+    };
     (model, Committed::new(poses), loads)
 }
 

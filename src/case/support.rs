@@ -49,7 +49,12 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             };
             if case.rock.damage.is_some() && !scene.bodies.iter().any(breaks) {
                 let problem = "damage needs a body that deforms, and none does";
-                refuse("$.rock.damage", "damage parameters", problem, "a body of fidelity \"condensed\", or null");
+                refuse(
+                    "$.rock.damage",
+                    "damage parameters",
+                    problem,
+                    "a body of fidelity \"condensed\", or null",
+                );
             }
             for (i, body) in scene.bodies.iter().enumerate() {
                 let path = format!("$.scene.bodies[{i}]");

@@ -70,6 +70,8 @@ pub struct DamageCommit {
     pub newly_failed: usize,
     /// Cells without a working point: [`DamagedGrain::break_up`] will delete them.
     pub failed_cells: usize,
+    /// Elastic energy of the accepted state that left with points that failed in it [J]: part of `dissipated`, no more of `elastic`.
+    pub removed: f64,
 }
 
 /// Damage of a grain, in numbers.
@@ -464,6 +466,7 @@ impl DamagedGrain {
         }
         kept.dissipated = kept.dissipated.min(self.freed) + lost;
         kept.elastic -= lost;
+        kept.removed = lost;
         self.displaced = u;
         self.refresh()?;
         self.settle();

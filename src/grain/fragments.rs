@@ -94,9 +94,8 @@ impl DamagedGrain {
             .collect();
         let lost = self.energy_of(&crumbled);
         for cell in crumbled {
-            for (state, intact) in self.committed.states[cell.index()]
-                .iter_mut()
-                .zip(&mut self.committed.intact[cell.index()])
+            for (state, intact) in
+                self.committed.states[cell.index()].iter_mut().zip(&mut self.committed.intact[cell.index()])
             {
                 state.failed = true;
                 *intact = 0.0;
@@ -122,12 +121,7 @@ impl DamagedGrain {
     }
 
     /// As [`Self::break_up`], from the displacements of the nodes [m].
-    pub fn break_up_from(
-        &self,
-        u: &[Vec3],
-        number: u32,
-        least_volume: f64,
-    ) -> Result<Option<BreakUp>> {
+    pub fn break_up_from(&self, u: &[Vec3], number: u32, least_volume: f64) -> Result<Option<BreakUp>> {
         let mesh = self.mesh();
         let alive = |cell: CellId| self.states()[cell.index()].iter().any(|state| !state.failed);
         let deleted: Vec<CellId> = mesh.cell_ids().filter(|&cell| !alive(cell)).collect();
@@ -196,8 +190,12 @@ impl DamagedGrain {
             .collect();
         let condensed = Arc::new(condense(mesh, &laws, self.density, &intact)?);
         let condition = Condition { states, intact, condensed, sound: false };
-        let past =
-            Past { origin_cells, exposed, ancestry, origin: self.origin.clone(), offset: self.offset,
+        let past = Past {
+            origin_cells,
+            exposed,
+            ancestry,
+            origin: self.origin.clone(),
+            offset: self.offset,
             lasting: self.lasting,
         };
         let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;

@@ -55,7 +55,15 @@ impl DamagedGrain {
             let e = &state.strain;
             let failed = f64::from(u8::from(state.failed));
             nalgebra::SVector::from([
-                e[0], e[1], e[2], e[3], e[4], e[5], state.tension, state.compression, failed,
+                e[0],
+                e[1],
+                e[2],
+                e[3],
+                e[4],
+                e[5],
+                state.tension,
+                state.compression,
+                failed,
             ])
         };
         let Ancestry { origin, parent, generation } = self.ancestry;
@@ -94,9 +102,8 @@ impl DamagedGrain {
         };
         let of_cell = |k: usize| std::array::from_fn(|p| state(&stored.states[POINT_COUNT * k + p]));
         let states = (0..cells.len()).map(of_cell).collect();
-        let intact: Vec<[f64; POINT_COUNT]> = (0..cells.len())
-            .map(|k| std::array::from_fn(|p| stored.intact[POINT_COUNT * k + p]))
-            .collect();
+        let intact: Vec<[f64; POINT_COUNT]> =
+            (0..cells.len()).map(|k| std::array::from_fn(|p| stored.intact[POINT_COUNT * k + p])).collect();
         let condensed = if stored.sound {
             self.committed.condensed.clone()
         } else {

@@ -10,7 +10,9 @@ use std::sync::Arc;
 use crate::contact::ContactShape;
 use crate::element::POINT_COUNT;
 use crate::error::Result;
+use crate::geometry::Polyhedron;
 use crate::geometry::rounded::{facet_planes, intersection};
+use crate::geometry::separation::separating_axis;
 use crate::grain::hulls::{self, contact_shapes};
 use crate::grain::{DamagedGrain, Fragment};
 use crate::model::{Body, BodyKind, Committed, Model};
@@ -18,6 +20,8 @@ use crate::tensor::{Pose, Rotation, Vec3};
 
 /// Hulls that differ by less than this share of their volume are the same.
 const SAME_VOLUME: f64 = 1e-9;
+/// Corners closer than this share of the body's size are the same.
+const SAME_CORNER: f64 = 1e-9;
 
 /// What breaking did to one body.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +40,7 @@ pub struct Fracture {
 /// A part ready to be a body.
 struct Part {
     grain: DamagedGrain,
-    nominal: crate::geometry::Polyhedron,
+    nominal: Polyhedron,
     shape: ContactShape,
     pose: Pose,
     field: Vec<Vec3>,
@@ -150,7 +154,7 @@ impl Model {
             let alone = meshes.len() == 1;
             for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
                 let made = shape.and_then(|shape| {
-                    self.part(index, fragment, shape, displacements, &committed.poses[index], alone)
+                    self.part(index, fragment, shape, displacements, &committed.poses, alone)
                 });
                 match made {
                     Ok(part) => parts.push(part),
@@ -203,10 +207,10 @@ impl Model {
         fragment: &Fragment,
         shape: hulls::ContactShape,
         displacements: &[Vec3],
-        pose: &Pose,
+        poses: &[Pose],
         alone: bool,
     ) -> Result<Part> {
-        let old = &self.bodies[index].nominal;
+        let (old, pose) = (&self.bodies[index].nominal, &poses[index]);
         let centroid = fragment.grain.condensed().mass_properties().centroid;
         let point = if alone { Vec3::zeros() } else { centroid };
         // What was cut off before stays off.
@@ -216,7 +220,7 @@ impl Model {
             nominal = old.clone();
             self.shapes[index].clone()
         } else {
-            nominal = nominal.translated(&-point);
+            nominal = self.trimmed(index, nominal, poses)?.translated(&-point);
             let shape = hulls::ContactShape { nominal: nominal.clone(), ..shape };
             ContactShape::new(shape.rounded(self.shapes[index].rounded.radius)?)
         };
@@ -245,13 +249,33 @@ impl Model {
         })
     }
 
-    fn body_of(
-        &self,
-        index: usize,
-        number: usize,
-        grain: DamagedGrain,
-        nominal: crate::geometry::Polyhedron,
-    ) -> Body {
+    /// A smaller `nominal` of body `index`, its new corners drawn back to where neighbours have pressed into the old one: a surface that was
+    /// behind and is met now begins without a force, or it would spend energy that nobody put in.
+    fn trimmed(&self, index: usize, nominal: Polyhedron, poses: &[Pose]) -> Result<Polyhedron> {
+        let (old, pose) = (&self.bodies[index].nominal, &poses[index]);
+        let same = SAME_CORNER * old.bounding_radius();
+        let is_new = |v: &Vec3| old.vertices.iter().all(|corner| (corner - v).norm() > same);
+        let mut corners = nominal.vertices.clone();
+        for (other, body) in self.bodies.iter().enumerate() {
+            let reach = old.bounding_radius() + body.nominal.bounding_radius();
+            let near = (poses[other].position - pose.position).norm() < reach;
+            if other == index || body.kind == BodyKind::Gone || body.nominal.vertices.len() < 4 || !near {
+                continue;
+            }
+            let found = separating_axis(&nominal, pose, &body.nominal, &poses[other]);
+            if found.gap < 0.0 {
+                let normal = pose.rotation.inverse() * found.direction;
+                let support =
+                    nominal.vertices.iter().map(|v| normal.dot(v)).fold(f64::NEG_INFINITY, f64::max);
+                for corner in corners.iter_mut().filter(|corner| is_new(corner)) {
+                    *corner -= normal * (normal.dot(corner) - support - found.gap).max(0.0);
+                }
+            }
+        }
+        if corners == nominal.vertices { Ok(nominal) } else { Polyhedron::convex_hull(&corners) }
+    }
+
+    fn body_of(&self, index: usize, number: usize, grain: DamagedGrain, nominal: Polyhedron) -> Body {
         let old = &self.bodies[index];
         let mass = grain.condensed().mass_properties();
         let size = (6.0 * grain.mesh().volume() / std::f64::consts::PI).cbrt();

@@ -272,12 +272,13 @@ impl Scene {
         stage: &LoadStage,
         observe: &mut impl FnMut(&Scene, &Row) -> bool,
     ) -> StageEnd {
-        let UnderWay { mut drive, mut pace, mut last, mut dwells } = self.under_way.take().unwrap_or_else(|| {
-            let nominal = 1.0 / stage.increments as f64;
-            let [smallest, largest] = self.increment_range;
-            let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
-            UnderWay { drive: self.drive(stage), pace, last: None, dwells: false }
-        });
+        let UnderWay { mut drive, mut pace, mut last, mut dwells } =
+            self.under_way.take().unwrap_or_else(|| {
+                let nominal = 1.0 / stage.increments as f64;
+                let [smallest, largest] = self.increment_range;
+                let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
+                UnderWay { drive: self.drive(stage), pace, last: None, dwells: false }
+            });
         loop {
             match self.break_up(&mut drive) {
                 Ok(true) => (dwells, last) = (true, None),
@@ -328,8 +329,7 @@ impl Scene {
             dwells = false;
             self.under_way =
                 Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone(), dwells });
-            let all_done =
-                pace.next().is_none() && self.failing.is_empty() && index + 1 == self.stages.len();
+            let all_done = pace.next().is_none() && self.failing.is_empty() && index + 1 == self.stages.len();
             if !observe(self, &row) && !all_done {
                 return StageEnd::Interrupted;
             }

@@ -5,6 +5,7 @@
 //! accepted increment is in the file before the next one begins. SI units; the history counts
 //! compression positive.
 
+mod breaking;
 mod contact_table;
 mod fields;
 mod grain_stress;
@@ -222,6 +223,10 @@ fn triaxial_test(
         if end == StageEnd::Finished && observer.stop_requested() && planned.index + 1 < stages.len() {
             end = StageEnd::Interrupted;
         }
+    }
+    if !matches!(end, StageEnd::Interrupted) {
+        let sieves: Vec<f64> = wanted.grading.iter().map(|point| point[0]).collect();
+        recorder.write_breakage(&rig, &sieves)?;
     }
     let (end, outcome, reason) = ending(end);
     profile.finish(rig.contacts.timings);

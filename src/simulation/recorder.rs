@@ -18,6 +18,7 @@ use crate::tensor::{Mat3, Pose};
 use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, StageEnd, StepReport, Test};
 
 use super::Options;
+use super::breaking::{CellStates, GrainState, breakage, cell_states, grain_states};
 use super::contact_table::ContactTable;
 use super::fields::{Points, field_mesh};
 use super::grain_stress::{components, mean_stresses};
@@ -36,6 +37,9 @@ pub struct State {
     pub stress: Vec<Mat3>,
     pub local_strains: Vec<LocalStrain>,
     pub contacts: ContactTable,
+    /// Of the grains that can break.
+    pub cells: Vec<CellStates>,
+    pub grains: Vec<GrainState>,
 }
 
 /// Running sums of the run.
@@ -45,6 +49,8 @@ pub struct Sums {
     /// External work and energy error of the last accepted increment [J].
     last: [f64; 2],
     stage: StageSums,
+    /// Time of the last saved state.
+    saved: f64,
     /// Wall-clock time of the run up to here [s].
     seconds: f64,
 }
@@ -210,7 +216,8 @@ impl Recorder {
     pub fn begin(&mut self, case: &Case, rig: &Rig, specimen: &Specimen, meshes: &[Mesh]) -> Result<()> {
         self.grains = specimen.grains.len();
         let youngs_modulus = case.rock.youngs_modulus.mean;
-        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus)?;
+        let apart = case.rock.damage.is_some();
+        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus, apart)?;
         let first = State {
             time: 0.0,
             increment: 0,
@@ -218,6 +225,8 @@ impl Recorder {
             stress: vec![Mat3::zeros(); self.grains],
             local_strains: Vec::new(),
             contacts: ContactTable::default(),
+            cells: Vec::new(),
+            grains: Vec::new(),
         };
         self.begin_fields(mesh, points, first)
     }
@@ -255,10 +264,12 @@ impl Recorder {
         let state = State {
             time: row.time,
             increment: row.increment as u64,
-            poses: poses.clone(),
-            stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure, self.grains),
+            poses: rig.model.frames(poses),
+            stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure),
             local_strains: report.local_strains.to_vec(),
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
+            cells: cell_states(&rig.model),
+            grains: grain_states(&rig.model),
         };
         let position = report.row.progress * stage.axial_strain().unwrap_or(1.0);
         self.append(&row, &[], state, position, report.row.progress)?;
@@ -394,31 +405,43 @@ impl Recorder {
         self.writer.write_table("profile", &profile.columns())
     }
 
+    /// Writes `/breakage` of a specimen whose grains can break; once, at the end of the run.
+    pub fn write_breakage(&mut self, rig: &Rig, sieves: &[f64]) -> Result<()> {
+        if rig.model.can_break() {
+            self.writer.write_breakage(&breakage(&rig.model, sieves)?)?;
+        }
+        Ok(())
+    }
+
     pub fn finish(&mut self, outcome: FileOutcome, reason: &str) -> Result<()> {
         self.writer.finish(outcome, reason, self.sums.increments)
     }
 
     fn save(&mut self, state: State) -> Result<()> {
         self.unsaved = None;
-        let cells = self.points.cells();
+        // A dwell has the time of the increment before it; times of saved states grow.
+        let time = if self.states > 0 { state.time.max(self.sums.saved.next_up()) } else { state.time };
+        self.sums.saved = time;
+        let (damage, failed, carriers) = self.points.cells_of(&state.cells);
         let saved = self.writer.save_state(&FieldState {
-            time: state.time,
+            time,
             increment: state.increment,
-            displacement: &self.points.displacements(&state.poses),
-            damage: &vec![0.0; cells],
-            failed: &vec![false; cells],
-            stress: &self.points.cell_stresses(&state.stress),
+            displacement: &self.points.displacements(&state.poses, &carriers),
+            damage: &damage,
+            failed: &failed,
+            stress: &self.points.cell_stresses(&state.stress, &carriers),
         })?;
         let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
         let grain = |(index, pose): (usize, &Pose)| {
             let local = state.local_strains.get(index).unwrap_or(&none);
+            let breaking = state.grains.get(index).copied().unwrap_or_default();
             GrainRow {
                 position: pose.position,
                 rotation: pose.rotation.scaled_axis(),
-                damage_mean: 0.0,
-                damage_max: 0.0,
-                failed_fraction: 0.0,
-                fragments: 1,
+                damage_mean: breaking.damage_mean,
+                damage_max: breaking.damage_max,
+                failed_fraction: breaking.failed_fraction,
+                fragments: breaking.parts as i64,
                 local_shear_strain: local.shear,
                 local_volumetric_strain: local.volumetric,
                 turn: local.rotation,

@@ -95,7 +95,9 @@ pub fn damaged(
     };
     let fail = |error: material::MaterialError| Error::Mesh { name: name.into(), message: error.to_string() };
     let parameters = DamageParameters {
-        tension: damage.fracture_energy.map_or(Softening::Exponent(damage.exponent), Softening::FractureEnergy),
+        tension: damage
+            .fracture_energy
+            .map_or(Softening::Exponent(damage.exponent), Softening::FractureEnergy),
         compression: Softening::Exponent(damage.exponent),
         threshold: damage.threshold,
         recovery_in_compression: damage.recovery_in_compression,

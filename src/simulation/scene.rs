@@ -20,6 +20,7 @@ use crate::solver::Settings;
 use crate::tensor::{Mat3, Pose, Rotation, Vec3};
 use crate::triaxial::StageEnd;
 
+use super::breaking::cell_states;
 use super::contact_table::ContactTable;
 use super::fields::scene_mesh;
 use super::grain_stress::body_stresses;
@@ -56,6 +57,8 @@ impl Recorder {
             stress: vec![Mat3::zeros(); scene.model.bodies.len()],
             local_strains: Vec::new(),
             contacts: ContactTable::default(),
+            cells: Vec::new(),
+            grains: Vec::new(),
         };
         self.begin_fields(mesh, points, first)
     }
@@ -77,10 +80,12 @@ impl Recorder {
         let state = State {
             time: history.time,
             increment: row.increment as u64,
-            poses: poses.clone(),
+            poses: scene.model.frames(poses),
             stress: body_stresses(scene, parameters, row.gravity),
             local_strains: Vec::new(),
             contacts: ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
+            cells: cell_states(&scene.model),
+            grains: Vec::new(),
         };
         self.append(&history, &body_rows(row), state, row.progress, row.progress)?;
         self.hold_scene(scene)?;

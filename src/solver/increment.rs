@@ -185,7 +185,7 @@ pub fn advance(
         }
         measures.pairs += usize::from(touching);
     }
-    energy.elastic += outcome.surface_energy;
+    energy.elastic += outcome.surface_energy - damage.as_ref().map_or(0.0, |damage| damage.removed);
     measures.sliding_fraction =
         if measures.points == 0 { 0.0 } else { sliding as f64 / measures.points as f64 };
     measures.mean_force = newton.contacts.mean_force();

@@ -171,7 +171,15 @@ fn membrane_on_a_smooth_core_hands_the_pressure_on() {
     loads.free_nodes(membrane.free_nodes());
     loads.pressure = pressure;
     let friction = Friction::constant(0.5);
-    let model = Model { bodies, shapes, law, friction, cover: Some(cover), membrane: Some(membrane), generated: Vec::new() };
+    let model = Model {
+        bodies,
+        shapes,
+        law,
+        friction,
+        cover: Some(cover),
+        membrane: Some(membrane),
+        generated: Vec::new(),
+    };
     let committed = Committed::new(poses);
     let settings = Settings::default();
     let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };

@@ -182,7 +182,15 @@ mod tests {
         }
         let friction = Friction::constant(0.5);
         Rig {
-            model: Model { bodies, shapes, law, friction, cover: None, membrane: None, generated: Vec::new() },
+            model: Model {
+                bodies,
+                shapes,
+                law,
+                friction,
+                cover: None,
+                membrane: None,
+                generated: Vec::new(),
+            },
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings: Settings::default(),

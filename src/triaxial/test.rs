@@ -341,7 +341,10 @@ impl Test {
         let loads = rig.loads(true, SEATING_SHARE * pressure);
         let mut counters = Counters::default();
         // Grains do not break by being put into touch.
-        let fine = Settings { damage: DamageSettings { moves: false, ..rig.settings.damage }, ..rig.settings.clone() };
+        let fine = Settings {
+            damage: DamageSettings { moves: false, ..rig.settings.damage },
+            ..rig.settings.clone()
+        };
         let mut settings = fine.for_seating();
         loop {
             let increment = Increment {
