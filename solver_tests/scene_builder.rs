@@ -28,6 +28,7 @@ pub fn body(name: &str, shape: SceneShape, position: [f64; 3], rotation: [f64; 3
         poissons_ratio: 0.2,
         friction: None,
         grain: None,
+        damaged: None,
         fixed: false,
     }
 }

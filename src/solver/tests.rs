@@ -49,6 +49,7 @@ fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {
         friction: Friction::constant(friction),
         cover: None,
         membrane: None,
+        generated: Vec::new(),
     };
     let poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, -0.05), crate::tensor::Rotation::identity()),
