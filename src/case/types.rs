@@ -451,6 +451,8 @@ pub struct SolverCase {
     pub max_augmentations: usize,
     /// In one augmentation.
     pub max_newton_iterations: usize,
+    /// Largest change of damage at a point between two augmentations.
+    pub damage_change: f64,
     /// Smallest increment over the stage's.
     pub increment_min: f64,
     /// Largest increment over the stage's.

@@ -16,7 +16,7 @@ use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sph
 use crate::results::{BodyRow, HistoryRow};
 use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
 use crate::simulation::rock;
-use crate::solver::Settings;
+use crate::solver::{DamageSettings, Settings};
 use crate::tensor::{Mat3, Pose, Rotation, Vec3};
 use crate::triaxial::StageEnd;
 
@@ -166,6 +166,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
+        damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
         ..Settings::default()
     }
 }

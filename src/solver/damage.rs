@@ -38,15 +38,31 @@ impl Default for DamageSettings {
     }
 }
 
+/// What gaps of damaged bodies may miss, over the typical size of the bodies.
+const GAP_FLOOR: f64 = 1e-6;
+
 /// Follows the damage of one increment.
 pub struct DamageWatch {
     can_break: bool,
+    gap_floor: f64,
     moves: usize,
 }
 
 impl DamageWatch {
     pub fn new(model: &Model, settings: &Settings) -> Self {
-        DamageWatch { can_break: settings.damage.moves && model.can_break(), moves: 0 }
+        let is_damaged =
+            model.bodies.iter().filter_map(|body| body.damaged.as_ref()).any(|grain| !grain.is_sound());
+        DamageWatch {
+            can_break: settings.damage.moves && model.can_break(),
+            gap_floor: if is_damaged { GAP_FLOOR * model.typical_size() } else { 0.0 },
+            moves: 0,
+        }
+    }
+
+    /// Gaps of damaged bodies need not agree better than this [m]: where a body has given way next to no force is left to measure by. Zero
+    /// while nothing is damaged.
+    pub fn gap_floor(&self) -> f64 {
+        self.gap_floor
     }
 
     /// How often damage moved.

@@ -70,7 +70,7 @@ impl Newton<'_> {
             let mut surface_energy = 0.0;
             if condensed && (converged || fresh) {
                 let yielding = balance.reference_force / self.typical_stiffness;
-                let gap_tolerance = gap_tolerance.min(GAP_SHARE * yielding);
+                let gap_tolerance = gap_tolerance.min((GAP_SHARE * yielding).max(damage.gap_floor()));
                 let Relaxed { mismatch, energy } =
                     self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
                 tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");

@@ -142,7 +142,8 @@ pub fn advance(
         };
     };
     let outcome = newton.equilibrate();
-    let damage = if outcome.converged { newton.contacts.damages(model) } else { Ok(Damages::default()) };
+    let takes_damage = outcome.converged && settings.damage.moves;
+    let damage = if takes_damage { newton.contacts.damages(model) } else { Ok(Damages::default()) };
     let status = if outcome.converged && damage.is_ok() {
         StepStatus::Converged
     } else if settings.stop.is_raised() {

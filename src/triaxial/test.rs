@@ -59,6 +59,8 @@ const AREA_TRIALS: usize = 5;
 const LANDING_TRIALS: usize = 8;
 /// Where a stage is over and grains broke in its last increment, the tolerances of the dwell are those of an increment of this share.
 const DWELL_SHARE: f64 = 1e-3;
+/// Rough balances that a dwell gets where it does not find a fine one.
+const MOST_SETTLINGS: usize = 20;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
 const LEAST_PRESSURE: f64 = 1e-3;
 /// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
@@ -97,6 +99,8 @@ struct UnderWay {
     last: Option<Last>,
     /// Whether grains broke and are not in balance yet.
     dwells: bool,
+    /// Rough balances that the dwell has been given so far.
+    settlings: usize,
 }
 
 impl UnderWay {
@@ -195,6 +199,11 @@ impl Test {
                     self.under_way = Some(way);
                     return StageEnd::Interrupted;
                 }
+                Err(_) if way.dwells && way.settlings < MOST_SETTLINGS => {
+                    self.settle(rig, &way, share, to);
+                    way.settlings += 1;
+                    continue;
+                }
                 Err(reason) if way.dwells => return StageEnd::Stopped { reason },
                 Err(_) if way.watch.gives_up_landing() => continue,
                 Err(_) if way.pace.cut(share) => continue,
@@ -239,7 +248,7 @@ impl Test {
             };
             let last = self.commit(rig, &way.drive, &report, &trial, share);
             way.last = Some(last).filter(|_| !way.dwells);
-            way.dwells = false;
+            (way.dwells, way.settlings) = (false, 0);
             self.under_way = Some(way);
             let row = Row { damage: rig.model.damage_counts(), ..row };
             let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
@@ -270,7 +279,24 @@ impl Test {
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
         let watch = Watch::new(&stage.until, origin.deviatoric_stress);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
-        Some(UnderWay { drive, pace, watch, curve, last: None, dwells: false })
+        Some(UnderWay { drive, pace, watch, curve, last: None, dwells: false, settlings: 0 })
+    }
+
+    /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
+    /// seating does: a collapse is followed in pieces. Nothing more breaks meanwhile; what is set free goes to the stabilisation with the dwell.
+    fn settle(&mut self, rig: &mut Rig, way: &UnderWay, share: f64, to: f64) {
+        let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
+        let (area, pressure) = (now.volume / now.height, now.pressure);
+        let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
+        let loads = way.drive.loads(rig, share, to, &guess);
+        let mut settings = rig.settings.for_seating();
+        settings.damage.moves = false;
+        let increment =
+            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
+        // What pressure and ram do on the way, as for an increment.
+        let trial = self.weigh(rig, way, &report, share, to);
+        self.commit(rig, &way.drive, &report, &trial, share);
     }
 
     /// Breaks up what the last increment left to; whether anything did.
