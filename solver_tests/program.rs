@@ -214,6 +214,20 @@ fn what_does_not_converge_stops_with_its_reason() {
 }
 
 #[test]
+fn the_solver_tells_what_it_does_when_asked() {
+    let place = Place::new();
+    let run = ["run", "tiny.json", "--quiet", "--out", "x.h5", CONSOLIDATION_ONLY[0], CONSOLIDATION_ONLY[1]];
+    let output = place.command(&run).env("RIPRAP_LOG", "trace").output().expect("riprap starts");
+    assert_eq!(output.status.code(), Some(0));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("augmentation") && stderr.contains("out_of_balance"), "{stderr}");
+    let output = place.command(&run).env("RIPRAP_LOG", "loud").output().expect("riprap starts");
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("`loud`") && stderr.contains("trace"), "{stderr}");
+}
+
+#[test]
 fn bad_input_names_every_fault() {
     let place = Place::new();
     let bad = ["--set", "/solver/force_tolerence=1", "--set", "/seed=-1", "--set", "/contact/friction=0.5 m"];
@@ -394,4 +408,40 @@ fn a_scene_runs_into_its_bodies() {
     for body in reader.members("bodies").expect("bodies") {
         assert_eq!(reader.shape(&format!("bodies/{body}/force")).expect("forces"), [rows, 3]);
     }
+}
+
+#[test]
+fn verify_prints_its_table_and_fails_by_its_exit_code_only() {
+    let place = Place::new();
+    let (list, _) = place.ends_with(0, &["verify", "--list"]);
+    assert!(list.lines().count() > 20 && list.contains("card_tent"), "{list}");
+    let (table, _) = place.ends_with(0, &["verify", "--only", "nafems", "--only", "crossed"]);
+    assert!(table.lines().filter(|line| line.contains("pass")).count() >= 9, "{table}");
+    assert!(!table.contains("card_tent"), "{table}");
+    let (_, complaint) = place.ends_with(2, &["verify", "--only", "nothing like it"]);
+    assert!(complaint.contains("no such rung"), "{complaint}");
+}
+
+#[test]
+fn a_stopped_run_leaves_a_dossier() {
+    let place = Place::new();
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/scenes/card_tent_falls.json");
+    let case = case.to_string_lossy().into_owned();
+    let (_, stderr) = place.ends_with(3, &["run", &case, "--out", "falls.h5", "--audit"]);
+    for said in ["worst body", "worst contact", "contacts ", "out of balance", "to try"] {
+        assert!(stderr.contains(said), "{said}: {stderr}");
+    }
+    let reader = open(&place.path("falls.h5"));
+    let text = |name: &str| reader.text_attribute("status", name).unwrap_or_else(|e| panic!("{e}"));
+    assert!(["left", "right"].contains(&text("worst_body").as_str()), "{}", text("worst_body"));
+    assert!(text("out_of_balance").parse::<f64>().is_ok_and(|value| value > 1e-3));
+    assert!(text("residual_history").split(' ').count() > 10);
+    assert!(text("worst_contact").contains("ground") || text("worst_contact").contains("left"));
+    assert!(!text("advice").is_empty() && text("contacts").contains("stick"));
+}
+
+#[test]
+fn an_audited_run_finds_nothing() {
+    let place = Place::new();
+    place.ends_with(0, &["run", "tiny.json", "--audit", CONSOLIDATION_ONLY[0], CONSOLIDATION_ONLY[1]]);
 }

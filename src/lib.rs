@@ -31,4 +31,5 @@ pub mod report;
 pub mod case;
 pub mod study;
 pub mod simulation;
+pub mod ladder;
 pub mod cli;

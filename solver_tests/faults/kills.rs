@@ -141,8 +141,13 @@ fn an_increment_that_is_given_up_leaves_no_trace() {
         place.lay_begun(name, "x.h5");
         let raw = riprap::case::read(&place.path(&format!("{name}.json"))).unwrap_or_else(|e| panic!("{e}"));
         let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
-        let options =
-            Options { out: place.path("x.h5"), existing: Existing::Continue, threads: 1, profile: false };
+        let options = Options {
+            out: place.path("x.h5"),
+            existing: Existing::Continue,
+            threads: 1,
+            profile: false,
+            audit: false,
+        };
         let go_on = |increments: i64| {
             let mut observer = Impatient { increments, signal: StopSignal::new() };
             run(&case, &raw, &options, &mut observer).unwrap_or_else(|e| panic!("{e}"))

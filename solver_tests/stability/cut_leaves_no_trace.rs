@@ -9,7 +9,7 @@ use riprap::model::{Committed, Loads};
 use riprap::scene::{Scene, SceneParameters};
 use riprap::solver::{Increment, Settings, advance};
 
-use crate::scene_builder::{body, cuboid, ground, scene};
+use riprap::ladder::bodies::{body, cuboid, ground, scene};
 
 fn pushed(with_rejected_trials: bool) -> Committed {
     let block = body("block", cuboid([0.1; 3]), [0.0, 0.0, 0.05], [0.0; 3]);

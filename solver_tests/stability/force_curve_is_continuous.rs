@@ -7,8 +7,12 @@
 //! rule adds an error of second order, allowed 1e-3 of the largest energy stored.
 
 use riprap::scene::SceneBody;
+use riprap::tensor::{Rotation, Vec3};
 
-use crate::scene_builder::{Run, body, cuboid, drive, fixed, load, scene};
+use riprap::ladder::Run;
+use riprap::ladder::bodies::{body, cuboid, drive, fixed, load, scene};
+
+use crate::audited::{audited, last};
 
 struct Way {
     name: &'static str,
@@ -20,7 +24,7 @@ struct Way {
 
 fn led(way: &Way, increments: usize) -> Run {
     let stages = vec![load(increments, "upper", drive(way.shift.map(Some), way.turn.map(Some)))];
-    let run = Run::of(&scene(vec![way.lower.clone(), way.upper.clone()], 0.0, stages));
+    let run = audited(&scene(vec![way.lower.clone(), way.upper.clone()], 0.0, stages));
     assert!(run.finished(), "{}: {:?}", way.name, run.end);
     run
 }
@@ -43,6 +47,12 @@ fn jumps_vanish_with_the_increment() {
     // Lowest point of the tilted cube below its centre: its rounded edge or corner.
     let r = 1.2e-3;
     let crest = |tilt: f64| (0.03 - r) * (tilt.cos() + tilt.sin()) + r;
+    let diagonal = (0.03 - r) * 3.0f64.sqrt() + r;
+    let on_corner = |sign: f64| -> [f64; 3] {
+        let from = Vec3::new(1.0, 1.0, sign).normalize();
+        Rotation::rotation_between(&from, &(Vec3::z() * sign)).unwrap_or_default().scaled_axis().into()
+    };
+    let (upright, turned) = (on_corner(1.0), on_corner(-1.0));
     let ways = [
         Way {
             name: "face over an edge",
@@ -79,17 +89,25 @@ fn jumps_vanish_with_the_increment() {
             shift: [0.01, 0.1, 0.0],
             turn: [0.0, 0.0, 0.05],
         },
+        // Deep enough that the direction between the corners leaves both cones while they touch.
+        Way {
+            name: "corner over a corner",
+            lower: fixed(body("lower", cuboid([0.06; 3]), [0.0, 0.0, -diagonal], upright)),
+            upper: body("upper", cuboid([0.06; 3]), [-0.002, 0.0, diagonal - 4e-4], turned),
+            shift: [0.004, 0.0003, 0.0],
+            turn: [0.0; 3],
+        },
     ];
     for way in ways {
         let jumps = [4000, 8000, 16000].map(|increments| {
             let run = led(&way, increments);
             let stored = run.rows.iter().map(|row| row.ledger.elastic).fold(0.0, f64::max);
             // What was stored at the first row came with no work: the body starts in overlap.
-            let error = run.last().ledger.error() - run.rows[0].ledger.error();
+            let error = last(&run).ledger.error() - run.rows[0].ledger.error();
             let (jump, force) = largest_jump(&run);
             println!(
                 "{:<42} {increments} increments: jump {:.3e} of the largest force, energy {:.2e} of the largest off, {:.3} s",
-                way.name, jump / force, error / stored, run.seconds
+                way.name, jump / force, error / stored, run.time.as_secs_f64()
             );
             if increments == 16000 {
                 assert!(error.abs() < 1e-3 * stored, "{}: {error} of {stored} J", way.name);

@@ -6,7 +6,9 @@ use riprap::contact::law::Friction;
 use riprap::scene::{SceneBody, SceneParameters, SceneShape};
 use riprap::triaxial::StageEnd;
 
-use crate::scene_builder::{HELD, Run, body, cuboid, drive, fixed, gravity, ground, load, scene};
+use riprap::ladder::bodies::{HELD, body, cuboid, drive, fixed, gravity, ground, load, scene};
+
+use crate::audited::{audited, last, tell};
 
 #[test]
 fn a_driven_body_does_not_pass_through_a_thin_plate() {
@@ -14,11 +16,11 @@ fn a_driven_body_does_not_pass_through_a_thin_plate() {
     for shape in [SceneShape::Sphere(0.005), cuboid([0.01; 3])] {
         let bullet = body("bullet", shape, [0.01, 0.0, 0.05], [0.1, 0.2, 0.3]);
         let stages = vec![load(1, "bullet", drive([Some(0.0), Some(0.0), Some(-0.1)], HELD))];
-        let run = Run::of(&scene(vec![plate.clone(), bullet], 0.5, stages));
+        let run = audited(&scene(vec![plate.clone(), bullet], 0.5, stages));
         let StageEnd::Stopped { reason } = &run.end else { panic!("passed through: {:?}", run.end) };
         assert!(reason.contains("pass into"), "{reason}");
-        let height = run.last().bodies[1].position.z;
-        run.tell("bullet stopped above plate, height", height, 0.006);
+        let height = last(&run).bodies[1].position.z;
+        tell(&run, "bullet stopped above plate, height", height, 0.006);
         assert!(height > 0.001, "{height}");
     }
 }
@@ -39,13 +41,13 @@ fn a_block_in_the_way_is_pushed_along() {
     let stages = vec![down, load(1, "pusher", drive([Some(0.101), Some(0.0), Some(0.0)], HELD))];
     let parameters =
         SceneParameters { increment_range: [1e-4, 1.0], ..scene(vec![ground(), pusher, block], 0.3, stages) };
-    let run = Run::of(&parameters);
+    let run = audited(&parameters);
     assert!(run.finished(), "{:?}", run.end);
-    let state = run.last().bodies[2];
-    run.tell("pushed block, displacement", state.displacement.x, 0.1);
+    let state = last(&run).bodies[2];
+    tell(&run, "pushed block, displacement", state.displacement.x, 0.1);
     assert!(run.cuts() > 0);
     assert!((state.displacement.x - 0.1).abs() < 1e-5, "{}", state.displacement);
     let weight = run.scene.model.bodies[2].mass * 9.81;
-    let push = run.last().bodies[1].reaction_force.x;
+    let push = last(&run).bodies[1].reaction_force.x;
     assert!((push / (0.3 * weight) - 1.0).abs() < 0.01, "{push} N of {}", 0.3 * weight);
 }

@@ -1,8 +1,8 @@
 //! Scenes on which methods fail. Each head says what goes wrong with naive methods and what is to
 //! come out.
 
-#[path = "../scene_builder.rs"]
-mod scene_builder;
+#[path = "../audited.rs"]
+mod audited;
 
 mod column_of_five;
 mod cut_leaves_no_trace;

@@ -9,87 +9,18 @@
 
 use nalgebra::DMatrix;
 
-use riprap::grain::stiffness::{node_graph, stiffness_matrix};
-use riprap::grain::{CondensedGrain, SurfacePoint};
-use riprap::linalg::{Factorisation, Ordering, Refinement, SparseCholesky};
+use riprap::grain::CondensedGrain;
+use riprap::grain::stiffness::stiffness_matrix;
 use riprap::material::Elastic;
-use riprap::mesh::{Mesh, NearPoint, grain_mesh, sphere_mesh};
+use riprap::mesh::{NearPoint, grain_mesh, sphere_mesh};
 use riprap::tensor::Vec3;
 
-use crate::sample_grain::sample_grain;
-
-fn rocks(mesh: &Mesh) -> Vec<Elastic> {
-    (0..mesh.cells.len())
-        .map(|k| Elastic::new(30e9 * (1.0 + 0.3 * (k as f64).sin()), 0.2).expect("allowed"))
-        .collect()
-}
-
-/// Forces at points of the surface, with zero resultant and moment.
-fn balanced_loads(grain: &CondensedGrain) -> Vec<(SurfacePoint, Vec3)> {
-    let places = [
-        [1.0, 0.2, 0.3],
-        [-0.5, 1.0, -0.2],
-        [-0.4, -0.9, 0.4],
-        [0.1, 0.0, -1.0],
-        [0.3, 0.8, 0.9],
-        [-1.0, 0.1, 0.2],
-    ];
-    let points: Vec<SurfacePoint> = places.iter().map(|p| grain.locate(&(Vec3::from(*p) * 0.02))).collect();
-    let mut forces: Vec<Vec3> = (0..6)
-        .map(|k| Vec3::new((k as f64).cos(), (2.0 * k as f64).sin(), 0.3 * k as f64 - 0.7) * 100.0)
-        .collect();
-    // The smallest change of the forces (least squares) that balances them: the six equations B f = 0.
-    let b = DMatrix::from_fn(6, 18, |row, column| {
-        let unit = Vec3::ith(column % 3, 1.0);
-        if row < 3 { unit[row] } else { (points[column / 3].position * 100.0).cross(&unit)[row - 3] }
-    });
-    let f = nalgebra::DVector::from_iterator(18, forces.iter().flatten().copied());
-    let correction = b.transpose() * (&b * b.transpose()).lu().solve(&(&b * &f)).expect("spread-out points");
-    for (k, force) in forces.iter_mut().enumerate() {
-        *force -= Vec3::new(correction[3 * k], correction[3 * k + 1], correction[3 * k + 2]);
-    }
-    points.into_iter().zip(forces).collect()
-}
+use riprap::ladder::grains::{condensed_against_full, rocks, sample_grain};
 
 #[test]
 fn condensed_equals_full_under_the_same_loads() {
-    let mesh = grain_mesh(&sample_grain([16.0, 13.0]), 38).expect("a mesh");
-    let rock = rocks(&mesh);
-    let grain = CondensedGrain::new(mesh.clone(), &rock, 2700.0).expect("a grain");
-    let loads = balanced_loads(&grain);
-    let condensed = grain.nodal_displacements(&loads);
-
-    let mut k = stiffness_matrix(&mesh, &rock, &vec![[1.0; 4]; rock.len()]).expect("a stiffness");
-    let mut f = vec![0.0; 3 * mesh.nodes.len()];
-    for (point, force) in &loads {
-        for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
-            let node = grain.surface().nodes()[node as usize].index();
-            (0..3).for_each(|axis| f[3 * node + axis] += weight * force[axis]);
-        }
-    }
-    // Six springs to the ground at three corners of the first cell. Balanced loads leave them without
-    // reactions, however stiff they are.
-    let corner = |c: usize| mesh.cells[0][c].index();
-    for (node, axis) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
-        assert!(k.add(3 * corner(node) + axis, 3 * corner(node) + axis, 1e9));
-    }
-    let ordering = Ordering::nested_dissection(&node_graph(&mesh).expect("a graph"), 3).expect("an ordering");
-    let mut factor = SparseCholesky::analyse(k.pattern(), &ordering, Factorisation::Llt).expect("analysed");
-    factor.factorise(&k).expect("supports hold the grain");
-    let mut x = vec![0.0; f.len()];
-    factor.solve_into(&mut x, &k, &f, Refinement { steps: 2, tolerance: 1e-10 }).expect("solved");
-    let full: Vec<Vec3> = x.chunks_exact(3).map(|u| Vec3::new(u[0], u[1], u[2])).collect();
-
-    let (a, b) = (grain.cell_stresses(&condensed), grain.cell_stresses(&full));
-    let scale = a.iter().flatten().map(|s| s.norm()).fold(0.0, f64::max);
-    for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
-        assert!((a - b).norm() < 1e-8 * scale, "{:e}", (a - b).norm() / scale);
-    }
-    let work = |u: &[Vec3]| -> f64 {
-        (0..u.len()).map(|n| (0..3).map(|axis| 0.5 * f[3 * n + axis] * u[n][axis]).sum::<f64>()).sum()
-    };
-    let energy = grain.elastic_energy(&loads);
-    assert!((work(&full) / energy - 1.0).abs() < 1e-8 && (work(&condensed) / energy - 1.0).abs() < 1e-10);
+    let [stress, full, condensed] = condensed_against_full();
+    assert!(stress < 1e-8 && full < 1e-8 && condensed < 1e-10, "{stress:e} {full:e} {condensed:e}");
 }
 
 #[test]

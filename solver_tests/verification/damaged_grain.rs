@@ -17,7 +17,7 @@ use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
 use riprap::mesh::{CellId, Mesh, grain_mesh};
 use riprap::tensor::{Rotation, Vec3};
 
-use crate::sample_grain::sample_grain;
+use riprap::ladder::grains::sample_grain;
 
 const DENSITY: f64 = 2700.0;
 

@@ -18,7 +18,7 @@ use riprap::scene::{Scene, SceneBody, SceneShape};
 use riprap::tensor::Vec3;
 use riprap::triaxial::StageEnd;
 
-use crate::scene_builder::{DENSITY, HELD, body, drive, fixed, load, scene};
+use riprap::ladder::bodies::{DENSITY, HELD, body, drive, fixed, load, scene};
 
 const RADIUS: f64 = 12e-3;
 const APPROACH: f64 = 10e-6;

@@ -1,10 +1,8 @@
 //! Problems with a known answer, one file a problem. Each head gives problem, source, formula and
 //! tolerance with its reason. Where a table of numbers helps, a test prints it (`--nocapture`).
 
-#[path = "../scene_builder.rs"]
-mod scene_builder;
-
-mod sample_grain;
+#[path = "../audited.rs"]
+mod audited;
 
 mod block_on_incline;
 mod block_pushed_along_plane;

@@ -6,7 +6,9 @@
 //! about 10 um at either plate, so forces may differ by 0.3 % there, and 1 % is allowed for both and
 //! for friction, which remembers the way.
 //!
-//! Independent of the coupling: the work of the driven plate is the energy of springs and grain.
+//! Independent of the coupling: the work of the driven plate is the energy of springs and grain, up to the
+//! trapezoidal rule's error, which falls with the square of the increment, and to what the gap tolerance
+//! leaves of each force (1 % of what a contact yields).
 
 use std::sync::Arc;
 
@@ -16,11 +18,11 @@ use riprap::mesh::cuboid_mesh;
 use riprap::scene::{Scene, SceneBody};
 use riprap::triaxial::StageEnd;
 
-use crate::scene_builder::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
+use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
 
 const EDGE: f64 = 0.03;
 
-fn squeezed(first_penalty: f64, increments: usize) -> (f64, f64, f64, usize) {
+fn squeezed(first_penalty: f64, increments: usize, friction: f64, sharp: bool) -> (f64, f64, f64, usize) {
     let mesh = cuboid_mesh([EDGE; 3], 0.5 * EDGE).expect("a mesh");
     let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
     let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
@@ -29,9 +31,10 @@ fn squeezed(first_penalty: f64, increments: usize) -> (f64, f64, f64, usize) {
     let plate = |name: &str, z: f64| body(name, cuboid([0.1, 0.1, 0.02]), [0.0, 0.0, z], [0.0, 0.0, 0.4]);
     let bodies = vec![fixed(plate("bottom", -0.01)), cube, plate("top", EDGE + 0.01)];
     let push = drive([Some(0.0), Some(0.0), Some(-30e-6)], HELD);
-    let mut parameters = scene(bodies, 0.3, vec![load(increments, "top", push)]);
+    let mut parameters = scene(bodies, friction, vec![load(increments, "top", push)]);
     parameters.settings.first_penalty = first_penalty;
-    parameters.settings.gap_tolerance = 1e-6;
+    parameters.settings.gap_tolerance = if sharp { 1e-8 } else { 1e-6 };
+    parameters.settings.force_tolerance = if sharp { 1e-5 } else { 1e-3 };
     let mut scene = Scene::new(&parameters).expect("a sound scene");
     let (mut force, mut augmentations) = (0.0, 0);
     let end = scene.run(|_, row| {
@@ -45,16 +48,10 @@ fn squeezed(first_penalty: f64, increments: usize) -> (f64, f64, f64, usize) {
 
 #[test]
 fn penalties_change_the_pace_only() {
-    let (reference, work, stored, _) = squeezed(1.0, 4);
+    let (reference, ..) = squeezed(1.0, 4, 0.3, false);
     assert!(reference > 0.0);
-    let (_, fine_work, fine_stored, _) = squeezed(1.0, 16);
-    let (coarse, fine) = ((work / stored - 1.0).abs(), (fine_work / fine_stored - 1.0).abs());
-    println!("work against energy: {coarse:.2e} in 4 increments, {fine:.2e} in 16");
-    // A ledger should close to 1e-2; what is left here (1.0e-2 when this was written) does not fall with
-    // the increment and is an open point of ARCHITECTURE.md.
-    assert!(coarse < 0.02 && fine < 0.02, "work against energy: {coarse} and {fine}");
     for first_penalty in [1e-3, 1e-1, 10.0, 1e3] {
-        let (force, _, _, augmentations) = squeezed(first_penalty, 4);
+        let (force, _, _, augmentations) = squeezed(first_penalty, 4, 0.3, false);
         println!(
             "first penalty {first_penalty:.0e}: {force:.3} N of {reference:.3} N, {augmentations} augmentations"
         );
@@ -63,4 +60,31 @@ fn penalties_change_the_pace_only() {
             "first penalty {first_penalty}: {force} N, {reference} N"
         );
     }
+}
+
+/// All stick at a coefficient of 5; at 0.3 some slip.
+#[test]
+fn work_is_energy_to_second_order() {
+    for friction in [0.0, 5.0] {
+        let error = |increments: usize| {
+            let (_, work, stored, _) = squeezed(1.0, increments, friction, true);
+            (work / stored - 1.0).abs()
+        };
+        let errors = [4, 8, 16].map(error);
+        println!("friction {friction}: work against energy {errors:?} in 4, 8, 16 increments");
+        // A quarter each, and some room for where in an increment the contacts first touch.
+        assert!(errors[1] < 0.4 * errors[0] && errors[2] < 0.4 * errors[1], "{errors:?}");
+    }
+    let (_, work, stored, _) = squeezed(1.0, 16, 0.3, false);
+    assert!((work / stored - 1.0).abs() < 1e-2, "{}", work / stored - 1.0);
+}
+
+/// What the tolerance leaves of the stretch of contacts that stick is made up for, not lost: cut into 32
+/// increments the force is that of 4, to the 0.3 % that a single one may miss.
+#[test]
+fn tolerances_do_not_add_up() {
+    let force = |increments: usize| squeezed(1.0, increments, 0.3, false).0;
+    let (few, many) = (force(4), force(32));
+    println!("{few:.2} N in 4 increments, {many:.2} N in 32");
+    assert!((many / few - 1.0).abs() < 3e-3, "{few} {many}");
 }

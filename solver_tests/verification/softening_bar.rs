@@ -9,17 +9,11 @@
 //!
 //! Bazant & Oh (1983), "Crack band theory for fracture of concrete", Mater. Struct. 16:155-177.
 
-use nalgebra::Vector6;
 use riprap::crushing::{Ending, Grip, Press, Record, crush};
 use riprap::grain::{Ancestry, DamagedGrain};
-
-use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic, Softening, crack_band_size};
+use riprap::ladder::damage::{E, F_BAR as F_T, G_F, LENGTH, chain};
+use riprap::material::{DamageLaw, DamageParameters, Elastic, Softening, crack_band_size};
 use riprap::mesh::cuboid_mesh;
-
-const E: f64 = 30e9;
-const F_T: f64 = 10e6;
-const G_F: f64 = 60.0;
-const LENGTH: f64 = 21e-3;
 
 fn pull(bricks: usize, softening: Softening, recovery: f64) -> Record {
     let edge = LENGTH / bricks as f64;
@@ -65,38 +59,6 @@ fn report(what: &str, bricks: usize, record: &Record) -> f64 {
         }
     );
     last.damage
-}
-
-/// Bricks in series, one strain each: the same stress in all, the strains adding up to the elongation.
-/// Pulled by the weakest one's strain, which always grows (indirect control), so that snap-back is followed. Damage energy over `G_f A`.
-fn chain(bricks: usize, softening: Softening) -> f64 {
-    let edge = LENGTH / bricks as f64;
-    let elastic = Elastic::new(E, 0.0).expect("allowed");
-    let parameters = DamageParameters { tension: softening, ..Default::default() };
-    let size = crack_band_size(edge.powi(3) / 6.0);
-    let law =
-        |strength: f64| DamageLaw::new(elastic, strength, 20.0 * F_T, &parameters, size).expect("a law");
-    let (weak, strong) = (law(0.98 * F_T), law(F_T));
-    let mut states = [DamageState::default(); 2];
-    let (mut work, mut damage, mut last) = (0.0, 0.0, [0.0; 2]);
-    let steps = 20_000;
-    let end = 1.001 * weak.onsets()[0] * 0.01_f64.powf(-1.0 / weak.exponents()[0]);
-    for k in 1..=steps {
-        let e = end * f64::from(k) / f64::from(steps);
-        let pulled = weak.respond(&Vector6::new(e, 0.0, 0.0, 0.0, 0.0, 0.0), &states[0]);
-        // The others stay below their peak and unload elastically.
-        let rest = strong.respond(&Vector6::new(pulled.stress[0] / E, 0.0, 0.0, 0.0, 0.0, 0.0), &states[1]);
-        assert!((rest.stress[0] - pulled.stress[0]).abs() < 1e-9 * F_T);
-        let elongation = edge * (e + (bricks - 1) as f64 * pulled.stress[0] / E);
-        work += 0.5 * (pulled.stress[0] + last[0]) * (elongation - last[1]);
-        damage += edge * (pulled.dissipated + (bricks - 1) as f64 * rest.dissipated);
-        last = [pulled.stress[0], elongation];
-        states = [pulled.state, rest.state];
-    }
-    assert!(states[0].failed && !states[1].failed);
-    // Nothing is stored at the end: all work went into damage.
-    assert!((damage / work - 1.0).abs() < 1e-3, "{damage} {work}");
-    damage / G_F
 }
 
 #[test]

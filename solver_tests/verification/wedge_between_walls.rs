@@ -6,52 +6,22 @@
 //! normal stiffness times cot a. Tolerance: the force tolerance, 1e-3 of a point's force, on each
 //! of some ten points: 2e-3.
 
-use crate::scene_builder::{HELD, Run, body, cuboid, drive, hull, load, push, scene};
+use riprap::ladder::wedges::{normal_force, on_wall, pressed};
 
-const PRESS: f64 = 1000.0;
-const DRAW: f64 = 0.1e-3;
-
-fn pressed(angle: f64, friction: f64) -> Run {
-    let (bottom, h) = (0.02, 0.02);
-    let top = bottom + 2.0 * h * angle.tan();
-    let mut corners = Vec::new();
-    for y in [-0.02, 0.02] {
-        for (z, half) in [(-h, bottom), (h, top)] {
-            corners.extend([[-half, y, z], [half, y, z]]);
-        }
-    }
-    let wedge = body("wedge", hull(&corners, 0.4e-3), [0.0; 3], [0.0; 3]);
-    let middle = 0.5 * (bottom + top);
-    let (sin, cos) = angle.sin_cos();
-    let size = [0.02, 0.08, 2.0 * h / cos + 0.01];
-    let wall = |name: &str, side: f64| {
-        let position = [side * (middle + 0.01 * cos), 0.0, -0.01 * sin];
-        body(name, cuboid(size), position, [0.0, side * angle, 0.0])
-    };
-    let mut hold = load(5, "wedge", push([0.0, 0.0, -PRESS]));
-    let mut part = load(10, "left", drive([Some(-DRAW), Some(0.0), Some(0.0)], HELD));
-    for name in ["left", "right"] {
-        hold.bodies.push((name.into(), drive(HELD, HELD)));
-    }
-    part.bodies.push(("right".into(), drive([Some(DRAW), Some(0.0), Some(0.0)], HELD)));
-    Run::of(&scene(vec![wedge, wall("left", -1.0), wall("right", 1.0)], friction, vec![hold, part]))
-}
+use crate::audited::{audited, last, tell};
 
 #[test]
 fn normal_force_is_the_closed_form() {
     for degrees in [15.0f64, 20.0, 30.0, 45.0, 60.0] {
         for friction in [0.0, 0.2, 0.4, 0.65, 0.8] {
             let angle = degrees.to_radians();
-            let (sin, cos) = angle.sin_cos();
-            let expected = PRESS / (2.0 * (sin + friction * cos));
-            let run = pressed(angle, friction);
+            let expected = normal_force(angle, friction);
+            let run = audited(&pressed(angle, friction));
             assert!(run.finished(), "a {degrees} mu {friction}: {:?}", run.end);
-            for (name, side) in [("left", -1.0), ("right", 1.0)] {
-                let force = run.last().bodies[run.index(name)].contact_force;
-                let normal = side * force.x * cos - force.z * sin;
-                let along = side * force.x * sin + force.z * cos;
-                if side > 0.0 {
-                    run.tell(&format!("wedge a {degrees} mu {friction}"), normal, expected);
+            for (name, wall) in [("left", 1), ("right", 2)] {
+                let [normal, along] = on_wall(last(&run), wall, angle);
+                if wall == 2 {
+                    tell(&run, &format!("wedge a {degrees} mu {friction}"), normal, expected);
                 }
                 assert!((normal / expected - 1.0).abs() < 2e-3, "a {degrees} mu {friction} {name}: {normal}");
                 assert!((along.abs() - friction * normal).abs() < 2e-3 * expected, "friction {along}");

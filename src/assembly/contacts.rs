@@ -5,9 +5,10 @@ use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, SurfaceLoads, rea
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::contact::force::{self, Evaluation, Kinematics, PointState, SitePoints, Tangent};
+use crate::contact::law::Weakening;
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
-use crate::contact::{Feature, Site};
+use crate::contact::{ContactShape, Corner, Feature, Site};
 use crate::grain::CondensedGrain;
 use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
@@ -49,9 +50,9 @@ pub struct PairWork {
     features: PairFeatures,
     skin: f64,
     stiffness: f64,
-    /// Friction coefficient in force; set anew for each increment, like all that is not stored below.
-    #[serde(skip)]
-    pub coefficient: f64,
+    /// Friction at the start of the increment; set anew for each, like all that is not stored below.
+    #[serde(skip, default = "frictionless")]
+    pub friction: Weakening,
     /// The committed memory.
     #[serde(skip)]
     pub carried: PairMemory,
@@ -69,6 +70,10 @@ pub struct PairWork {
     /// Smallest distance between the cores' features [m].
     #[serde(skip)]
     pub nearest: f64,
+}
+
+fn frictionless() -> Weakening {
+    Weakening::constant(0.0)
 }
 
 impl PairWork {
@@ -105,7 +110,7 @@ impl PairWork {
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
         let View { kinematics, corners, poses, grains, fields, committed, first_scale } = *view;
-        let PairWork { features, stiffness, coefficient, carried, held, spots, points, nearest, .. } = self;
+        let PairWork { features, stiffness, friction, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
         if features.is_empty() {
@@ -128,17 +133,18 @@ impl PairWork {
                 Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) => 1.0,
             };
-            let sites = site_points(&site, [&corners[a], &corners[b]]);
+            let sites = site_points(&site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
             let spring = *stiffness * sharpness;
             let mut state = PointState {
                 radii,
                 radius_difference: shapes[0].rounded.radius - shapes[1].rounded.radius,
                 stiffness: spring,
                 spring,
-                friction: *coefficient,
+                friction: *friction,
                 offset: 0.0,
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
                 pressure_before: memory.map_or(0.0, |m| m.pressure),
+                corners: facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine)),
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
             };
@@ -193,9 +199,29 @@ fn elastic_reach(pair: &PairWork, reach: &[f64]) -> f64 {
     reach[pair.a()] + reach[pair.b()] + offset
 }
 
-fn site_points(site: &Site, corners: [&[Vec3]; 2]) -> SitePoints {
+fn site_points(
+    site: &Site,
+    shapes: [&ContactShape; 2],
+    corners: [&[Vec3]; 2],
+    poses: [&Pose; 2],
+) -> SitePoints {
     let place = |side: usize, vertices: &[u32; 3]| vertices.map(|v| corners[side][v as usize]);
-    SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) }
+    let mut points = SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) };
+    if let Some([a, b]) = facing_corners(site, shapes) {
+        points.a[1] = points.a[0] + poses[0].rotation * a.axis;
+        points.b[1] = points.b[0] + poses[1].rotation * b.axis;
+    }
+    points
+}
+
+/// The corners of two vertices that face each other, where both are sharp.
+fn facing_corners(site: &Site, shapes: [&ContactShape; 2]) -> Option<[Corner; 2]> {
+    if (site.count_a, site.count_b) != (1, 1) {
+        return None;
+    }
+    let [a, b] = [(0, site.on_a), (1, site.on_b)]
+        .map(|(side, vertices)| shapes[side].corners.get(vertices[0] as usize).copied().flatten());
+    Some([a?, b?])
 }
 
 /// All pairs within reach. What is stored with a restart point is the search: which features are listed
@@ -269,7 +295,7 @@ impl Contacts {
         self.trial = Trial::default();
         for pair in &mut self.pairs {
             pair.reset(committed.memory.get(&pair.key()));
-            pair.coefficient = model.friction_between(pair.a(), pair.b()).coefficient(pair.carried.slip);
+            pair.friction = model.friction_between(pair.a(), pair.b()).after(pair.carried.slip);
         }
     }
 
@@ -339,7 +365,9 @@ impl Contacts {
             let (a, b) = (features.a as usize, features.b as usize);
             tangents.clear();
             for point in points.iter().filter(|p| p.evaluation.is_active()) {
-                let sites = site_points(&point.site, [&corners[a], &corners[b]]);
+                let shapes = [&model.shapes[a], &model.shapes[b]];
+                let sites =
+                    site_points(&point.site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
                 tangents.push(force::tangent(
                     &model.law,
                     &point.site,
@@ -378,7 +406,7 @@ impl Contacts {
                     features: PairFeatures::list(&model.shapes, &self.corners, poses, *key, margins),
                     skin,
                     stiffness: model.contact_spring(a, b),
-                    coefficient: 0.0,
+                    friction: frictionless(),
                     carried: PairMemory::default(),
                     held: Vec::new(),
                     spots: Vec::new(),
@@ -387,7 +415,7 @@ impl Contacts {
                     nearest: f64::INFINITY,
                 };
                 pair.reset(committed.memory.get(key));
-                pair.coefficient = model.friction_between(a, b).coefficient(pair.carried.slip);
+                pair.friction = model.friction_between(a, b).after(pair.carried.slip);
                 pair
             })
             .collect();
@@ -439,13 +467,15 @@ impl Contacts {
                 force += e.pressure;
                 let traction = e.friction / e.weight;
                 let shared = 1.0 / point.state.stiffness - 1.0 / point.state.spring;
+                let held = pair.held(point.site.feature);
+                let slid = held.map_or_else(Vec3::zeros, |h| h.slid);
                 points.push(PointMemory {
                     feature: point.site.feature,
-                    stretch: e.stretch - traction * (shared / tangential_ratio),
+                    stretch: e.stretch - traction * (shared / tangential_ratio) - slid,
                     pressure: e.pressure,
                     load: e.load,
                     traction,
-                    scale: pair.held(point.site.feature).map_or(self.first_scale, |h| h.scale),
+                    scale: held.map_or(self.first_scale, |h| h.scale),
                 });
             }
             if !points.is_empty() {

@@ -52,12 +52,15 @@ pub struct Held {
     pub scale: f64,
     /// What the last augmentation left of the gap [m], signed.
     pub left: f64,
+    /// What it left of a sticking contact's stretch [m], in space; an accepted increment's memory
+    /// has to make up for it, or each would let sticking contacts slip by its tolerance.
+    pub slid: Vec3,
 }
 
 impl Held {
     pub fn committed(memory: &PointMemory) -> Self {
         let PointMemory { feature, load, traction, scale, .. } = *memory;
-        Held { feature, load, traction, scale, left: 0.0 }
+        Held { feature, load, traction, scale, left: 0.0, slid: Vec3::zeros() }
     }
 
     /// The scale for the next augmentation, which `left` [m] of the gap now: swinging wants a softer
@@ -245,13 +248,12 @@ impl Contacts {
                 let before = old.map_or((0.0, Vec3::zeros()), |h| (h.load, h.traction));
                 let left = along - spot.compliance * (e.load - before.0);
                 let slid = moved - e.normal * along - (traction - before.1) * (spot.compliance / ratio);
-                // A sliding contact's stretch follows its normal force, whatever it does.
-                let bound = (1.0 - model.law.friction_blend) * point.state.friction * e.pressure;
-                let sticks = e.friction.norm() < bound;
-                largest = largest.max(left.abs()).max(if sticks { slid.norm() } else { 0.0 });
+                // A slipping contact's stretch follows its normal force, whatever it does.
+                let slid = if e.slip() == 0.0 { slid } else { Vec3::zeros() };
+                largest = largest.max(left.abs()).max(slid.norm());
                 if e.is_active() {
                     let scale = old.map_or(self.first_scale, |h| h.adapted(left, tolerance));
-                    held.push(Held { feature, load: e.load, traction, scale, left });
+                    held.push(Held { feature, load: e.load, traction, scale, left, slid });
                 }
             }
             pair.held = held;

@@ -470,7 +470,12 @@ static SOLVER: &[Key] = &[
         "1e-5",
         "Overlap allowed in an accepted state over the grain size.",
     ),
-    Key::default("max_augmentations", Count(1, 100_000), "150", "Augmentations before an increment is cut."),
+    Key::default(
+        "max_augmentations",
+        Count(1, 100_000),
+        "600",
+        "Augmentations before an increment is cut; most take under ten, a snap may take hundreds.",
+    ),
     Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in an augmentation."),
     Key::default(
         "damage_change",

@@ -13,10 +13,13 @@ Examples:
   riprap run my.json --set '/stages/0/pressure=0.4 MPa' --out p0400.h5
   riprap info cases/results/quick_start.h5          what is in a results file
   riprap report cases/results/quick_start.h5 --out report
+  riprap verify                                     problems with known answers, computed against reference
   riprap schema > riprap.schema.json                for editors that complete and check JSON
 
 Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 stopped short of the case's end,
-4 file trouble, 130 interrupted.";
+4 file trouble, 130 interrupted.
+
+RIPRAP_LOG=debug (error, warn, info, debug, trace) writes what the solver does to standard error.";
 
 #[derive(Debug, Parser)]
 #[command(name = "riprap", version, about, after_help = EXAMPLES, max_term_width = 110)]
@@ -48,6 +51,8 @@ pub enum Command {
     /// Draw charts and pictures of results files, with one page that holds them all
     #[command(after_help = REPORT_EXAMPLES)]
     Report(Report),
+    /// Run the verification ladder and print its table; exit code 1 if a rung fails
+    Verify(Verify),
     /// Print the JSON Schema of case files
     Schema,
 }
@@ -144,6 +149,9 @@ pub struct Run {
     /// Says at the end where time and memory went; a run from its start also keeps it in the file (/profile)
     #[arg(long)]
     pub profile: bool,
+    /// Checks every accepted state for overlaps that no contact knows of, apart from the contact search; stops at the first
+    #[arg(long)]
+    pub audit: bool,
     #[command(flatten)]
     pub target: Target,
 }
@@ -254,6 +262,19 @@ pub struct Batch {
     /// Runs this member alone, counted from 0
     #[arg(long, value_name = "K", conflicts_with = "slurm")]
     pub only: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+pub struct Verify {
+    /// Only the rungs whose name holds this; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// Lists the rungs instead
+    #[arg(long)]
+    pub list: bool,
+    /// Threads to use (default: all cores); results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
 }
 
 #[derive(Debug, Args)]

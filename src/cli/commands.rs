@@ -1,16 +1,17 @@
 //! What each subcommand does.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
+use crate::ladder::{Finding, RUNGS, Rung};
 use crate::linalg;
 use crate::report::write_report;
 use crate::results::{Existing, Reader, Summary, write_history_csv, write_vtu_series};
 use crate::simulation::{self, End, Options, Outcome, generate_specimen};
 
-use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target};
+use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
 use super::progress::Progress;
 use super::{complain, interrupt, note, say};
@@ -25,7 +26,11 @@ pub fn run(arguments: &Run) -> Ended {
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
     let (source, case) = checked(&arguments.input, fidelity)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
-    let mut options = Options { profile: arguments.profile, ..options(out, &arguments.target, threads) };
+    let mut options = Options {
+        profile: arguments.profile,
+        audit: arguments.audit,
+        ..options(out, &arguments.target, threads)
+    };
     if arguments.resume {
         options.existing = Existing::Continue;
     }
@@ -62,6 +67,9 @@ fn conclude(progress: &mut Progress, outcome: &Outcome, options: &Options) -> En
                 outcome.increments,
                 options.out.display()
             ));
+            if let Some(dossier) = &outcome.dossier {
+                note(&dossier.to_string());
+            }
             Ending::Stopped
         }
     }
@@ -126,6 +134,35 @@ pub fn report(arguments: &Report) -> Ended {
     Ok(Ending::Done)
 }
 
+pub fn verify(arguments: &Verify) -> Ended {
+    let wanted = |rung: &&Rung| {
+        arguments.only.is_empty() || arguments.only.iter().any(|name| rung.name.contains(name.as_str()))
+    };
+    let rungs: Vec<&Rung> = RUNGS.iter().filter(wanted).collect();
+    if rungs.is_empty() {
+        let names: Vec<&str> = RUNGS.iter().map(|rung| rung.name).collect();
+        let problem =
+            format!("--only {}: no such rung; there are {}", arguments.only.join(" "), names.join(", "));
+        return Err(Error::Usage(problem).into());
+    }
+    if arguments.list {
+        rungs.iter().for_each(|rung| say(&format!("{:<22} {}", rung.name, rung.problem)));
+        return Ok(Ending::Done);
+    }
+    set_threads(arguments.threads)?;
+    let start = Instant::now();
+    say(&Finding::header());
+    let (mut passed, mut failed) = (0, 0);
+    for rung in rungs {
+        for finding in rayon::scope(|_| rung.climb()) {
+            say(&finding.to_string());
+            *if finding.passed() { &mut passed } else { &mut failed } += 1;
+        }
+    }
+    say(&format!("{passed} passed, {failed} failed, in {}", duration(start.elapsed())));
+    Ok(if failed == 0 { Ending::Done } else { Ending::CheckFailed })
+}
+
 pub fn schema() -> Ended {
     say(&format!("{:#}", case::schema()));
     Ok(Ending::Done)
@@ -157,7 +194,7 @@ fn default_target(case: &Path) -> PathBuf {
 
 fn options(out: PathBuf, target: &Target, threads: usize) -> Options {
     let existing = if target.force { Existing::Replace } else { Existing::Refuse };
-    Options { out, existing, threads, profile: false }
+    Options { out, existing, threads, profile: false, audit: false }
 }
 
 /// Sets how many threads work, before the first of them does; without a wish, one a core.

@@ -28,6 +28,10 @@ pub fn main() -> ExitCode {
             return if message.use_stderr() { Ending::BadInput.into() } else { Ending::Done.into() };
         }
     };
+    if let Err(accepted) = log_as_asked() {
+        complain(&accepted);
+        return Ending::BadInput.into();
+    }
     let ended = match &arguments.command {
         Command::Run(run) => commands::run(run),
         Command::Check(check) => commands::check(check),
@@ -37,6 +41,7 @@ pub fn main() -> ExitCode {
         Command::Report(report) => commands::report(report),
         Command::Study(study) => series::study(study),
         Command::Batch(batch) => series::batch(batch),
+        Command::Verify(verify) => commands::verify(verify),
         Command::Schema => commands::schema(),
     };
     match ended {
@@ -46,6 +51,16 @@ pub fn main() -> ExitCode {
             ending.into()
         }
     }
+}
+
+/// Has the solver's events written to standard error where `RIPRAP_LOG` names a level.
+fn log_as_asked() -> Result<(), String> {
+    let Ok(level) = std::env::var("RIPRAP_LOG") else { return Ok(()) };
+    let level: tracing::Level = level.parse().map_err(|_| {
+        format!("RIPRAP_LOG: `{level}` is no level; accepted: error, warn, info, debug, trace")
+    })?;
+    tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).without_time().init();
+    Ok(())
 }
 
 /// A line on standard output; a closed pipe is no error.

@@ -151,7 +151,7 @@ fn end_fade<T: Real>(s: T, rate: f64) -> (T, T) {
 }
 
 /// A step from 0 to 1 with continuous second derivative, `z^3 (10 - 15 z + 6 z^2)`, and its slope.
-fn fade<T: Real>(z: T) -> (T, T) {
+pub(super) fn fade<T: Real>(z: T) -> (T, T) {
     if z.value() <= 0.0 {
         (T::constant(0.0), T::constant(0.0))
     } else if z.value() >= 1.0 {

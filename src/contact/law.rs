@@ -32,6 +32,22 @@ impl ContactLaw {
         }
     }
 
+    /// [`ContactLaw::normal`] of a spring that shares `total` [m] with a compliance behind it, `behind` times
+    /// its own: the spring takes `x`, and `x + behind N(x) = total`.
+    pub fn normal_behind<T: Real>(&self, total: T, behind: f64) -> T {
+        let (value, onset) = (total.value(), self.onset);
+        if behind == 0.0 {
+            self.normal(total)
+        } else if value <= 0.0 {
+            T::constant(0.0)
+        } else if value < onset * (1.0 + 0.5 * behind) {
+            let root = (T::constant(1.0) + total.scaled(2.0 * behind / onset)).sqrt();
+            self.normal(total.scaled(2.0) / (T::constant(1.0) + root))
+        } else {
+            (total - T::constant(0.5 * onset)).scaled(1.0 / (1.0 + behind))
+        }
+    }
+
     /// Energy per stiffness [m^2]: the integral of [`ContactLaw::normal`].
     pub fn energy<T: Real>(&self, overlap: T) -> T {
         let (value, onset) = (overlap.value(), self.onset);
@@ -83,6 +99,25 @@ impl ContactLaw {
         }
     }
 
+    /// The trial force of a contact's own spring over the bound, where a compliance `behind` times the
+    /// spring's own takes its part of the stretch: `x + behind S(x) = total`.
+    pub fn share_behind<T: Real>(&self, total: T, behind: f64) -> T {
+        let (value, blend) = (total.value(), self.friction_blend);
+        let start = 1.0 - blend;
+        if behind == 0.0 {
+            total
+        } else if value <= start * (1.0 + behind) {
+            total.scaled(1.0 / (1.0 + behind))
+        } else if value >= 1.0 + blend + behind {
+            total - T::constant(behind)
+        } else {
+            let past = total - T::constant(start * (1.0 + behind));
+            let linear = 1.0 + behind;
+            let root = (T::constant(linear * linear) - past.scaled(behind / blend)).sqrt();
+            past.scaled(2.0) / (T::constant(linear) + root) + T::constant(start)
+        }
+    }
+
     /// The integral of [`ContactLaw::friction_share`] from 0 to `x`, up to the end of the bend.
     pub fn friction_energy(&self, x: f64) -> f64 {
         let past = (x - (1.0 - self.friction_blend)).max(0.0);
@@ -107,6 +142,83 @@ impl Friction {
     /// `mu(s) = mu_r + (mu_p - mu_r) exp(-s / D_c)` for the slip `s` [m].
     pub fn coefficient(&self, slip: f64) -> f64 {
         self.residual + (self.peak - self.residual) * (-slip / self.weakening_distance).exp()
+    }
+
+    /// What is left of it for a pair that has slipped by `slip` [m].
+    pub fn after(&self, slip: f64) -> Weakening {
+        let coefficient = self.coefficient(slip);
+        Weakening { coefficient, excess: coefficient - self.residual, distance: self.weakening_distance }
+    }
+}
+
+/// The coefficient of a contact as it slips on within an increment:
+/// `mu(s) = mu_0 - excess (1 - exp(-s / D_c))`.
+///
+/// A contact that weakens faster than its stretch can follow has no equilibrium next to where it was: it drops at
+/// a fixed position, and its force would jump with the configuration. So within one increment the coefficient falls by no more than
+/// [`FALL`] of what its stretch gives up: `mu >= mu_0 - FALL s / c`, `c` being the stretch per unit of the coefficient. What is left of
+/// the drop follows in the next increments.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weakening {
+    /// At the start of the increment.
+    pub coefficient: f64,
+    /// How much of it can still go.
+    pub excess: f64,
+    /// [m]
+    pub distance: f64,
+}
+
+/// See [`Weakening`]; 1 is where equilibria cease to be unique.
+const FALL: f64 = 0.5;
+
+/// A contact's slip in an increment [m] and its coefficient then, and on average over the slip.
+#[derive(Debug, Clone, Copy)]
+pub struct Slipped<T> {
+    pub slip: T,
+    pub coefficient: T,
+    pub mean: f64,
+}
+
+impl Weakening {
+    pub fn constant(coefficient: f64) -> Self {
+        Weakening { coefficient, excess: 0.0, distance: 1.0 }
+    }
+
+    /// The slip `s` that solves `s + c mu(s) = T` for the trial stretch `T` [m], which is beyond `c mu_0`; `c` is the stretch that
+    /// holds per unit of the coefficient [m]. Exact in its derivatives.
+    pub fn slipped<T: Real>(&self, stretch: T, per_coefficient: T) -> Slipped<T> {
+        let Weakening { coefficient, excess, distance } = *self;
+        let (total, c) = (stretch.value(), per_coefficient.value());
+        let full = T::constant(coefficient);
+        let limited = (stretch - per_coefficient * full).scaled(1.0 / (1.0 - FALL));
+        let by_limit = limited.scaled(FALL) / per_coefficient;
+        let gone = |slip: f64| -excess * (-slip / distance).exp_m1();
+        if gone(limited.value()) >= by_limit.value() {
+            let mean = coefficient - 0.5 * by_limit.value();
+            return Slipped { slip: limited, coefficient: full - by_limit, mean };
+        }
+        // Convex and increasing from the root on: Newton's method from above falls onto it.
+        let mut slip = (total - c * (coefficient - excess)).max(0.0);
+        for _ in 0..60 {
+            let slope = 1.0 - c * (excess - gone(slip)) / distance;
+            let step = (slip + c * (coefficient - gone(slip)) - total) / slope;
+            slip -= step;
+            if step.abs() <= 1e-15 * total {
+                break;
+            }
+        }
+        let fall = (excess - gone(slip)) / distance;
+        // One step more with derivatives makes the root's exact.
+        let at = T::constant(slip);
+        let held = T::constant(coefficient - gone(slip));
+        let off = (at + per_coefficient * held - stretch).scaled(1.0 / (1.0 - c * fall));
+        let ratio = slip / distance;
+        let mean = if ratio < 1e-9 {
+            held.value()
+        } else {
+            coefficient - excess * (1.0 + (-ratio).exp_m1() / ratio)
+        };
+        Slipped { slip: at - off, coefficient: held + off.scaled(fall), mean }
     }
 }
 
@@ -147,6 +259,21 @@ mod tests {
     }
 
     #[test]
+    fn springs_behind_a_compliance_share_the_way() {
+        for behind in [0.0, 0.3, 4.0, 60.0] {
+            for overlap in [1e-7, 2e-6, 2.99e-6, 3.01e-6, 5e-5] {
+                let expected = LAW.normal(overlap);
+                let found = LAW.normal_behind(overlap + behind * expected, behind);
+                assert!((found / expected - 1.0).abs() < 1e-9, "{behind} {overlap}: {found} {expected}");
+            }
+            for x in [0.3, 0.94, 0.96, 1.0, 1.049, 1.051, 3.0] {
+                let found = LAW.share_behind(x + behind * LAW.friction_share(x), behind);
+                assert!((found - x).abs() < 1e-12 * (1.0 + behind), "{behind} {x}: {found}");
+            }
+        }
+    }
+
+    #[test]
     fn friction_share_is_smooth_and_bounded() {
         let h = 1e-7;
         for x in [0.5, 0.95, 1.0, 1.05, 1.5] {
@@ -164,6 +291,53 @@ mod tests {
             let slope = (LAW.friction_energy(x + h) - LAW.friction_energy(x - h)) / (2.0 * h);
             assert!((slope - LAW.friction_share(x)).abs() < 1e-8, "{x}");
         }
+    }
+
+    #[test]
+    fn slip_meets_the_weakening_law() {
+        use crate::tensor::dual::Dual;
+        for (excess, distance) in [(0.45, 5e-5), (0.45, 1e-4), (0.1, 1e-6), (0.45, 1e-7), (0.45, 1e-12)] {
+            let law = Weakening { coefficient: 0.65, excess, distance };
+            let c = 8e-6;
+            let mut before = law.slipped(c * 0.65, c);
+            assert!(before.slip.abs() < 1e-18 && (before.coefficient - 0.65).abs() < 1e-12);
+            for k in 1..400 {
+                let stretch = c * 0.65 + 1e-7 * k as f64;
+                let now = law.slipped(stretch, c);
+                // Force and slip agree, the slip follows the stretch without a jump, the coefficient only falls.
+                assert!((now.slip + c * now.coefficient - stretch).abs() < 1e-18, "{excess} {distance} {k}");
+                let least = 0.65 - excess * (1.0 - (-now.slip / distance).exp());
+                let limit = 0.65 - FALL * now.slip / c;
+                assert!((now.coefficient - least.max(limit)).abs() < 1e-10, "{excess} {distance} {k}");
+                assert!(now.slip > before.slip && now.slip - before.slip < 1e-7 / (1.0 - FALL) * 1.001);
+                assert!(now.coefficient <= before.coefficient && now.mean >= now.coefficient);
+                assert!(now.mean <= 0.65 + 1e-15);
+                let (t, p) = (Dual::<2>::variable(stretch, 0), Dual::<2>::variable(c, 1));
+                let exact = law.slipped(t, p);
+                assert!((exact.slip.value - now.slip).abs() < 1e-18);
+                for (i, h) in [(0, 1e-11), (1, 1e-11)] {
+                    let at = |d: f64| {
+                        law.slipped(stretch + if i == 0 { d } else { 0.0 }, c + if i == 1 { d } else { 0.0 })
+                    };
+                    let slope = (at(h).coefficient - at(-h).coefficient) / (2.0 * h);
+                    let found = exact.coefficient.gradient[i];
+                    // Away from the change of branch, where there are two slopes.
+                    let kink = (least - limit).abs() < 1e-4;
+                    assert!(kink || (slope - found).abs() < 1e-3 * found.abs() + 1.0, "{slope} {found}");
+                }
+                before = now;
+            }
+        }
+    }
+
+    #[test]
+    fn mean_coefficient_is_the_area_over_the_slip() {
+        let law = Weakening { coefficient: 0.65, excess: 0.45, distance: 5e-5 };
+        let Slipped { slip, mean, .. } = law.slipped(6e-5, 8e-6);
+        let steps = 2000;
+        let middle = |k: usize| (k as f64 + 0.5) / steps as f64 * slip;
+        let area: f64 = (0..steps).map(|k| 0.2 + 0.45 * (-middle(k) / 5e-5).exp()).sum::<f64>();
+        assert!((mean - area / steps as f64).abs() < 1e-7);
     }
 
     #[test]

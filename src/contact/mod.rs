@@ -4,13 +4,15 @@
 //! Every body is a convex core rounded by a radius. One contact per vertex and opposite core (the
 //! distance to a convex set is continuously differentiable outside it, so facet edges inside a
 //! face cannot be felt) and one per pair of edges whose closest points lie inside both, with a
-//! weight that fades towards the edges' ends and for nearly parallel edges. The force is the
+//! weight that fades towards the edges' ends and for nearly parallel edges; two vertices that face each other
+//! share one. The force is the
 //! derivative of an energy, weights included, plus friction; it is a continuous function of the
 //! configuration (FORMULATION section 3, candidate A; after the barrier-type distances of
 //! Li et al. 2020, "Incremental potential contact", ACM Trans. Graph. 39(4)).
 //!
 //! Units SI. A gap is positive when open; `overlap = -gap`. Forces are on body `b` unless said.
 
+pub mod corner;
 pub mod features;
 pub mod force;
 pub mod law;
@@ -18,6 +20,7 @@ pub mod membrane;
 pub mod memory;
 pub mod search;
 
+pub use corner::Corner;
 pub use features::{Feature, Site};
 pub use force::{Evaluation, Kinematics};
 pub use law::ContactLaw;

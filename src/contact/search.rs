@@ -1,6 +1,7 @@
 //! Which features can touch: a broad phase over bounding boxes, then per pair the vertices, facets
 //! and edges within reach, kept with a skin until some body has moved through half of it.
 
+use crate::contact::corner::Corner;
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::geometry::rounded::RoundedBody;
 use crate::tensor::{Pose, Vec3};
@@ -17,6 +18,8 @@ pub struct ContactShape {
     pub rounded: RoundedBody,
     /// Weight of each edge, 0 for edges inside a flat face.
     pub edge_weight: Vec<f64>,
+    /// The corner at each vertex, `None` where it is blunt or the core is a point.
+    pub corners: Vec<Option<Corner>>,
     /// Distance of the farthest core vertex from the reference point [m].
     pub bounding_radius: f64,
 }
@@ -34,7 +37,8 @@ impl ContactShape {
             })
             .collect();
         let bounding_radius = core.bounding_radius();
-        ContactShape { rounded, edge_weight, bounding_radius }
+        let corners = Corner::of(core);
+        ContactShape { rounded, edge_weight, corners, bounding_radius }
     }
 
     fn is_point(&self) -> bool {

@@ -407,6 +407,15 @@ impl Writer {
         self.commit()
     }
 
+    /// Puts what is known of the increment that stopped the run beside the reason, by name: attributes of `/status`.
+    pub fn set_dossier(&mut self, texts: &[(&str, String)]) -> Result<()> {
+        self.dirty = true;
+        for (name, text) in texts {
+            self.store.text_attribute(&self.status, name, text)?;
+        }
+        Ok(())
+    }
+
     /// States saved so far.
     pub fn states(&self) -> usize {
         self.fields.as_ref().map_or(0, VtkHdf::states)

@@ -1,6 +1,7 @@
 //! An overlap check that shares nothing with the contact search: every pair of bodies, by separating
 //! axis and then by the least distance over all their features.
 
+use crate::assembly::Contacts;
 use crate::geometry::separation::{feature_distance, separating_axis};
 use crate::model::{BodyKind, Model};
 use crate::tensor::Pose;
@@ -14,12 +15,36 @@ pub struct Overlap {
     pub depth: f64,
 }
 
+/// Depths that are found in different ways agree to this share of the smallest rounding, and to this length [m].
+const AGREE: [f64; 2] = [1e-9, 1e-12];
+
+/// What is wrong with the accepted state `poses`, whose contacts are `contacts`: bodies that overlap deeper than any contact knows of,
+/// or whose cores overlap. `None` where nothing is. A condensed body's elastic displacement is taken off: these are
+/// the undeformed bodies.
+pub fn fault(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Option<String> {
+    let Overlap { a, b, depth } = deepest_overlap(model, poses)?;
+    let points = contacts.pairs.iter().flat_map(|pair| &pair.points);
+    let known = points
+        .map(|point| point.evaluation.normal.dot(&point.state.elastic) - point.evaluation.gap)
+        .fold(0.0, f64::max);
+    let allowed = known + AGREE[0] * model.smallest_rounding() + AGREE[1];
+    let roundings = model.shapes[a].rounded.radius + model.shapes[b].rounded.radius;
+    let [first, second] = [a, b].map(|body| &model.bodies[body].name);
+    if !(depth <= allowed) {
+        Some(format!("{first} and {second} overlap by {depth:.3e} m, contacts know of {known:.3e} m"))
+    } else if !(depth < roundings) {
+        Some(format!("the cores of {first} and {second} overlap: {depth:.3e} m, roundings {roundings:.3e} m"))
+    } else {
+        None
+    }
+}
+
 /// The deepest overlap of any two bodies at `poses`; `None` if there are no two. Where even the cores
 /// overlap, the depth is theirs and both radii. Pairs of bodies that never move are left out.
 pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
     let still = |i: usize| matches!(model.bodies[i].kind, BodyKind::Fixed | BodyKind::Plate);
     let mut deepest: Option<Overlap> = None;
-    for b in 0..poses.len() {
+    for b in 0..model.bodies.len() {
         for a in 0..b {
             if still(a) && still(b) {
                 continue;

@@ -14,7 +14,9 @@ use crate::model::{Body, BodyKind, Committed, Loads, Model, StoredBodies};
 use crate::scene::parameters::{LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::sweep;
-use crate::solver::{Increment, IncrementReport, Pace, Settings, StepStatus, advance, motion_between};
+use crate::solver::{
+    Dossier, Increment, IncrementReport, Pace, Settings, StepStatus, advance, motion_between,
+};
 use crate::tensor::{Pose, Rotation, Vec3, Vector6};
 use crate::triaxial::{Ledger, StageEnd};
 
@@ -43,6 +45,8 @@ pub struct Scene {
     /// Loads in force, prescribed components and what holds them included.
     pub(super) loads: Loads,
     pub(super) reaction: Vec<Vector6<f64>>,
+    /// Of the increment that stopped the last run; not stored.
+    pub dossier: Option<Dossier>,
     /// Stages that are done.
     stages_done: usize,
     /// The stage at hand, once an increment of it is accepted.
@@ -157,6 +161,7 @@ impl Scene {
             increments: 0,
             loads,
             reaction,
+            dossier: None,
             stages_done: 0,
             under_way: None,
             first_shapes,
@@ -180,6 +185,7 @@ impl Scene {
             increments,
             loads,
             reaction,
+            dossier: _,
             stages_done,
             under_way,
             first_shapes,
@@ -319,6 +325,7 @@ impl Scene {
                 if !dwells && pace.cut(share) {
                     continue;
                 }
+                self.dossier = Some(Dossier::of(&self.model, &self.contacts, &report, &self.settings));
                 return StageEnd::Stopped { reason: self.describe(&report, pace.done()) };
             }
             if !dwells {

@@ -30,7 +30,7 @@ impl ContactTable {
         };
         for (pair, point) in contacts.active() {
             let e = &point.evaluation;
-            let bound = point.state.friction * e.pressure;
+            let bound = e.coefficient * e.pressure;
             table.bodies[0].push(number(pair.a()));
             table.bodies[1].push(number(pair.b()));
             table.points.push(e.point.into());

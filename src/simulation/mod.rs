@@ -33,7 +33,8 @@ use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
 use crate::results::{Existing, Outcome as FileOutcome, Reader};
-use crate::scene::Scene;
+use crate::scene::{Scene, audit};
+use crate::solver::Dossier;
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
 use recorder::{Recorder, TestPoint};
@@ -52,6 +53,8 @@ pub struct Options {
     pub threads: usize,
     /// Whether `/profile` is written.
     pub profile: bool,
+    /// Whether every accepted state is checked for overlap, apart from the contact search; a fault stops the run.
+    pub audit: bool,
 }
 
 /// How a run ended.
@@ -73,6 +76,8 @@ pub struct Outcome {
     pub increments: u64,
     pub wall_time: Duration,
     pub profile: Profile,
+    /// What is known of the increment that stopped it, where one did.
+    pub dossier: Option<Box<Dossier>>,
 }
 
 /// Runs a case from its specimen to its last stage, or from the last restart point of its results file where
@@ -102,6 +107,7 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
                     increments,
                     wall_time: Duration::ZERO,
                     profile: Profile::default(),
+                    dossier: None,
                 });
             }
             Found::NoFile => options.existing = Existing::Refuse,
@@ -137,7 +143,7 @@ pub fn generate_specimen(
     recorder.begin(case, &rig, &specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
     let (wall_time, profile) = (clock.elapsed(), Profile::default());
-    Ok(Outcome { end: End::Finished, increments: 0, wall_time, profile })
+    Ok(Outcome { end: End::Finished, increments: 0, wall_time, profile, dossier: None })
 }
 
 fn triaxial_test(
@@ -200,7 +206,7 @@ fn triaxial_test(
         if !test.is_under_way() {
             recorder.begin_stage(planned);
         }
-        let mut trouble = None;
+        let (mut trouble, mut fault) = (None, None);
         let (start, mut output) = (Instant::now(), Duration::ZERO);
         end = test.run(&mut rig, stage, &mut |rig, report| {
             let begun = Instant::now();
@@ -211,8 +217,14 @@ fn triaxial_test(
                 Ok(row) => observer.step_accepted(&Step::new(planned, &stages, report.row.progress, &row)),
                 Err(error) => trouble = Some(error),
             }
-            trouble.is_none() && !observer.stop_requested()
+            if options.audit {
+                fault = audit::fault(&rig.model, &rig.contacts, &rig.committed.poses);
+            }
+            trouble.is_none() && fault.is_none() && !observer.stop_requested()
         });
+        if let Some(fault) = fault {
+            end = StageEnd::Stopped { reason: format!("the audit failed: {fault}") };
+        }
         profile.book(planned.kind, start.elapsed().saturating_sub(output));
         if let Some(error) = trouble {
             return Err(error);
@@ -229,13 +241,17 @@ fn triaxial_test(
         recorder.write_breakage(&rig, &sieves)?;
     }
     let (end, outcome, reason) = ending(end);
+    let dossier = rig.dossier.take().filter(|_| matches!(end, End::Stopped { .. })).map(Box::new);
     profile.finish(rig.contacts.timings);
     // A continued run would have to add to what it finds: it is told, not kept.
     if options.profile && options.existing != Existing::Continue {
         recorder.write_profile(&profile)?;
     }
+    if let Some(dossier) = &dossier {
+        recorder.write_dossier(dossier)?;
+    }
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile, dossier })
 }
 
 /// A new test: its specimen, its rig, and a results file with a first restart point.
@@ -361,7 +377,7 @@ fn scene_run(
             recorder
         }
     };
-    let (mut trouble, mut begun) = (None, None);
+    let (mut trouble, mut begun, mut fault) = (None, None, None);
     let mut end = StageEnd::Interrupted;
     if !observer.stop_requested() {
         end = scene.run(|scene, row| {
@@ -376,8 +392,14 @@ fn scene_run(
                 }
                 Err(error) => trouble = Some(error),
             }
-            trouble.is_none() && !observer.stop_requested()
+            if options.audit {
+                fault = audit::fault(&scene.model, scene.contacts(), &scene.committed.poses);
+            }
+            trouble.is_none() && fault.is_none() && !observer.stop_requested()
         });
+    }
+    if let Some(fault) = fault {
+        end = StageEnd::Stopped { reason: format!("the audit failed: {fault}") };
     }
     if let Some(error) = trouble {
         return Err(error);
@@ -390,8 +412,12 @@ fn scene_run(
     if options.profile && options.existing != Existing::Continue {
         recorder.write_profile(&profile)?;
     }
+    let dossier = scene.dossier.take().filter(|_| matches!(end, End::Stopped { .. })).map(Box::new);
+    if let Some(dossier) = &dossier {
+        recorder.write_dossier(dossier)?;
+    }
     recorder.finish(outcome, &reason)?;
-    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile })
+    Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile, dossier })
 }
 
 /// How a run ended, for the caller and for the file.

@@ -13,6 +13,7 @@ use crate::results::{
     BodyRow, CaseRecord, Column, Existing, FieldMesh, FieldState, GrainRow, HistoryRow,
     Outcome as FileOutcome, Writer, check_unused,
 };
+use crate::solver::Dossier;
 use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
 use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, StageEnd, StepReport, Test};
@@ -411,6 +412,19 @@ impl Recorder {
             self.writer.write_breakage(&breakage(&rig.model, sieves)?)?;
         }
         Ok(())
+    }
+
+    /// Keeps what is known of the increment that stopped the run in `/status`.
+    pub fn write_dossier(&mut self, dossier: &Dossier) -> Result<()> {
+        let contact = dossier.worst_contact.as_ref().map_or(String::new(), ToString::to_string);
+        self.writer.set_dossier(&[
+            ("worst_body", dossier.worst_body.clone()),
+            ("out_of_balance", format!("{:e}", dossier.out_of_balance)),
+            ("worst_contact", contact),
+            ("contacts", format!("{} stick, {} slide", dossier.sticking, dossier.sliding)),
+            ("residual_history", dossier.history_line()),
+            ("advice", dossier.advice.join("\n")),
+        ])
     }
 
     pub fn finish(&mut self, outcome: FileOutcome, reason: &str) -> Result<()> {

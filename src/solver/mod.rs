@@ -3,6 +3,7 @@
 
 pub mod control;
 pub mod damage;
+pub mod dossier;
 pub mod drape;
 pub mod equilibrium;
 pub mod increment;
@@ -12,6 +13,7 @@ pub mod settings;
 pub mod stop;
 
 pub use damage::DamageSettings;
+pub use dossier::{ContactReport, Dossier};
 pub use drape::{Drape, drape};
 pub use equilibrium::{Balance, Equilibrium};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};

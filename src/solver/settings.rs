@@ -46,7 +46,7 @@ impl Default for Settings {
             force_tolerance: 1e-3,
             gap_tolerance: 1e-5,
             first_penalty: 1.0,
-            max_augmentations: 150,
+            max_augmentations: 600,
             max_newton: 12,
             max_backtracks: 5,
             motion_cap: 0.6,

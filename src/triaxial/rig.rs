@@ -13,7 +13,7 @@ use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain};
 use crate::model::cover::{Outline, Rim};
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, StoredBodies};
-use crate::solver::Settings;
+use crate::solver::{Dossier, Settings};
 use crate::specimen::Specimen;
 use crate::tensor::{self, Pose, Rotation, Vec3};
 use crate::triaxial::rubber::RubberSheet;
@@ -58,6 +58,8 @@ pub struct Rig {
     pub tilting: bool,
     /// What the last increment leaves to break up.
     pub failing: Failing,
+    /// Of the last increment that could not be solved; not stored.
+    pub dossier: Option<Dossier>,
 }
 
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
@@ -87,6 +89,7 @@ impl Rig {
             nominal_ratio,
             tilting: _,
             failing,
+            dossier: _,
         } = self;
         RigState {
             committed: Cow::Borrowed(committed),
@@ -208,6 +211,7 @@ impl Rig {
             pressure: 0.0,
             tilting: parameters.tilting,
             failing: Failing::default(),
+            dossier: None,
         };
         match &parameters.membrane {
             Some(sheet) => rig.wrap(sheet, specimen.diameter)?,

@@ -201,6 +201,7 @@ mod tests {
             nominal_ratio: 1.0,
             tilting: false,
             failing: Default::default(),
+            dossier: None,
         }
     }
 

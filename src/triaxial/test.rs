@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
 use crate::solver::{
-    DamageSettings, Energies, Increment, IncrementReport, Pace, Settings, StepStatus, advance, motion_between,
+    DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, StepStatus, advance,
+    motion_between,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
-use crate::triaxial::ledger::{EnergyGate, Ledger};
+use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
@@ -130,6 +131,7 @@ struct Trial {
     ledger: Ledger,
     energy_gap: f64,
     poorly_closed: bool,
+    creates_energy: bool,
     control_error: f64,
     ram: f64,
     pressure: f64,
@@ -213,7 +215,9 @@ impl Test {
             if !way.dwells && way.watch.overshoots(share, &trial.measures) {
                 continue;
             }
-            if trial.poorly_closed && self.energy_gate.cuts && !way.dwells && way.pace.cut(share) {
+            let refused = trial.creates_energy || (trial.poorly_closed && self.energy_gate.cuts);
+            if refused && !way.dwells && way.pace.cut(share) {
+                tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
                 way.watch.limit = None;
                 continue;
             }
@@ -438,6 +442,7 @@ impl Test {
                 counters.add(&report.counters);
             }
             if !report.converged() {
+                rig.dossier = Some(Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings));
                 return Err(describe(rig, &report, drive.pressure(to, report.factor)));
             }
             let pressure = drive.pressure(to, report.factor);
@@ -499,6 +504,7 @@ impl Test {
         }
         let gap = ledger.error() - self.ledger.error();
         let turnover = ram_work.abs() + pressure_work.abs();
+        let released = (self.ledger.elastic - ledger.elastic).max(0.0);
         Trial {
             measures: Measures::of(rig, &state, &self.zero),
             ledger,
@@ -509,6 +515,7 @@ impl Test {
                 report.energy.elastic,
                 rig.settings.force_tolerance,
             ),
+            creates_energy: creates_energy(gap, ram_work + pressure_work + released, report.energy.elastic),
             control_error: drive.miss(share, to, &state),
             ram,
             pressure,

@@ -1,0 +1,112 @@
+//! One line of the ladder's table: a quantity, what it should be and what came out.
+
+use std::fmt;
+use std::time::Duration;
+
+/// By how much a computed quantity may miss its reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// Over the size of the reference.
+    Relative(f64),
+    /// In the unit of the quantity.
+    Absolute(f64),
+}
+
+/// A quantity of a problem against its reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Name of the rung.
+    pub rung: &'static str,
+    pub quantity: String,
+    pub reference: f64,
+    pub computed: f64,
+    /// Computed less reference, over the reference where the tolerance is relative.
+    pub error: f64,
+    pub tolerance: f64,
+    pub factorisations: usize,
+    pub time: Duration,
+    /// How a run ended that should not have ended so; empty else.
+    pub note: String,
+}
+
+impl Finding {
+    /// Not a number is a miss.
+    pub fn passed(&self) -> bool {
+        self.error.abs() <= self.tolerance
+    }
+
+    pub fn verdict(&self) -> &'static str {
+        if self.passed() { "pass" } else { "FAIL" }
+    }
+
+    /// The names of the columns that [`fmt::Display`] writes.
+    pub fn header() -> String {
+        format!(
+            "{:<22} {:<48} {:>13} {:>13} {:>9} {:>9}  {:<7} {:>7} {:>8}",
+            "problem",
+            "quantity",
+            "reference",
+            "computed",
+            "error",
+            "tolerance",
+            "verdict",
+            "factor.",
+            "time"
+        )
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:<22} {:<48} {:>13} {:>13} {:>9.1e} {:>9.1e}  {:<7} {:>7} {:>6.2} s",
+            self.rung,
+            self.quantity,
+            number(self.reference),
+            number(self.computed),
+            self.error,
+            self.tolerance,
+            self.verdict(),
+            self.factorisations,
+            self.time.as_secs_f64()
+        )?;
+        if !self.note.is_empty() {
+            write!(f, "  {}", self.note)?;
+        }
+        Ok(())
+    }
+}
+
+/// Six digits, with an exponent where they need one.
+fn number(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { format!("{x:.6}") } else { format!("{x:.6e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finding(error: f64) -> Finding {
+        Finding {
+            rung: "x",
+            quantity: "force".into(),
+            reference: 1.0,
+            computed: 1.0 + error,
+            error,
+            tolerance: 1e-3,
+            factorisations: 3,
+            time: Duration::from_millis(20),
+            note: String::new(),
+        }
+    }
+
+    #[test]
+    fn misses_and_nonsense_fail() {
+        assert!(finding(1e-3).passed() && finding(-1e-3).passed());
+        for error in [1.1e-3, -1.1e-3, f64::NAN, f64::INFINITY] {
+            assert!(!finding(error).passed(), "{error}");
+            assert!(finding(error).to_string().contains("FAIL"));
+        }
+    }
+}

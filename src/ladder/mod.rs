@@ -1,0 +1,149 @@
+//! The verification ladder: problems with known answers, and scenes on which methods fail.
+//!
+//! Each problem is set up in one place here (or in its case file under `cases/scenes`, which is compiled in): `riprap verify` runs the
+//! rungs of [`RUNGS`] and prints what they find, and the tests in `solver_tests` run the same set-ups over wider ranges of
+//! their parameters with assertions of their own. A problem's module gives its source, its formula and
+//! where its tolerance comes from. SI units.
+
+pub mod arch;
+pub mod arrays;
+pub mod balloon;
+pub mod blocks;
+pub mod bodies;
+pub mod cells;
+pub mod damage;
+pub mod edges;
+pub mod finding;
+pub mod grains;
+pub mod run;
+pub mod scenes;
+pub mod standing;
+pub mod wedges;
+
+pub use finding::{Finding, Tolerance};
+pub use run::Run;
+
+use std::time::{Duration, Instant};
+
+/// One problem of the ladder.
+#[derive(Debug, Clone, Copy)]
+pub struct Rung {
+    /// Unique; what `--only` takes.
+    pub name: &'static str,
+    /// In a line.
+    pub problem: &'static str,
+    climb: fn(&mut Findings),
+}
+
+impl Rung {
+    /// Runs the problem and compares.
+    pub fn climb(&self) -> Vec<Finding> {
+        let mut findings = Findings { rung: self.name, list: Vec::new() };
+        (self.climb)(&mut findings);
+        findings.list
+    }
+}
+
+/// All rungs, in the order of the table.
+pub const RUNGS: &[Rung] = &[
+    Rung { name: "tet10", problem: "cell: patch, bending, order of convergence", climb: cells::tet10 },
+    Rung { name: "condensed", problem: "condensed grain against its full mesh", climb: grains::condensed },
+    Rung { name: "damage_cell", problem: "damage law of one cell, uniaxial", climb: damage::uniaxial_cell },
+    Rung { name: "softening_bar", problem: "bar pulled apart, crack band", climb: damage::softening_bar },
+    Rung { name: "balloon", problem: "neo-Hookean balloon, limit point", climb: balloon::balloon },
+    Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },
+    Rung { name: "nafems_wedge", problem: "NAFEMS CGS-4: pushed up a slope", climb: wedges::up_a_slope },
+    Rung { name: "wedge", problem: "wedge pressed between two walls", climb: wedges::between_walls },
+    Rung { name: "wedge_let_go", problem: "the same let go and pulled out", climb: wedges::let_go },
+    Rung { name: "card_tent", problem: "two cards leaning on each other", climb: standing::card_tent },
+    Rung { name: "three_cylinders", problem: "a cylinder on two", climb: standing::three_cylinders },
+    Rung { name: "arch", problem: "semicircular masonry arch", climb: arch::stands_or_falls },
+    Rung {
+        name: "simple_cubic",
+        problem: "simple cubic array of balls, squeezed",
+        climb: arrays::simple_cubic,
+    },
+    Rung { name: "face_centred_cubic", problem: "the same, face-centred", climb: arrays::face_centred },
+    Rung { name: "push", problem: "block pushed along a plane: peak to residual", climb: blocks::weakening },
+    Rung { name: "cube_on_cube", problem: "many redundant points", climb: blocks::cube_on_cube },
+    Rung { name: "facets", problem: "slide over coplanar facets", climb: blocks::over_facets },
+    Rung { name: "crossed_edges", problem: "edge on edge", climb: edges::crossed },
+    Rung { name: "corners", problem: "corner on corner, corner on edge", climb: edges::corners },
+    Rung { name: "rolling", problem: "prism rolled over an edge", climb: edges::rolling },
+    Rung {
+        name: "unlike_bodies",
+        problem: "stiffness 1e-6 to 1e6, sizes 1:20",
+        climb: standing::unlike_bodies,
+    },
+    Rung { name: "scale", problem: "the same in millimetres and kilometres", climb: wedges::scale },
+    Rung { name: "scenes", problem: "the case files in cases/scenes", climb: scenes::all },
+];
+
+/// What a rung has found so far.
+#[derive(Debug)]
+pub struct Findings {
+    rung: &'static str,
+    list: Vec<Finding>,
+}
+
+impl Findings {
+    /// A quantity that took so many factorisations and so long.
+    pub fn compare(
+        &mut self,
+        quantity: impl Into<String>,
+        computed: f64,
+        reference: f64,
+        tolerance: Tolerance,
+        (factorisations, time, note): (usize, Duration, String),
+    ) {
+        let (error, tolerance) = match tolerance {
+            Tolerance::Relative(share) => ((computed - reference) / reference.abs(), share),
+            Tolerance::Absolute(amount) => (computed - reference, amount),
+        };
+        let (rung, quantity) = (self.rung, quantity.into());
+        let finding =
+            Finding { rung, quantity, reference, computed, error, tolerance, factorisations, time, note };
+        self.list.push(finding);
+    }
+
+    /// A quantity of a run that should have finished: a miss where it did not.
+    pub fn of_run(
+        &mut self,
+        quantity: impl Into<String>,
+        run: &Run,
+        computed: f64,
+        reference: f64,
+        tolerance: Tolerance,
+    ) {
+        let computed = if run.finished() { computed } else { f64::NAN };
+        self.compare(
+            quantity,
+            computed,
+            reference,
+            tolerance,
+            (run.factorisations(), run.time, run.trouble()),
+        );
+    }
+
+    /// Whether something stands (1) or falls (0). An audit's fault is a miss either way.
+    pub fn stands(&mut self, what: impl Into<String>, run: &Run, stands: bool, expected: bool) {
+        let computed = if run.fault.is_some() { f64::NAN } else { f64::from(stands) };
+        let note = if stands == expected { String::new() } else { run.trouble() };
+        let what = format!("{}: {}", what.into(), if expected { "stands" } else { "falls" });
+        let tolerance = Tolerance::Absolute(0.0);
+        let cost = (run.factorisations(), run.time, note);
+        self.compare(what, computed, f64::from(expected), tolerance, cost);
+    }
+}
+
+/// The larger of an error and those before it; not a number where one is not.
+fn worse(before: f64, error: f64) -> f64 {
+    if error <= before { before } else { error }
+}
+
+/// Runs `work` and says how long it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let done = work();
+    (done, start.elapsed())
+}

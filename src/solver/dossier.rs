@@ -1,0 +1,168 @@
+//! What is known of an increment that could not be solved, for whoever has to find out why.
+
+use std::fmt;
+
+use crate::assembly::{ContactPoint, Contacts, PairWork};
+use crate::contact::Feature;
+use crate::model::Model;
+use crate::solver::{IncrementReport, Settings, StepStatus};
+
+/// A share of the bound from which a contact counts as sliding.
+const SLIDES: f64 = 1.0 - 1e-6;
+/// Entries of the residual history that are shown when printed; all are kept.
+const SHOWN: usize = 12;
+
+/// The state in which the solver gave an increment up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dossier {
+    /// Name of the body that is worst out of balance.
+    pub worst_body: String,
+    /// Its force out of balance over the mean contact force.
+    pub out_of_balance: f64,
+    /// Contacts that this body has.
+    pub touching: usize,
+    /// The most overlapped contact of that body, or of all where it has none.
+    pub worst_contact: Option<ContactReport>,
+    /// Force out of balance at each augmentation over the mean contact force.
+    pub history: Vec<f64>,
+    /// Contacts below their friction bound, and at it.
+    pub sticking: usize,
+    pub sliding: usize,
+    /// What to try, most promising first.
+    pub advice: Vec<String>,
+}
+
+/// One contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactReport {
+    pub bodies: [String; 2],
+    pub feature: Feature,
+    /// [m]; negative in overlap.
+    pub gap: f64,
+    /// Sum of the two roundings [m].
+    pub roundings: f64,
+    /// Normal and friction force [N].
+    pub force: [f64; 2],
+    /// Of the pair since it touched, and of this contact in the increment [m].
+    pub slip: [f64; 2],
+}
+
+impl Dossier {
+    /// `contacts` are those of the configuration that `report` ended with.
+    pub fn of(model: &Model, contacts: &Contacts, report: &IncrementReport, settings: &Settings) -> Self {
+        let worst = report.balance.worst_body;
+        let name = |body: usize| model.bodies.get(body).map_or("a membrane node".into(), |b| b.name.clone());
+        let slides = |point: &ContactPoint| {
+            let e = &point.evaluation;
+            e.friction.norm() > SLIDES * e.coefficient * e.pressure
+        };
+        let sliding = contacts.active().filter(|(_, point)| slides(point)).count();
+        let all = contacts.active().count();
+        let deepest = |of: &dyn Fn(&PairWork) -> bool| {
+            let own = contacts.active().filter(|(pair, _)| of(pair));
+            own.min_by(|(_, x), (_, y)| x.evaluation.gap.total_cmp(&y.evaluation.gap))
+        };
+        let has = |pair: &PairWork| pair.a() == worst || pair.b() == worst;
+        let worst_contact = deepest(&has).or_else(|| deepest(&|_| true)).map(|(pair, point)| {
+            let e = &point.evaluation;
+            ContactReport {
+                bodies: [name(pair.a()), name(pair.b())],
+                feature: point.site.feature,
+                gap: e.gap,
+                roundings: point.state.radii,
+                force: [e.pressure, e.friction.norm()],
+                slip: [pair.carried.slip, e.slip()],
+            }
+        });
+        let mut dossier = Dossier {
+            worst_body: name(worst),
+            out_of_balance: report.balance.out_of_balance,
+            touching: contacts.active().filter(|(pair, _)| has(pair)).count(),
+            worst_contact,
+            history: report.history.clone(),
+            sticking: all - sliding,
+            sliding,
+            advice: Vec::new(),
+        };
+        dossier.advice = dossier.what_to_try(&report.status, settings);
+        dossier
+    }
+
+    fn what_to_try(&self, status: &StepStatus, settings: &Settings) -> Vec<String> {
+        let mut advice = Vec::new();
+        if let StepStatus::TooClose = status {
+            advice
+                .push("smaller increments (a smaller solver.increment_min lets them be cut further)".into());
+            return advice;
+        }
+        let best = self.history.iter().copied().fold(f64::INFINITY, f64::min);
+        let last = self.history.last().copied().unwrap_or(f64::INFINITY);
+        if self.history.len() > settings.max_augmentations && last < 0.1 && last <= 1.5 * best {
+            advice.push(format!(
+                "a larger solver.max_augmentations (now {}): the forces were still coming into balance",
+                settings.max_augmentations
+            ));
+        }
+        if self.touching == 0 {
+            let name = &self.worst_body;
+            advice.push(format!("holding {name:?}, or loading it only once it touches: nothing bears it"));
+        } else if 2 * self.sliding > self.sticking {
+            advice.push(format!(
+                "whether there is an equilibrium at all: {} of {} contacts slide; with more friction or less load there may be",
+                self.sliding,
+                self.sliding + self.sticking
+            ));
+        }
+        if let Some(contact) = &self.worst_contact
+            && -contact.gap > 0.25 * contact.roundings
+        {
+            advice.push("a lower load, stiffer rock or a larger rounding: a contact is overlapped by a quarter of its roundings".into());
+        }
+        advice.push("smaller increments (more of them, or a smaller solver.increment_min)".into());
+        advice
+    }
+
+    /// The residual history in a line.
+    pub fn history_line(&self) -> String {
+        self.history.iter().map(|r| format!("{r:.2e}")).collect::<Vec<_>>().join(" ")
+    }
+}
+
+impl fmt::Display for ContactReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [a, b] = &self.bodies;
+        let what = match self.feature {
+            Feature::VertexOfA(vertex) => format!("vertex {vertex} of the first on the second"),
+            Feature::VertexOfB(vertex) => format!("vertex {vertex} of the second on the first"),
+            Feature::Edges(i, j) => format!("edge {i} on edge {j}"),
+        };
+        write!(
+            f,
+            "{a} on {b}, {what}: gap {:.3e} m of {:.3e} m rounding, normal force {:.3e} N, friction {:.3e} N, slip of \
+             the pair {:.3e} m, in this increment {:.3e} m",
+            self.gap, self.roundings, self.force[0], self.force[1], self.slip[0], self.slip[1]
+        )
+    }
+}
+
+impl fmt::Display for Dossier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Dossier { worst_body, out_of_balance, touching, history, sticking, sliding, .. } = self;
+        writeln!(
+            f,
+            "worst body      {worst_body}: {out_of_balance:.2e} out of balance, {touching} contacts"
+        )?;
+        if let Some(contact) = &self.worst_contact {
+            writeln!(f, "worst contact   {contact}")?;
+        }
+        writeln!(f, "contacts        {sticking} stick, {sliding} slide")?;
+        if !history.is_empty() {
+            let skipped = history.len().saturating_sub(SHOWN);
+            let shown: Vec<String> = history[skipped..].iter().map(|r| format!("{r:.1e}")).collect();
+            let before = if skipped > 0 { "… " } else { "" };
+            let count = history.len();
+            writeln!(f, "out of balance  {before}{} ({count} augmentations)", shown.join(" "))?;
+        }
+        write!(f, "to try          {}", self.advice.join("; "))
+    }
+}
