@@ -6,6 +6,7 @@ mod audited;
 
 mod block_on_incline;
 mod block_pushed_along_plane;
+mod broken_between_plates;
 mod card_tent;
 mod condensed_grain;
 mod crossed_edges;

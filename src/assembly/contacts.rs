@@ -1,6 +1,7 @@
 //! All contacts of the model in one configuration, with buffers that are reused.
 
-use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, reach};
+use crate::assembly::damage::Trial;
+use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, SurfaceLoads, reach};
 use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::timings::{Kernel, Timings};
@@ -10,12 +11,14 @@ use crate::contact::law::Weakening;
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{ContactShape, Corner, Feature, Site};
+use crate::grain::CondensedGrain;
 use crate::model::wall::WallContact;
 use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Two cores have come closer than the floor (or overlap): the configuration is refused.
@@ -112,7 +115,7 @@ impl PairWork {
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
-        let View { kinematics, corners, poses, fields, committed, first_scale } = *view;
+        let View { kinematics, corners, poses, grains, fields, committed, first_scale } = *view;
         let PairWork { features, stiffness, friction, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
@@ -122,8 +125,8 @@ impl PairWork {
         let (a, b) = (features.a as usize, features.b as usize);
         let shapes = [&model.shapes[a], &model.shapes[b]];
         let side = |body: usize| Side {
-            model,
-            body,
+            surface: model.bodies[body].surface(),
+            grain: grains[body].as_deref(),
             pose: &poses[body],
             now: &fields[body],
             committed: committed.get(body).map_or(&[], |field| &field[..]),
@@ -186,6 +189,7 @@ struct View<'a> {
     kinematics: &'a [Kinematics],
     corners: &'a [Vec<Vec3>],
     poses: &'a [Pose],
+    grains: &'a [Option<Arc<CondensedGrain>>],
     /// Surface displacements, now and as committed.
     fields: &'a [SurfaceField],
     committed: &'a [SurfaceField],
@@ -248,6 +252,15 @@ pub struct Contacts {
     /// The largest displacement in each of `fields` [m].
     #[serde(skip)]
     reach: Vec<f64>,
+    /// The flexibility of every condensed body in the present increment: with trial damage, where a body can break.
+    #[serde(skip)]
+    pub grains: Vec<Option<Arc<CondensedGrain>>>,
+    /// Forces on the surfaces of condensed bodies that `fields` follows from.
+    #[serde(skip)]
+    pub surface_loads: Vec<SurfaceLoads>,
+    /// Trial damage of the present increment.
+    #[serde(skip)]
+    pub trial: Trial,
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
     /// What full bodies need besides.
@@ -275,6 +288,9 @@ impl Default for Contacts {
             corners: Vec::new(),
             fields: Vec::new(),
             reach: Vec::new(),
+            grains: Vec::new(),
+            surface_loads: Vec::new(),
+            trial: Trial::default(),
             first_scale: 1.0,
             frames: Frames::default(),
             searches: 0,
@@ -293,6 +309,10 @@ impl Contacts {
         self.fields.resize(model.bodies.len(), SurfaceField::new());
         self.start_nodes(model);
         self.update_reach();
+        self.grains.clear();
+        self.grains.extend(model.bodies.iter().map(|body| body.grain.clone()));
+        self.surface_loads.clear();
+        self.trial = Trial::default();
         for pair in &mut self.pairs {
             pair.reset(committed.memory.get(&pair.key()));
             pair.friction = model.friction_between(pair.a(), pair.b()).after(pair.carried.slip);
@@ -326,9 +346,10 @@ impl Contacts {
             start += begun.elapsed();
         }
         let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
-        let reach = &self.reach;
+        let (reach, grains) = (&self.reach, &self.grains);
         let first_scale = self.first_scale;
-        let view = View { kinematics, corners, poses, fields, committed: &committed.fields, first_scale };
+        let committed = &committed.fields;
+        let view = View { kinematics, corners, poses, grains, fields, committed, first_scale };
         self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, reach);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
@@ -388,7 +409,9 @@ impl Contacts {
         let reach = BROAD_MARGIN * model.smallest_rounding();
         let held =
             |i: usize| !model.bodies[i].stiffness.is_finite() || model.bodies[i].kind == BodyKind::Fixed;
-        self.neighbours = Neighbours::find(&model.shapes, poses, reach, |a, b| held(a) && held(b));
+        let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
+        let ignores = |a, b| (held(a) && held(b)) || gone(a) || gone(b);
+        self.neighbours = Neighbours::find(&model.shapes, poses, reach, ignores);
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =
             std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
@@ -422,6 +445,18 @@ impl Contacts {
             })
             .collect();
         old.clear();
+    }
+
+    /// Forgets all lists, as bodies have changed; what was counted and timed stays.
+    pub fn forget_bodies(&mut self) {
+        let old = std::mem::take(self);
+        *self = Contacts {
+            membrane: old.membrane,
+            searches: old.searches,
+            timings: old.timings,
+            first_scale: old.first_scale,
+            ..Contacts::default()
+        };
     }
 
     /// Whether all pairs are of the first `bodies` bodies.

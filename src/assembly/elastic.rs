@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
-use crate::grain::SurfacePoint;
+use crate::grain::{CondensedGrain, Surface, SurfacePoint};
 use crate::model::{Committed, Loads, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
@@ -83,11 +83,12 @@ impl Held {
     }
 }
 
-/// A body at a place in space: its grain, pose, and surface displacement now and as committed.
+/// A body at a place in space: its grain (where it is condensed), pose, and surface displacement now and as committed.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
-    pub model: &'a Model,
-    pub body: usize,
+    /// Its surface, where it deforms.
+    pub surface: Option<&'a Surface>,
+    pub grain: Option<&'a CondensedGrain>,
     pub pose: &'a Pose,
     pub now: &'a [Vec3],
     pub committed: &'a [Vec3],
@@ -97,11 +98,10 @@ impl Side<'_> {
     /// The surface point below `x` in direction `outward` (both in space) and the flexibility along `outward` [m/N] that
     /// is not among the unknowns.
     fn look(&self, x: &Vec3, outward: &Vec3) -> Option<(SurfacePoint, f64)> {
-        let body = &self.model.bodies[self.body];
         let back = self.pose.rotation.inverse();
         let (xi, n) = (back * (x - self.pose.position), back * outward);
-        let place = body.surface()?.locate_along(&xi, &n);
-        Some((place, body.grain.as_ref().map_or(0.0, |grain| grain.flexibility_along(&place, &n))))
+        let place = self.surface?.locate_along(&xi, &n);
+        Some((place, self.grain.map_or(0.0, |grain| grain.flexibility_along(&place, &n))))
     }
 }
 
@@ -226,15 +226,15 @@ impl Contacts {
             return Relaxed::default();
         }
         let surface_loads = self.surface_loads(model, loads, poses);
-        self.fields.par_iter_mut().zip(&model.bodies).zip(&surface_loads).for_each(
-            |((field, body), loads)| {
-                if let Some(grain) = &body.grain {
-                    grain.surface_field_into(field, loads);
-                }
-            },
-        );
+        let grains = &self.grains;
+        self.fields.par_iter_mut().zip(grains).zip(&surface_loads).for_each(|((field, grain), loads)| {
+            if let Some(grain) = grain {
+                grain.surface_field_into(field, loads);
+            }
+        });
         self.update_reach();
         let energy = self.surface_energy(model, &surface_loads);
+        self.surface_loads = surface_loads;
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
         let mismatch = |pair: &mut PairWork| {
             let (a, b) = (pair.a(), pair.b());

@@ -5,6 +5,7 @@
 //! residuals of a force [N]. The residual is the force that is out of balance.
 
 pub mod contacts;
+pub mod damage;
 mod dissipation;
 pub mod dofs;
 pub mod elastic;
@@ -15,6 +16,7 @@ pub mod timings;
 pub mod wall;
 
 pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
+pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
 pub use elastic::SurfaceField;
 pub use full::{full_couplings, full_stiffness_into};

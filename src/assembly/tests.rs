@@ -26,6 +26,7 @@ fn block(kind: BodyKind, size: [f64; 3]) -> (Body, ContactShape) {
         rotation_scale: 0.02,
         grain: None,
         full: None,
+        damaged: None,
         nominal,
     };
     (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
@@ -70,8 +71,16 @@ fn wrapped_block() -> (Model, Committed, Loads) {
     loads.free_nodes(membrane.free_nodes());
     loads.pressure = 2e5;
     let friction = Friction::constant(0.5);
-    let model =
-        Model { bodies, shapes, law, friction, cover: Some(cover), membrane: Some(membrane), wall: None };
+    let model = Model {
+        bodies,
+        shapes,
+        law,
+        friction,
+        cover: Some(cover),
+        membrane: Some(membrane),
+        wall: None,
+        generated: Vec::new(),
+    };
     (model, Committed::new(poses), loads)
 }
 

@@ -22,11 +22,13 @@ pub enum Kernel {
     Factor,
     /// Substitution, refinement and residual check.
     Solve,
+    /// Strains of bodies that can break, their damage and new factors.
+    Damage,
 }
 
 impl Kernel {
     /// In the order of the work.
-    pub const ALL: [Kernel; 9] = [
+    pub const ALL: [Kernel; 10] = [
         Kernel::Search,
         Kernel::Contacts,
         Kernel::Residual,
@@ -36,6 +38,7 @@ impl Kernel {
         Kernel::Ordering,
         Kernel::Factor,
         Kernel::Solve,
+        Kernel::Damage,
     ];
 
     pub fn name(self) -> &'static str {
@@ -49,6 +52,7 @@ impl Kernel {
             Kernel::Ordering => "ordering",
             Kernel::Factor => "factor",
             Kernel::Solve => "solve",
+            Kernel::Damage => "damage",
         }
     }
 }

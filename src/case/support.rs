@@ -10,29 +10,57 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
     let mut refuse = |path: &str, value: &str, problem: &str, accepted: &str| {
         faults.push(Fault::new(path, value, problem, accepted));
     };
-    let damage = |refuse: &mut dyn FnMut(&str, &str, &str, &str), path: &str, rock: &RockCase| {
-        if rock.damage.is_some() {
-            let problem = "damage is not built yet; set \"damage\": null";
-            refuse(&format!("{path}.damage"), "damage parameters", problem, "null");
-        }
-    };
-    damage(&mut refuse, "$.rock", &case.rock);
     match &case.geometry {
-        Geometry::Specimen(_) => match case.membrane {
-            MembraneCase::Pressure => {}
-            MembraneCase::Rubber { .. } => rubber(&mut refuse, case),
-            MembraneCase::RigidWall => wall(&mut refuse, case),
-        },
+        Geometry::Specimen(_) => {
+            if case.rock.damage.is_some() {
+                breaking(&mut refuse, case);
+            }
+            match case.membrane {
+                MembraneCase::Pressure => {}
+                MembraneCase::Rubber { .. } => rubber(&mut refuse, case),
+                MembraneCase::RigidWall => wall(&mut refuse, case),
+            }
+        }
         Geometry::Scene(scene) => {
-            for (i, body) in scene.bodies.iter().enumerate() {
-                let path = format!("$.scene.bodies[{i}]");
-                if let Some(rock) = &body.rock {
-                    damage(&mut refuse, &format!("{path}.rock"), rock);
-                }
+            let breaks = |body: &BodyCase| {
+                let rock = body.rock.as_ref().unwrap_or(&case.rock);
+                let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
+                rock.damage.is_some() && fidelity == Fidelity::Condensed
+            };
+            if case.rock.damage.is_some() && !scene.bodies.iter().any(breaks) {
+                let problem = "damage needs a body that deforms, and none does";
+                refuse(
+                    "$.rock.damage",
+                    "damage parameters",
+                    problem,
+                    "a body of fidelity \"condensed\", or null",
+                );
             }
         }
     }
     faults
+}
+
+/// What does not go together with grains that break.
+fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
+    let fidelity = match case.fidelity_of_grains() {
+        Fidelity::Condensed => None,
+        Fidelity::Auto | Fidelity::Rigid => Some("\"rigid\""),
+        Fidelity::Full => Some("\"full\""),
+    };
+    if let Some(fidelity) = fidelity {
+        let problem = "grains damage where they are condensed";
+        refuse("$.solver.fidelity", fidelity, problem, "\"auto\", \"condensed\", or \"damage\": null");
+    }
+    let membrane = match case.membrane {
+        MembraneCase::Pressure => None,
+        MembraneCase::Rubber { .. } => Some("rubber"),
+        MembraneCase::RigidWall => Some("rigid_wall"),
+    };
+    if let Some(kind) = membrane {
+        let problem = format!("grains that break are not built inside a {kind} membrane");
+        refuse("$.membrane.kind", &format!("\"{kind}\""), &problem, "\"pressure\", or \"damage\": null");
+    }
 }
 
 /// What does not go together with a rigid wall: it stands between plates that do not turn, and knows the grains by their
@@ -42,10 +70,14 @@ fn wall(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
         let problem = "a rigid wall needs plates that do not turn";
         refuse("$.plates.tilting", "\"free\"", problem, "\"locked\", or a membrane of kind \"pressure\"");
     }
-    if case.solver.fidelity == Fidelity::Condensed {
+    let fidelity = match case.solver.fidelity {
+        Fidelity::Auto | Fidelity::Rigid => None,
+        Fidelity::Condensed => Some("\"condensed\""),
+        Fidelity::Full => Some("\"full\""),
+    };
+    if let Some(fidelity) = fidelity {
         let problem = "a rigid wall is built for rigid grains only";
-        let accepted = "\"rigid\", or a membrane of kind \"pressure\"";
-        refuse("$.solver.fidelity", "\"condensed\"", problem, accepted);
+        refuse("$.solver.fidelity", fidelity, problem, "\"rigid\", or a membrane of kind \"pressure\"");
     }
 }
 

@@ -488,6 +488,12 @@ static SOLVER: &[Key] = &[
     ),
     Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in an augmentation."),
     Key::default(
+        "damage_change",
+        Quantity(Dimension::None, positive(1.0)),
+        "0.2",
+        "Largest change of damage at an integration point between two augmentations.",
+    ),
+    Key::default(
         "increment_min",
         Quantity(Dimension::None, positive(1.0)),
         "1e-2",

@@ -30,6 +30,17 @@ pub struct Case {
     pub output: OutputCase,
 }
 
+impl Case {
+    /// How the grains of a specimen deform: rock that damages needs condensed grains, any other does with rigid ones.
+    pub fn fidelity_of_grains(&self) -> Fidelity {
+        match (self.solver.fidelity, &self.rock.damage) {
+            (Fidelity::Auto, Some(_)) => Fidelity::Condensed,
+            (Fidelity::Auto, None) => Fidelity::Rigid,
+            (given @ (Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full), _) => given,
+        }
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
     /// A generated rockfill specimen.
@@ -442,6 +453,8 @@ pub struct SolverCase {
     pub max_augmentations: usize,
     /// In one augmentation.
     pub max_newton_iterations: usize,
+    /// Largest change of damage at a point between two augmentations.
+    pub damage_change: f64,
     /// Smallest increment over the stage's.
     pub increment_min: f64,
     /// Largest increment over the stage's.

@@ -94,7 +94,7 @@ impl CondensedGrain {
             return Err(fail(format!("has {parts} parts; each must be a grain of its own")));
         }
         let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
-        let surface = Surface::new(&mesh);
+        let surface = if dense_nodes == 0 { Surface::of_notched(&mesh) } else { Surface::new(&mesh) };
         let mut held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
             .map_err(|fault| fail(fault.to_string()))?;
         let flexibility = if surface.nodes().len() <= dense_nodes {
@@ -130,10 +130,17 @@ impl CondensedGrain {
     }
 
     /// About the displacement along the unit vector `n` per force along it [m/N] at a surface point:
-    /// its own flexibility, or that of a patch as large as the facet where a column is dear.
+    /// its own flexibility, or that of a patch as large as the facet on a grain of very many nodes.
     pub fn flexibility_along(&self, at: &SurfacePoint, n: &Vec3) -> f64 {
         match &self.flexibility {
             Flexibility::Dense(_) => n.dot(&(self.flexibility(at, at) * n)),
+            Flexibility::OnDemand { held, .. } if self.surface.nodes().len() <= DENSE_SURFACE_NODES => {
+                let mut forces = vec![Vec3::zeros(); self.mesh.nodes.len()];
+                let node = |&k: &u32| self.surface.nodes()[k as usize].index();
+                at.nodes.iter().zip(&at.weights).for_each(|(k, weight)| forces[node(k)] += n * *weight);
+                let u = held.solve(&forces);
+                at.nodes.iter().zip(&at.weights).map(|(k, weight)| n.dot(&u[node(k)]) * weight).sum()
+            }
             Flexibility::OnDemand { .. } => {
                 let patch = (self.surface.facet_area(at.facet) / std::f64::consts::PI).sqrt();
                 LocalStiffness::of_patch(&self.rock[0], patch).normal.recip()

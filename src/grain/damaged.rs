@@ -70,6 +70,8 @@ pub struct DamageCommit {
     pub newly_failed: usize,
     /// Cells without a working point: [`DamagedGrain::break_up`] will delete them.
     pub failed_cells: usize,
+    /// Elastic energy of the accepted state that left with points that failed in it [J]: part of `dissipated`, no more of `elastic`.
+    pub removed: f64,
 }
 
 /// Damage of a grain, in numbers.
@@ -84,6 +86,17 @@ pub struct DamageSummary {
     pub damaged_volume: f64,
 }
 
+/// What a body comes from; see the fields of [`DamagedGrain`].
+#[derive(Debug, Clone)]
+pub(super) struct Past {
+    pub origin_cells: Vec<CellId>,
+    pub exposed: Vec<bool>,
+    pub ancestry: Ancestry,
+    pub origin: Arc<Mesh>,
+    pub offset: Vec3,
+    pub lasting: bool,
+}
+
 /// States of all points and the factor that goes with them.
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
@@ -91,6 +104,8 @@ pub(super) struct Condition {
     /// `1 - d` as it stands in the factor; 0 for failed points.
     pub intact: Vec<[f64; POINT_COUNT]>,
     pub condensed: Arc<CondensedGrain>,
+    /// Whether damage never moved, so that `condensed` is the grain as it was first made.
+    pub sound: bool,
 }
 
 /// A crushable meshed grain in body coordinates.
@@ -114,6 +129,14 @@ pub struct DamagedGrain {
     /// For each facet of the surface, whether breaking exposed it.
     pub(super) exposed: Vec<bool>,
     pub(super) ancestry: Ancestry,
+    /// The mesh of the grain as generated.
+    pub(super) origin: Arc<Mesh>,
+    /// Where the reference point of the body coordinates lies in those of the grain as generated [m].
+    pub(super) offset: Vec3,
+    /// Whether points that fail keep what the threshold leaves them until the commit.
+    pub(super) lasting: bool,
+    /// Displacement of the nodes in the last committed state, before points that failed in it were taken out [m].
+    displaced: Vec<Vec3>,
 }
 
 /// Limits below this mean that a point flips.
@@ -183,26 +206,53 @@ impl DamagedGrain {
             .zip(&states)
             .map(|(law, states)| states.map(|state| 1.0 - law.damage(&state)))
             .collect();
-        let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
         let condensed = Arc::new(condense(mesh, &laws, density, &intact)?);
-        Self::assemble(
-            laws,
-            density,
-            Condition { states, intact, condensed },
-            origin_cells,
-            exposed,
-            ancestry,
-        )
+        let sound = states.iter().flatten().all(|state| *state == DamageState::default());
+        Self::first(laws, density, Condition { states, intact, condensed, sound }, ancestry, false)
+    }
+
+    /// A sound grain over the one that it is condensed to already, which it uses until damage moves. Its mesh is that of the
+    /// grain as generated. Points that fail keep what the threshold leaves them until the commit, so that within an increment a surface
+    /// under load gives way by a finite amount.
+    ///
+    /// Errors ([`Error::Mesh`]) where there is not one law a cell.
+    pub fn over(
+        condensed: Arc<CondensedGrain>,
+        laws: Vec<DamageLaw>,
+        density: f64,
+        ancestry: Ancestry,
+    ) -> Result<Self> {
+        let cells = condensed.mesh().cells.len();
+        if cells != laws.len() {
+            let message = format!("has {cells} cells and {} laws", laws.len());
+            return Err(Error::Mesh { name: "grain".into(), message });
+        }
+        let states = vec![[DamageState::default(); POINT_COUNT]; cells];
+        let intact = vec![[1.0; POINT_COUNT]; cells];
+        Self::first(laws, density, Condition { states, intact, condensed, sound: true }, ancestry, true)
+    }
+
+    fn first(
+        laws: Vec<DamageLaw>,
+        density: f64,
+        condition: Condition,
+        ancestry: Ancestry,
+        lasting: bool,
+    ) -> Result<Self> {
+        let mesh = condition.condensed.mesh();
+        let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
+        let origin = Arc::new(mesh.clone());
+        let past = Past { origin_cells, exposed, ancestry, origin, offset: Vec3::zeros(), lasting };
+        Self::assemble(laws, density, condition, past)
     }
 
     pub(super) fn assemble(
         laws: Vec<DamageLaw>,
         density: f64,
         committed: Condition,
-        origin_cells: Vec<CellId>,
-        exposed: Vec<bool>,
-        ancestry: Ancestry,
+        past: Past,
     ) -> Result<Self> {
+        let Past { origin_cells, exposed, ancestry, origin, offset, lasting } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
             pace: vec![[0.0; POINT_COUNT]; laws.len()],
@@ -217,7 +267,31 @@ impl DamagedGrain {
             origin_cells,
             exposed,
             ancestry,
+            origin,
+            offset,
+            lasting,
+            displaced: Vec::new(),
         })
+    }
+
+    /// Whether damage never moved: then [`Self::condensed`] is the grain as it was first made.
+    pub const fn is_sound(&self) -> bool {
+        self.committed.sound
+    }
+
+    /// Displacement of the nodes in the state last committed, before points that failed in it were taken out [m]; empty before.
+    pub fn displaced(&self) -> &[Vec3] {
+        &self.displaced
+    }
+
+    /// Volume of the grain as generated [m^3].
+    pub fn origin_volume(&self) -> f64 {
+        self.origin.volume()
+    }
+
+    /// Where the reference point of the body coordinates lies in those of the grain as generated [m].
+    pub const fn offset(&self) -> Vec3 {
+        self.offset
     }
 
     /// The grain's flexibility with the trial damage as of the last [`Self::refresh`].
@@ -303,7 +377,7 @@ impl DamagedGrain {
                 let before = self.trial.intact[cell][point];
                 let wanted = 1.0 - law.damage(&new);
                 let after = if new.failed {
-                    0.0
+                    if self.lasting { before.min(1.0 - law.threshold()) } else { 0.0 }
                 } else {
                     // Closing and opening cracks change d too.
                     let pace = &mut self.pace[cell][point];
@@ -337,6 +411,7 @@ impl DamagedGrain {
         }
         let condensed = condense(self.mesh().clone(), &self.laws, self.density, &self.trial.intact)?;
         self.trial.condensed = Arc::new(condensed);
+        self.trial.sound = false;
         self.stale = false;
         Ok(true)
     }
@@ -365,6 +440,7 @@ impl DamagedGrain {
         self.refresh()?;
         let u = self.trial.condensed.nodal_displacements(loads);
         let mut kept = DamageCommit::default();
+        let mut lost = 0.0;
         for cell in 0..self.laws.len() {
             let (law, strains) = (&self.laws[cell], self.strains(cell, &u));
             let volume = self.elements[cell].point_volume();
@@ -380,10 +456,19 @@ impl DamagedGrain {
                         law.work(&from, to) - (stored - before * law.elastic().energy_density(&from.strain));
                     kept.dissipated += volume * freed;
                 }
+                if to.failed && after > 0.0 {
+                    lost += volume * stored;
+                    self.trial.intact[cell][point] = 0.0;
+                    self.stale = true;
+                }
             }
             kept.failed_cells += usize::from(self.trial.states[cell].iter().all(|state| state.failed));
         }
-        kept.dissipated = kept.dissipated.min(self.freed);
+        kept.dissipated = kept.dissipated.min(self.freed) + lost;
+        kept.elastic -= lost;
+        kept.removed = lost;
+        self.displaced = u;
+        self.refresh()?;
         self.settle();
         self.committed = self.trial.clone();
         self.dissipated += kept.dissipated;
@@ -410,6 +495,11 @@ impl DamagedGrain {
             })
         };
         (0..self.laws.len()).map(cell).collect()
+    }
+
+    /// Cells without a working point, which [`Self::break_up`] deletes.
+    pub fn failed_cells(&self) -> usize {
+        self.committed.states.iter().filter(|points| points.iter().all(|state| state.failed)).count()
     }
 
     /// Numbers of the committed damage.

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, condense};
+use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past, condense};
 use crate::grain::mass::mean_motion;
 use crate::grain::surface::SurfacePoint;
 use crate::mesh::{CellId, Mesh, NodeId, SurfaceFacet};
@@ -55,7 +55,56 @@ pub struct BreakUp {
     pub lost_energy: f64,
 }
 
+/// Flexibility of a node times Young's modulus and the size of the grain, above which the node is loose: some 10 at a sharp corner of a sound
+/// grain, a million times that where only [`HELD`](crate::grain::damaged::HELD) is left.
+const LOOSE: f64 = 1e4;
+
 impl DamagedGrain {
+    /// Gives up the cells that have a surface node which nothing holds any more but the remainders of failed points: a force on it
+    /// would find no resistance, and whatever pressed there has to meet what lies behind. All points of these cells
+    /// fail; returns the elastic energy that goes with them [J]. Works on the committed state.
+    pub fn crumble(&mut self) -> f64 {
+        let states = &self.committed.states;
+        let touched: Vec<usize> = (0..states.len())
+            .filter(|&cell| {
+                let failed = states[cell].iter().filter(|state| state.failed).count();
+                failed > 0 && failed < states[cell].len()
+            })
+            .collect();
+        if touched.is_empty() {
+            return 0.0;
+        }
+        let condensed = &self.committed.condensed;
+        let points = condensed.surface().node_points();
+        let firm = self.laws.iter().map(|law| law.elastic().youngs_modulus()).fold(f64::INFINITY, f64::min)
+            * self.mesh().volume().cbrt();
+        let loose: Vec<NodeId> = condensed
+            .surface()
+            .nodes()
+            .iter()
+            .zip(&points)
+            .filter(|(node, _)| touched.iter().any(|&cell| self.mesh().cells[cell].contains(node)))
+            .filter(|(_, point)| condensed.flexibility(point, point).trace() * firm > LOOSE)
+            .map(|(node, _)| *node)
+            .collect();
+        let crumbled: Vec<CellId> = touched
+            .into_iter()
+            .map(|cell| CellId(cell as u32))
+            .filter(|cell| self.mesh().cells[cell.index()].iter().any(|node| loose.contains(node)))
+            .collect();
+        let lost = self.energy_of(&crumbled);
+        for cell in crumbled {
+            for (state, intact) in
+                self.committed.states[cell.index()].iter_mut().zip(&mut self.committed.intact[cell.index()])
+            {
+                state.failed = true;
+                *intact = 0.0;
+            }
+        }
+        self.reject();
+        lost
+    }
+
     /// Deletes the cells all of whose points have failed, and separates what no longer hangs together. `None` if no cell has
     /// failed. `number` is this body's number, the parent of its fragments; parts below `least_volume` [m^3] are given up.
     ///
@@ -67,6 +116,12 @@ impl DamagedGrain {
         number: u32,
         least_volume: f64,
     ) -> Result<Option<BreakUp>> {
+        let u = self.committed.condensed.nodal_displacements(loads);
+        self.break_up_from(&u, number, least_volume)
+    }
+
+    /// As [`Self::break_up`], from the displacements of the nodes [m].
+    pub fn break_up_from(&self, u: &[Vec3], number: u32, least_volume: f64) -> Result<Option<BreakUp>> {
         let mesh = self.mesh();
         let alive = |cell: CellId| self.states()[cell.index()].iter().any(|state| !state.failed);
         let deleted: Vec<CellId> = mesh.cell_ids().filter(|&cell| !alive(cell)).collect();
@@ -84,7 +139,6 @@ impl DamagedGrain {
             *self.ancestry()
         };
         let before = exposed_before(mesh, self.exposed_facets());
-        let u = self.committed.condensed.nodal_displacements(loads);
         let mut outcome = BreakUp {
             fragments: vec![],
             deleted_volume: volume_of(&deleted),
@@ -135,8 +189,16 @@ impl DamagedGrain {
             })
             .collect();
         let condensed = Arc::new(condense(mesh, &laws, self.density, &intact)?);
-        let condition = Condition { states, intact, condensed };
-        let grain = DamagedGrain::assemble(laws, self.density, condition, origin_cells, exposed, ancestry)?;
+        let condition = Condition { states, intact, condensed, sound: false };
+        let past = Past {
+            origin_cells,
+            exposed,
+            ancestry,
+            origin: self.origin.clone(),
+            offset: self.offset,
+            lasting: self.lasting,
+        };
+        let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;
         Ok((grain, nodes))
     }
 

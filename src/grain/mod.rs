@@ -12,6 +12,7 @@ pub mod hulls;
 pub mod local;
 pub mod mass;
 pub mod stiffness;
+pub mod stored;
 pub mod surface;
 
 pub use condensed::CondensedGrain;
@@ -21,4 +22,5 @@ pub use full::FullGrain;
 pub use hulls::{ContactShape, contact_shapes};
 pub use local::LocalStiffness;
 pub use mass::{MassProperties, mean_motion};
+pub use stored::StoredGrain;
 pub use surface::{Surface, SurfacePoint};

@@ -3,11 +3,13 @@
 //! Displacement over a facet is interpolated with the six quadratic shape functions, so it is
 //! continuous over the whole surface.
 
+use serde::{Deserialize, Serialize};
+
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::Vec3;
 
 /// A place on the surface, in body coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SurfacePoint {
     /// Index of the facet in the mesh's surface.
     pub facet: u32,
@@ -16,8 +18,10 @@ pub struct SurfacePoint {
     /// Shape functions there; they sum to one.
     pub weights: [f64; 6],
     /// [m]
+    #[serde(with = "crate::tensor::stored")]
     pub position: Vec3,
     /// Outward unit normal of the facet.
+    #[serde(with = "crate::tensor::stored")]
     pub normal: Vec3,
 }
 
@@ -46,6 +50,8 @@ pub struct Surface {
     order: Vec<u32>,
     branches: Vec<Branch>,
     nodes: Vec<NodeId>,
+    /// Whether the body may have notches.
+    notched: bool,
 }
 
 const LEAF: usize = 4;
@@ -91,7 +97,12 @@ impl Surface {
             waiting.push((children, first, middle));
             waiting.push((children + 1, middle, last));
         }
-        Surface { facets, order, branches, nodes }
+        Surface { facets, order, branches, nodes, notched: false }
+    }
+
+    /// The surface of a body that may have notches.
+    pub fn of_notched(mesh: &Mesh) -> Self {
+        Surface { notched: true, ..Self::new(mesh) }
     }
 
     /// Surface nodes of the mesh, ascending; [`SurfacePoint::nodes`] counts in this list.
@@ -171,8 +182,18 @@ impl Surface {
     /// Where the line from `xi` along `outward` leaves a convex body. With the contact normal as
     /// direction this is a continuous function of both, for `xi` inside or outside.
     ///
-    /// For a body that is not convex, or if `outward` is zero, the point closest to `xi`.
+    /// Of a body with notches, the last place where it does; the point closest to `xi` where the line misses it or `outward` is zero.
     pub fn locate_along(&self, xi: &Vec3, outward: &Vec3) -> SurfacePoint {
+        if self.notched {
+            let last = |(best, found): (f64, Option<SurfacePoint>), facet: usize| match self
+                .crossing(facet, xi, outward)
+            {
+                Some((travel, l)) if travel > best => (travel, Some(self.point(facet as u32, &l))),
+                Some(_) | None => (best, found),
+            };
+            let (_, found) = (0..self.facets.len()).fold((f64::NEG_INFINITY, None), last);
+            return found.unwrap_or_else(|| self.locate(xi));
+        }
         let mut travel = f64::INFINITY;
         for facet in &self.facets {
             let speed = facet.normal.dot(outward);
@@ -181,6 +202,21 @@ impl Surface {
             }
         }
         if travel.is_finite() { self.locate(&(xi + outward * travel)) } else { self.locate(xi) }
+    }
+
+    /// How far along `outward` from `xi` the line leaves the body through a facet, and where in it.
+    fn crossing(&self, facet: usize, xi: &Vec3, outward: &Vec3) -> Option<(f64, [f64; 3])> {
+        let Facet { corners: [a, b, c], normal, .. } = &self.facets[facet];
+        let speed = normal.dot(outward);
+        if !(speed > 0.0) {
+            return None;
+        }
+        let travel = normal.dot(&(a - xi)) / speed;
+        let x = xi + outward * travel;
+        let whole = normal.dot(&(b - a).cross(&(c - a)));
+        let share = |p: &Vec3, q: &Vec3| normal.dot(&(p - x).cross(&(q - x))) / whole;
+        let l = [share(b, c), share(c, a), share(a, b)];
+        l.iter().all(|l| *l >= -1e-9).then_some((travel, l))
     }
 
     fn point(&self, facet: u32, l: &[f64; 3]) -> SurfacePoint {

@@ -25,6 +25,7 @@ pub fn body(name: &str, shape: SceneShape, position: [f64; 3], rotation: [f64; 3
         friction: None,
         grain: None,
         full: None,
+        damaged: None,
         fixed: false,
     }
 }

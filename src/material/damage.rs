@@ -156,6 +156,11 @@ impl DamageLaw {
         &self.elastic
     }
 
+    /// Damage above which a point fails.
+    pub const fn threshold(&self) -> f64 {
+        self.threshold
+    }
+
     /// Peak strains in tension and compression, both positive.
     pub const fn onsets(&self) -> [f64; 2] {
         [self.tension.onset, self.compression.onset]

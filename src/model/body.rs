@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::contact::law::Friction;
 use crate::geometry::Polyhedron;
-use crate::grain::{CondensedGrain, FullGrain, Surface};
+use crate::grain::{CondensedGrain, DamagedGrain, FullGrain, Surface};
 
 /// Index of a body in its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,6 +18,8 @@ pub enum BodyKind {
     Fixed,
     /// A body of a scene.
     Placed,
+    /// What stands for a grain of which nothing is left; it touches nothing and does not move.
+    Gone,
 }
 
 #[derive(Debug, Clone)]
@@ -32,6 +34,8 @@ pub struct Body {
     pub grain: Option<Arc<CondensedGrain>>,
     /// Its mesh, where all its nodes are unknowns; then it is not condensed.
     pub full: Option<Arc<FullGrain>>,
+    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility.
+    pub damaged: Option<Arc<DamagedGrain>>,
     /// Its own friction, where it has one.
     pub friction: Option<Friction>,
     /// [kg]

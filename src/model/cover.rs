@@ -155,6 +155,20 @@ impl PressureCover {
         Self::closed(nodes.to_vec(), mesh.facets.clone(), caps, [bottom, top], statistics)
     }
 
+    /// The same surface with each node (by number) where `glue` puts it, body and point [m] in its coordinates.
+    ///
+    /// # Errors
+    /// As for a new cover; the triangulation stays, so none is expected.
+    pub fn glued_anew(&self, glue: impl Fn(usize) -> (usize, Vec3)) -> Result<Self> {
+        let place = |node: usize| {
+            let (body, point) = glue(node);
+            CoverNode { body, point }
+        };
+        let nodes = (0..self.nodes.len()).map(place).collect();
+        let (side, caps) = self.facets.split_at(self.side_facets);
+        Self::closed(nodes, side.to_vec(), caps.to_vec(), self.rims.clone(), self.statistics)
+    }
+
     pub fn nodes(&self) -> &[CoverNode] {
         &self.nodes
     }

@@ -3,21 +3,28 @@
 
 pub mod body;
 pub mod cover;
+pub mod fracture;
 pub mod loads;
 pub mod membrane;
 pub mod state;
+pub mod stored;
 pub mod wall;
 
 pub use body::{Body, BodyId, BodyKind};
 pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
+pub use stored::StoredBodies;
 
 pub use cover::PressureCover;
+pub use fracture::{DamageCounts, Fracture};
 pub use membrane::{Membrane, MembraneParameters};
 pub use wall::RigidWall;
 
+use std::sync::Arc;
+
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
+use crate::grain::DamagedGrain;
 use crate::tensor::{self, Pose};
 
 /// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
@@ -39,6 +46,8 @@ pub struct Model {
     pub membrane: Option<Membrane>,
     /// Rigid wall in the place of a cover, where there is one.
     pub wall: Option<RigidWall>,
+    /// Of each body that can break, the sound grain that it was (or, behind the first bodies, nothing): what damage began with.
+    pub generated: Vec<Option<Arc<DamagedGrain>>>,
 }
 
 impl Model {
@@ -121,6 +130,7 @@ impl Model {
 
     /// The smallest rounding radius of the model [m]; no motion of one iteration exceeds it.
     pub fn smallest_rounding(&self) -> f64 {
-        self.shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min)
+        let there = self.shapes.iter().zip(&self.bodies).filter(|(_, body)| body.kind != BodyKind::Gone);
+        there.map(|(shape, _)| shape.rounded.radius).fold(f64::INFINITY, f64::min)
     }
 }

@@ -59,7 +59,7 @@ impl Writer {
     }
 
     /// Forgets what a continued run writes again when it comes to the end of `stage` and of those behind
-    /// it, and the profile. Right after [`Writer::resume`].
+    /// it, the profile and the breakage. Right after [`Writer::resume`].
     pub fn drop_summaries(&mut self, stage: usize) -> Result<()> {
         if self.store.file.link_exists("stages") {
             let stages = self.store.group("stages")?;
@@ -69,8 +69,10 @@ impl Writer {
                 }
             }
         }
-        if self.store.file.link_exists("profile") {
-            self.store.hdf5("profile", self.store.file.unlink("profile"))?;
+        for name in ["profile", "breakage"] {
+            if self.store.file.link_exists(name) {
+                self.store.hdf5(name, self.store.file.unlink(name))?;
+            }
         }
         self.dirty = true;
         self.commit()

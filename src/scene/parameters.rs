@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::{CondensedGrain, FullGrain};
+use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
 use crate::solver::Settings;
 use crate::tensor::{Pose, Vec3};
 
@@ -40,6 +40,8 @@ pub struct SceneBody {
     pub grain: Option<Arc<CondensedGrain>>,
     /// Its mesh, where all its nodes are unknowns.
     pub full: Option<Arc<FullGrain>>,
+    /// The same with its damage, where it can break.
+    pub damaged: Option<Arc<DamagedGrain>>,
     /// Never moves.
     pub fixed: bool,
 }

@@ -1,6 +1,6 @@
 //! What is known of a scene after an accepted increment.
 
-use crate::model::Counters;
+use crate::model::{Counters, DamageCounts};
 use crate::solver::{Balance, ContactMeasures};
 use crate::tensor::Vec3;
 use crate::triaxial::Ledger;
@@ -18,6 +18,7 @@ pub struct Row {
     pub bodies: Vec<BodyState>,
     /// Since the start of the scene. External work is that of prescriptions, applied forces and gravity.
     pub ledger: Ledger,
+    pub damage: DamageCounts,
     /// [m/s^2]
     pub gravity: Vec3,
     pub balance: Balance,

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::Contacts;
+use crate::assembly::{Contacts, Failing};
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::model::{Body, BodyKind, Committed, Loads, Model};
+use crate::model::{Body, BodyKind, Committed, Loads, Model, StoredBodies};
 use crate::scene::parameters::{LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::sweep;
@@ -39,39 +39,45 @@ pub struct Scene {
     stages: Vec<LoadStage>,
     increment_range: [f64; 2],
     names: BTreeMap<String, usize>,
-    contacts: Contacts,
+    pub(super) contacts: Contacts,
     start: Vec<Pose>,
     increments: usize,
     /// Loads in force, prescribed components and what holds them included.
-    loads: Loads,
-    reaction: Vec<Vector6<f64>>,
+    pub(super) loads: Loads,
+    pub(super) reaction: Vec<Vector6<f64>>,
     /// Of the increment that stopped the last run; not stored.
     pub dossier: Option<Dossier>,
     /// Stages that are done.
     stages_done: usize,
     /// The stage at hand, once an increment of it is accepted.
     under_way: Option<UnderWay>,
+    /// The shapes before anything broke.
+    first_shapes: Vec<Polyhedron>,
+    /// What the last increment leaves to break up.
+    failing: Failing,
 }
 
 /// A stage after its last accepted increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct UnderWay {
-    drive: Drive,
+pub(super) struct UnderWay {
+    pub(super) drive: Drive,
     pace: Pace,
     /// The poses before the last increment, and its share.
     last: Option<(Vec<Pose>, f64)>,
+    /// Whether bodies broke and are not in balance yet.
+    pub(super) dwells: bool,
 }
 
 /// What a stage drives and where to.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Drive {
-    held: Vec<[bool; 6]>,
+pub(super) struct Drive {
+    pub(super) held: Vec<[bool; 6]>,
     /// Motion of the held components over the stage.
     #[serde(with = "crate::tensor::stored")]
-    travel: Vec<Vector6<f64>>,
-    from: Vec<Pose>,
+    pub(super) travel: Vec<Vector6<f64>>,
+    pub(super) from: Vec<Pose>,
     #[serde(with = "crate::tensor::stored")]
-    applied: [Vec<Vector6<f64>>; 2],
+    pub(super) applied: [Vec<Vector6<f64>>; 2],
     #[serde(with = "crate::tensor::stored")]
     gravity: [Vec3; 2],
 }
@@ -91,6 +97,8 @@ pub struct SceneState<'a> {
     reaction: Vec<Vector6<f64>>,
     stages_done: usize,
     under_way: Cow<'a, Option<UnderWay>>,
+    bodies: StoredBodies<'a>,
+    failing: Cow<'a, Failing>,
 }
 
 impl Scene {
@@ -135,16 +143,13 @@ impl Scene {
             *prescribed = [body.fixed; 6];
         }
         let reaction = vec![Vector6::zeros(); bodies.len()];
+        let first_shapes = bodies.iter().map(|body| body.nominal.clone()).collect();
+        let friction = parameters.friction;
+        let (cover, membrane, generated) = (None, None, Vec::new());
+        let mut model = Model { bodies, shapes, law, friction, cover, membrane, wall: None, generated };
+        model.begin_damage();
         Ok(Scene {
-            model: Model {
-                bodies,
-                shapes,
-                law,
-                friction: parameters.friction,
-                cover: None,
-                membrane: None,
-                wall: None,
-            },
+            model,
             committed: Committed::new(poses.clone()),
             settings: parameters.settings.clone(),
             ledger: Ledger::default(),
@@ -159,6 +164,8 @@ impl Scene {
             dossier: None,
             stages_done: 0,
             under_way: None,
+            first_shapes,
+            failing: Failing::default(),
         })
     }
 
@@ -181,9 +188,11 @@ impl Scene {
             dossier: _,
             stages_done,
             under_way,
+            first_shapes,
+            failing,
         } = self;
         SceneState {
-            shapes: model.bodies.iter().map(|body| Cow::Borrowed(&body.nominal)).collect(),
+            shapes: first_shapes.iter().map(Cow::Borrowed).collect(),
             start: Cow::Borrowed(start),
             committed: Cow::Borrowed(committed),
             contacts: Cow::Borrowed(contacts),
@@ -193,23 +202,34 @@ impl Scene {
             reaction: reaction.clone(),
             stages_done: *stages_done,
             under_way: Cow::Borrowed(under_way),
+            bodies: model.stored_bodies(),
+            failing: Cow::Borrowed(failing),
         }
     }
 
     /// Takes a stored state; `false`, and nothing is changed, where it belongs to another scene.
-    #[must_use]
-    pub fn restore(&mut self, state: SceneState<'_>) -> bool {
-        let bodies = self.model.bodies.len();
-        let same_shapes = state.shapes.len() == bodies
-            && state.shapes.iter().zip(&self.model.bodies).all(|(shape, body)| **shape == body.nominal);
-        let fits = same_shapes
-            && *state.start == *self.start
-            && state.committed.poses.len() == bodies
+    ///
+    /// # Errors
+    /// `Error::Mesh` where a body that broke cannot be made anew.
+    pub fn restore(&mut self, state: SceneState<'_>) -> Result<bool> {
+        let same_shapes = state.shapes.len() == self.first_shapes.len()
+            && state.shapes.iter().zip(&self.first_shapes).all(|(stored, own)| **stored == *own);
+        if !same_shapes || *state.start != *self.start {
+            return Ok(false);
+        }
+        let mut model = self.model.clone();
+        if !model.restore_bodies(state.bodies)? {
+            return Ok(false);
+        }
+        let bodies = model.bodies.len();
+        let fits = state.committed.poses.len() == bodies
             && state.contacts.fit(bodies)
             && state.loads.applied.len() == bodies
             && state.reaction.len() == bodies
             && state.stages_done <= self.stages.len();
         if fits {
+            self.model = model;
+            self.failing = state.failing.into_owned();
             self.committed = state.committed.into_owned();
             self.contacts = state.contacts.into_owned();
             self.ledger = state.ledger;
@@ -219,7 +239,7 @@ impl Scene {
             self.stages_done = state.stages_done;
             self.under_way = state.under_way.into_owned();
         }
-        fits
+        Ok(fits)
     }
 
     /// The contacts of the configuration that was evaluated last; in an observer, the accepted one.
@@ -258,13 +278,21 @@ impl Scene {
         stage: &LoadStage,
         observe: &mut impl FnMut(&Scene, &Row) -> bool,
     ) -> StageEnd {
-        let UnderWay { drive, mut pace, mut last } = self.under_way.take().unwrap_or_else(|| {
-            let nominal = 1.0 / stage.increments as f64;
-            let [smallest, largest] = self.increment_range;
-            let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
-            UnderWay { drive: self.drive(stage), pace, last: None }
-        });
-        while let Some(share) = pace.next() {
+        let UnderWay { mut drive, mut pace, mut last, mut dwells } =
+            self.under_way.take().unwrap_or_else(|| {
+                let nominal = 1.0 / stage.increments as f64;
+                let [smallest, largest] = self.increment_range;
+                let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
+                UnderWay { drive: self.drive(stage), pace, last: None, dwells: false }
+            });
+        loop {
+            match self.break_up(&mut drive) {
+                Ok(true) => (dwells, last) = (true, None),
+                Ok(false) => {}
+                Err(error) => return StageEnd::Stopped { reason: error.to_string() },
+            }
+            // Where bodies broke, first a new balance as it is.
+            let Some(share) = (if dwells { Some(0.0) } else { pace.next() }) else { break };
             let to = if share < 1.0 - pace.done() { pace.done() + share } else { 1.0 };
             let loads = drive.loads_at(to);
             let driven = drive.driven(&self.committed.poses, &self.committed.poses, share, to);
@@ -291,25 +319,58 @@ impl Scene {
             let mut report = advance(&increment, starts, &mut self.contacts);
             if !report.converged() {
                 if self.settings.stop.is_raised() {
-                    self.under_way = Some(UnderWay { drive, pace, last });
+                    self.under_way = Some(UnderWay { drive, pace, last, dwells });
                     return StageEnd::Interrupted;
                 }
-                if pace.cut(share) {
+                if !dwells && pace.cut(share) {
                     continue;
                 }
                 self.dossier = Some(Dossier::of(&self.model, &self.contacts, &report, &self.settings));
                 return StageEnd::Stopped { reason: self.describe(&report, pace.done()) };
             }
-            report.counters.cuts = pace.accept(share, report.history.len());
-            last = Some((self.committed.poses.clone(), share));
-            let row = self.commit(index, pace.done(), &report, loads);
-            self.under_way = Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone() });
-            let all_done = pace.next().is_none() && index + 1 == self.stages.len();
+            if !dwells {
+                report.counters.cuts = pace.accept(share, report.history.len());
+                last = Some((self.committed.poses.clone(), share));
+            }
+            let row = self.commit(index, pace.done(), &report, loads, dwells);
+            dwells = false;
+            self.under_way =
+                Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone(), dwells });
+            let all_done = pace.next().is_none() && self.failing.is_empty() && index + 1 == self.stages.len();
             if !observe(self, &row) && !all_done {
                 return StageEnd::Interrupted;
             }
         }
         StageEnd::Finished
+    }
+
+    /// Breaks up what the last increment left to; whether anything did.
+    fn break_up(&mut self, drive: &mut Drive) -> Result<bool> {
+        if self.failing.is_empty() {
+            return Ok(false);
+        }
+        let failing = std::mem::take(&mut self.failing);
+        let before = self.committed.poses.clone();
+        let fractures = self.model.break_up(
+            &mut self.committed,
+            &failing.displacements(before.len()),
+            self.settings.damage.least_share,
+        )?;
+        let lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
+        self.ledger.damage += lost;
+        self.ledger.elastic -= lost;
+        let poses = &self.committed.poses;
+        self.loads.applied.resize(poses.len(), Vector6::zeros());
+        self.loads.prescribed.resize(poses.len(), [false; 6]);
+        self.reaction.resize(poses.len(), Vector6::zeros());
+        drive.grow(&before, poses);
+        for fracture in fractures.iter().filter(|fracture| fracture.parts.is_empty()) {
+            drive.held[fracture.body] = [true; 6];
+        }
+        if !fractures.is_empty() {
+            self.contacts.forget_bodies();
+        }
+        Ok(true)
     }
 
     fn drive(&self, stage: &LoadStage) -> Drive {
@@ -348,7 +409,14 @@ impl Scene {
     }
 
     /// Makes the increment the committed state, books its energies and tells what it did.
-    fn commit(&mut self, stage: usize, progress: f64, report: &IncrementReport, loads: Loads) -> Row {
+    fn commit(
+        &mut self,
+        stage: usize,
+        progress: f64,
+        report: &IncrementReport,
+        loads: Loads,
+        dwelt: bool,
+    ) -> Row {
         let mut bodies = Vec::with_capacity(self.start.len());
         let vector = |w: &Vector6<f64>, first: usize| Vec3::new(w[first], w[first + 1], w[first + 2]);
         let error_before = self.ledger.error();
@@ -371,24 +439,32 @@ impl Scene {
             let motion = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
             self.ledger.external += 0.5 * (before + dead + reaction).dot(&motion);
             self.reaction[i] = reaction;
+            let Some(start) = self.start.get(i) else { continue };
+            // Of the largest part of a body that broke, about the reference point that it was placed by.
+            let offset = body.damaged.as_ref().map_or(Vec3::zeros(), |grain| grain.offset());
+            let arm = new.rotation * offset;
+            let about = |w: &Vector6<f64>| vector(w, 3) + arm.cross(&vector(w, 0));
             bodies.push(BodyState {
-                position: new.position,
+                position: new.position - arm,
                 rotation: new.rotation.scaled_axis(),
-                displacement: new.position - self.start[i].position,
+                displacement: new.position - arm - start.position,
                 contact_force: vector(&report.contact_wrench[i], 0),
-                contact_moment: vector(&report.contact_wrench[i], 3),
+                contact_moment: about(&report.contact_wrench[i]),
                 reaction_force: vector(&reaction, 0),
-                reaction_moment: vector(&reaction, 3),
+                reaction_moment: about(&reaction),
             });
         }
         self.ledger.elastic = report.energy.elastic;
         self.ledger.friction += report.energy.friction;
-        if report.is_snap() {
+        self.ledger.damage += report.damage.dissipated;
+        if dwelt || report.is_snap() {
             self.ledger.stabilisation += (self.ledger.error() - error_before).max(0.0);
         }
         self.committed.poses.clone_from(&report.poses);
         self.committed.memory.clone_from(&report.memory);
         self.committed.fields.clone_from(&report.fields);
+        self.model.take_damage(&report.damage.grains);
+        self.failing = report.damage.failing();
         self.increments += 1;
         let gravity = loads.gravity;
         self.loads = loads;
@@ -398,6 +474,7 @@ impl Scene {
             progress,
             bodies,
             ledger: self.ledger,
+            damage: self.model.damage_counts(),
             gravity,
             balance: report.balance,
             measures: report.measures,
@@ -410,6 +487,7 @@ impl Scene {
         at + &match &report.status {
             StepStatus::Converged => "converged".into(),
             StepStatus::Abandoned => "the increment was given up as asked".into(),
+            StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
             StepStatus::TooClose => "a driven body would pass into another one".into(),
             StepStatus::OutOfBalance { body, out_of_balance } => format!(
                 "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations; \
@@ -422,6 +500,17 @@ impl Scene {
 }
 
 impl Drive {
+    /// Takes in bodies behind those it knows, free, and reference points that moved from `before` to `poses`.
+    fn grow(&mut self, before: &[Pose], poses: &[Pose]) {
+        for ((from, old), new) in self.from.iter_mut().zip(before).zip(poses) {
+            from.position += new.position - old.position;
+        }
+        self.from.extend(&poses[self.from.len()..]);
+        self.held.resize(poses.len(), [false; 6]);
+        self.travel.resize(poses.len(), Vector6::zeros());
+        self.applied.iter_mut().for_each(|applied| applied.resize(poses.len(), Vector6::zeros()));
+    }
+
     fn loads_at(&self, to: f64) -> Loads {
         let [from, end] = &self.applied;
         Loads {
@@ -485,6 +574,7 @@ fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> 
         centre_of_mass: nominal.centroid(),
         grain: body.grain.clone(),
         full: body.full.clone(),
+        damaged: body.damaged.clone(),
         rotation_scale: 0.5 * size,
         nominal,
     };

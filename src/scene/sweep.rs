@@ -21,8 +21,12 @@ pub fn is_clear(model: &Model, from: &[Pose], to: &[Pose]) -> bool {
         .map(|((shift, turn), shape)| shift.norm() + turn.norm() * shape.bounding_radius)
         .collect();
     let still = |i: usize| matches!(model.bodies[i].kind, BodyKind::Fixed | BodyKind::Plate);
+    let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
     for b in 0..from.len() {
         for a in 0..b {
+            if gone(a) || gone(b) {
+                continue;
+            }
             let closing = speeds[a] + speeds[b];
             if closing == 0.0 || (still(a) && still(b)) {
                 continue;

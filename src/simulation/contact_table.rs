@@ -19,12 +19,14 @@ pub struct ContactTable {
 }
 
 impl ContactTable {
-    /// `memory` is what the accepted increment left; bodies from `grains` on are plates.
+    /// `memory` is what the accepted increment left; the two bodies behind the first `grains` are plates, those behind them parts of
+    /// grains that came apart, which count on from the grains.
     pub fn of(contacts: &Contacts, memory: &Memory, grains: usize) -> Self {
         let mut table = ContactTable::default();
-        let number = |body: usize| match body < grains {
-            true => body as i64,
-            false => grains as i64 - 1 - body as i64,
+        let number = |body: usize| match body {
+            grain if grain < grains => grain as i64,
+            part if part >= grains + 2 => part as i64 - 2,
+            plate => grains as i64 - 1 - plate as i64,
         };
         for (pair, point) in contacts.active() {
             let e = &point.evaluation;

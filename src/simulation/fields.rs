@@ -7,6 +7,7 @@ use crate::scene::{Scene, SceneParameters};
 use crate::tensor::{Mat3, Pose, Vec3};
 use crate::triaxial::Rig;
 
+use super::breaking::{CellStates, of_cell, shown_nodes};
 use super::grain_stress::components;
 
 /// Corners of the polygon that shows a plate.
@@ -24,26 +25,42 @@ pub struct Points {
     reference: Vec<Vec3>,
     /// Grain of each cell.
     grain: Vec<Option<usize>>,
+    /// Its number among those of its grain.
+    number: Vec<usize>,
+    /// Cell of each point that belongs to one only, as its grain can come apart.
+    cell: Vec<Option<usize>>,
 }
 
 impl Points {
-    /// Displacement of every point since the reference configuration [m].
-    pub fn displacements(&self, poses: &[Pose]) -> Vec<Vec3> {
-        let moved = self.body.iter().zip(&self.place).zip(&self.reference);
-        moved.map(|((&body, place), reference)| poses[body].to_space(place) - reference).collect()
+    /// Displacement of every point since the reference configuration [m]. `frames` are those of the body coordinates as generated, and
+    /// `carriers` the bodies of the cells.
+    pub fn displacements(&self, frames: &[Pose], carriers: &[Option<usize>]) -> Vec<Vec3> {
+        let moved = |(point, (place, reference)): (usize, (&Vec3, &Vec3))| {
+            let body = self.cell[point].and_then(|cell| carriers[cell]).unwrap_or(self.body[point]);
+            frames[body].to_space(place) - reference
+        };
+        self.place.iter().zip(&self.reference).enumerate().map(moved).collect()
     }
 
-    /// Each cell's stress from that of its grain; not a number on what has none.
-    pub fn cell_stresses(&self, of_grains: &[Mat3]) -> Vec<[f64; 6]> {
-        let of_cell = |grain: &Option<usize>| match grain.and_then(|grain| of_grains.get(grain)) {
+    /// Damage of each cell, whether it was deleted, and the body that it is on.
+    pub fn cells_of(&self, states: &[CellStates]) -> (Vec<f64>, Vec<bool>, Vec<Option<usize>>) {
+        let (mut damage, mut deleted, mut carriers) = (vec![], vec![], vec![]);
+        for (grain, number) in self.grain.iter().zip(&self.number) {
+            let (d, gone, body) = grain.map_or((0.0, false, 0), |grain| of_cell(states, grain, *number));
+            damage.push(d);
+            deleted.push(gone);
+            carriers.push(grain.map(|_| body));
+        }
+        (damage, deleted, carriers)
+    }
+
+    /// Each cell's stress from that of the body that it is on; not a number on what has none.
+    pub fn cell_stresses(&self, of_bodies: &[Mat3], carriers: &[Option<usize>]) -> Vec<[f64; 6]> {
+        let of_cell = |body: &Option<usize>| match body.and_then(|body| of_bodies.get(body)) {
             Some(stress) => components(stress),
             None => [f64::NAN; 6],
         };
-        self.grain.iter().map(of_cell).collect()
-    }
-
-    pub fn cells(&self) -> usize {
-        self.grain.len()
+        carriers.iter().map(of_cell).collect()
     }
 }
 
@@ -59,6 +76,7 @@ impl Builder<'_> {
         let reference = self.poses[body].to_space(&place);
         self.points.body.push(body);
         self.points.place.push(place);
+        self.points.cell.push(None);
         self.points.reference.push(reference);
         self.mesh.add_point(&reference)
     }
@@ -72,7 +90,31 @@ impl Builder<'_> {
         youngs_modulus: f64,
     ) -> Result<()> {
         self.points.grain.push(grain);
+        self.points.number.push(0);
         self.mesh.add_cell(kind, nodes, part, grain, youngs_modulus)
+    }
+
+    /// A meshed grain, its cells on their own where it can come `apart`.
+    fn grain(
+        &mut self,
+        body: usize,
+        mesh: &Mesh,
+        part: usize,
+        apart: bool,
+        youngs_modulus: f64,
+    ) -> Result<()> {
+        let (nodes, cells) = shown_nodes(mesh, apart);
+        let points: Vec<usize> = nodes.into_iter().map(|node| self.point(body, node)).collect();
+        for (number, cell) in cells.into_iter().enumerate() {
+            let nodes = cell.map(|node| points[node]);
+            self.cell(CellKind::Tet10, &nodes, part, Some(body), youngs_modulus)?;
+            let index = self.points.number.len() - 1;
+            self.points.number[index] = number;
+            if apart {
+                nodes.iter().for_each(|point| self.points.cell[*point] = Some(index));
+            }
+        }
+        Ok(())
     }
 
     fn disc(&mut self, name: &str, body: usize, radius: f64, half: f64) -> Result<()> {
@@ -111,16 +153,14 @@ pub fn scene_mesh(
     for (number, (body, mesh)) in scene.model.bodies.iter().zip(meshes).enumerate() {
         let part = builder.mesh.add_part(&body.name);
         let youngs_modulus = parameters.bodies[number].youngs_modulus;
-        let places = mesh.as_ref().map_or(&body.nominal.vertices, |mesh| &mesh.nodes);
-        let nodes: Vec<usize> = places.iter().map(|place| builder.point(number, *place)).collect();
         match mesh {
             Some(mesh) => {
-                for cell in &mesh.cells {
-                    let nodes = cell.map(|node| nodes[node.index()]);
-                    builder.cell(CellKind::Tet10, &nodes, part, Some(number), youngs_modulus)?;
-                }
+                let apart = scene.model.generated[number].is_some();
+                builder.grain(number, mesh, part, apart, youngs_modulus)?;
             }
             None => {
+                let places = &body.nominal.vertices;
+                let nodes: Vec<usize> = places.iter().map(|place| builder.point(number, *place)).collect();
                 for facet in &body.nominal.facets {
                     let nodes = facet.map(|node| nodes[node]);
                     builder.cell(CellKind::Triangle, &nodes, part, Some(number), youngs_modulus)?;
@@ -132,22 +172,19 @@ pub fn scene_mesh(
 }
 
 /// The mesh of a specimen of `diameter` [m] in its rig as it stands now, which becomes the reference
-/// configuration. `youngs_modulus` [Pa] is the cells'.
+/// configuration. `youngs_modulus` [Pa] is the cells'; `apart`: grains can come apart.
 pub fn field_mesh(
     rig: &Rig,
     meshes: &[Mesh],
     diameter: f64,
     youngs_modulus: f64,
+    apart: bool,
 ) -> Result<(FieldMesh, Points)> {
     let poses = &rig.committed.poses;
     let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
     let part = builder.mesh.add_part("grains");
     for (grain, mesh) in meshes.iter().enumerate() {
-        let nodes: Vec<usize> = mesh.nodes.iter().map(|node| builder.point(grain, *node)).collect();
-        for cell in &mesh.cells {
-            let nodes = cell.map(|node| nodes[node.index()]);
-            builder.cell(CellKind::Tet10, &nodes, part, Some(grain), youngs_modulus)?;
-        }
+        builder.grain(grain, mesh, part, apart, youngs_modulus)?;
     }
     for (name, body) in [("bottom plate", rig.bottom), ("top plate", rig.top)] {
         let half = rig.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);

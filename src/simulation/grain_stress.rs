@@ -8,15 +8,9 @@ use crate::model::Model;
 use crate::scene::{Scene, SceneParameters};
 use crate::tensor::{Mat3, Pose, Vec3};
 
-/// Mean Cauchy stress of the first `grains` bodies [Pa], in the configuration that `contacts` was
+/// Mean Cauchy stress of all bodies [Pa], in the configuration that `contacts` was
 /// last evaluated in, under `pressure` [Pa] on the cover.
-pub fn mean_stresses(
-    model: &Model,
-    contacts: &Contacts,
-    poses: &[Pose],
-    pressure: f64,
-    grains: usize,
-) -> Vec<Mat3> {
+pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressure: f64) -> Vec<Mat3> {
     let mut moments = contact_moments(model, contacts, poses);
     if let Some(membrane) = &model.membrane {
         for (body, point) in contacts.membrane.points() {
@@ -40,7 +34,7 @@ pub fn mean_stresses(
         // Symmetric in balance; what is left of the moments' tolerance is averaged out.
         0.5 * (moment + moment.transpose()) / body.nominal.volume()
     };
-    moments.iter().zip(&model.bodies).take(grains).map(mean).collect()
+    moments.iter().zip(&model.bodies).map(mean).collect()
 }
 
 /// Mean Cauchy stress of each body of a scene [Pa], its weight included: gravity acts in its volume. Not a
@@ -51,7 +45,8 @@ pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3)
     for (i, (moment, body)) in moments.iter_mut().zip(&scene.model.bodies).enumerate() {
         let weight = gravity * body.mass;
         *moment += (poses[i].rotation * body.centre_of_mass) * weight.transpose();
-        let volume = body.mass / parameters.bodies[i].density;
+        let origin = body.damaged.as_ref().map_or(i, |grain| grain.ancestry().origin as usize);
+        let volume = body.mass / parameters.bodies[origin].density;
         *moment = match scene.is_free(i) {
             true => 0.5 * (*moment + moment.transpose()) / volume,
             false => Mat3::repeat(f64::NAN),

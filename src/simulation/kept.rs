@@ -8,6 +8,7 @@ use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
 use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, Test};
 
+use super::breaking::{CellStates, GrainState, cell_states, grain_states};
 use super::contact_table::ContactTable;
 use super::grain_stress::mean_stresses;
 use super::recorder::Sums;
@@ -21,6 +22,9 @@ pub struct State {
     pub stress: Vec<Mat3>,
     pub local_strains: Vec<LocalStrain>,
     pub contacts: ContactTable,
+    /// Of the grains that can break.
+    pub cells: Vec<CellStates>,
+    pub grains: Vec<GrainState>,
 }
 
 impl State {
@@ -30,7 +34,7 @@ impl State {
         contacts.start(&rig.model, committed);
         let known = contacts.evaluate(&rig.model, committed, &committed.poses).is_ok();
         let stress = match known {
-            true => mean_stresses(&rig.model, &contacts, &committed.poses, rig.pressure, grains),
+            true => mean_stresses(&rig.model, &contacts, &committed.poses, rig.pressure),
             false => vec![Mat3::zeros(); grains],
         };
         State {
@@ -40,6 +44,8 @@ impl State {
             stress,
             local_strains: Vec::new(),
             contacts: ContactTable::of(&contacts, &committed.memory, grains),
+            cells: cell_states(&rig.model),
+            grains: grain_states(&rig.model),
         }
     }
 }

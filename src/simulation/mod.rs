@@ -5,6 +5,7 @@
 //! accepted increment is in the file before the next one begins. SI units; the history counts
 //! compression positive.
 
+mod breaking;
 mod contact_table;
 mod fields;
 mod grain_stress;
@@ -252,6 +253,10 @@ fn triaxial_test(
             end = StageEnd::Interrupted;
         }
     }
+    if !matches!(end, StageEnd::Interrupted) {
+        let sieves: Vec<f64> = wanted.grading.iter().map(|point| point[0]).collect();
+        recorder.write_breakage(&rig, &sieves)?;
+    }
     let (end, outcome, reason) = ending(end);
     let dossier = rig.dossier.take().filter(|_| matches!(end, End::Stopped { .. })).map(Box::new);
     profile.finish(rig.contacts.timings);
@@ -317,7 +322,7 @@ fn started_test(
     let first = rig_of(case, &origin, observer)?;
     let mut rig = first.clone();
     condense(case, &mut rig, &meshes)?;
-    if !rig.restore(state.rig) {
+    if !rig.restore(state.rig)? {
         return Err(restart::fault(&options.out, "cannot start from the state of another specimen"));
     }
     let test = state.test.into_owned();
@@ -356,7 +361,7 @@ fn continued_test(
     let first = rig_of(case, &origin, observer)?;
     let mut rig = first.clone();
     condense(case, &mut rig, &meshes)?;
-    if !rig.restore(point.rig) {
+    if !rig.restore(point.rig)? {
         return Err(restart::fault(out, "belongs to another specimen"));
     }
     // The file drops what is behind its restart point only once that is known to be of use.
@@ -377,9 +382,9 @@ fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<R
 }
 
 fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
-    match case.solver.fidelity {
+    match case.fidelity_of_grains() {
         Fidelity::Auto | Fidelity::Rigid => {}
-        Fidelity::Condensed => rig.condense(rock::grains(&case.rock, meshes, case.seed, rock::condensed)?),
+        Fidelity::Condensed => rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?),
         Fidelity::Full => rig.resolve(rock::grains(&case.rock, meshes, case.seed, rock::full)?),
     }
     Ok(())
@@ -408,7 +413,7 @@ fn scene_run(
             let (point, version) = restart::decode::<ScenePoint<'_>>(&kept.bytes, out)?;
             // Before it moves: its first configuration is the reference of what the file shows.
             let first = scene.clone();
-            if !scene.restore(point.scene) {
+            if !scene.restore(point.scene)? {
                 return Err(restart::fault(
                     out,
                     "belongs to a scene of other bodies; has a mesh file changed?",

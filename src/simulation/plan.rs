@@ -6,7 +6,7 @@ use crate::case::{
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
-use crate::solver::Settings;
+use crate::solver::{DamageSettings, Settings};
 use crate::triaxial::{Cover, EnergyGate, Lateral, Path, RigParameters, RubberSheet, Stage, Steps, Until};
 
 /// A stage of the case as the rig runs it.
@@ -176,6 +176,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
+        damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
         // Halvings that stay above the smallest increment.
         max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
         ..Settings::default()

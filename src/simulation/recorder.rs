@@ -19,6 +19,7 @@ use crate::tensor::{Mat3, Pose};
 use crate::triaxial::{LocalStrain, Rig, StageCurve, StageEnd, StepReport, Test};
 
 use super::Options;
+use super::breaking::{breakage, cell_states, grain_states};
 use super::contact_table::ContactTable;
 use super::fields::{Points, field_mesh};
 use super::grain_stress::{components, mean_stresses};
@@ -36,6 +37,8 @@ pub struct Sums {
     /// External work and energy error of the last accepted increment [J].
     last: [f64; 2],
     stage: StageSums,
+    /// Time of the last saved state.
+    saved: f64,
     /// Wall-clock time of the run up to here [s].
     seconds: f64,
 }
@@ -185,6 +188,8 @@ impl Recorder {
             stress: vec![Mat3::zeros(); specimen.grains.len()],
             local_strains: Vec::new(),
             contacts: ContactTable::default(),
+            cells: Vec::new(),
+            grains: Vec::new(),
         };
         self.begin_with(first, case, rig, specimen, meshes)
     }
@@ -200,7 +205,8 @@ impl Recorder {
     ) -> Result<()> {
         self.grains = specimen.grains.len();
         let youngs_modulus = case.rock.youngs_modulus.mean;
-        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus)?;
+        let apart = case.rock.damage.is_some();
+        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus, apart)?;
         self.begin_fields(mesh, points, first)
     }
 
@@ -251,10 +257,12 @@ impl Recorder {
         let state = State {
             time: row.time,
             increment: row.increment as u64,
-            poses: poses.clone(),
-            stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure, self.grains),
+            poses: rig.model.frames(poses),
+            stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure),
             local_strains: report.local_strains.to_vec(),
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
+            cells: cell_states(&rig.model),
+            grains: grain_states(&rig.model),
         };
         let position = report.row.progress * stage.axial_strain().unwrap_or(1.0);
         self.append(&row, &[], state, position, report.row.progress)?;
@@ -390,6 +398,14 @@ impl Recorder {
         self.writer.write_table("profile", &profile.columns())
     }
 
+    /// Writes `/breakage` of a specimen whose grains can break; once, at the end of the run.
+    pub fn write_breakage(&mut self, rig: &Rig, sieves: &[f64]) -> Result<()> {
+        if rig.model.can_break() {
+            self.writer.write_breakage(&breakage(&rig.model, sieves)?)?;
+        }
+        Ok(())
+    }
+
     /// Keeps what is known of the increment that stopped the run in `/status`.
     pub fn write_dossier(&mut self, dossier: &Dossier) -> Result<()> {
         let contact = dossier.worst_contact.as_ref().map_or(String::new(), ToString::to_string);
@@ -409,25 +425,29 @@ impl Recorder {
 
     fn save(&mut self, state: State) -> Result<()> {
         self.unsaved = None;
-        let cells = self.points.cells();
+        // A dwell has the time of the increment before it; times of saved states grow.
+        let time = if self.states > 0 { state.time.max(self.sums.saved.next_up()) } else { state.time };
+        self.sums.saved = time;
+        let (damage, failed, carriers) = self.points.cells_of(&state.cells);
         let saved = self.writer.save_state(&FieldState {
-            time: state.time,
+            time,
             increment: state.increment,
-            displacement: &self.points.displacements(&state.poses),
-            damage: &vec![0.0; cells],
-            failed: &vec![false; cells],
-            stress: &self.points.cell_stresses(&state.stress),
+            displacement: &self.points.displacements(&state.poses, &carriers),
+            damage: &damage,
+            failed: &failed,
+            stress: &self.points.cell_stresses(&state.stress, &carriers),
         })?;
         let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
         let grain = |(index, pose): (usize, &Pose)| {
             let local = state.local_strains.get(index).unwrap_or(&none);
+            let breaking = state.grains.get(index).copied().unwrap_or_default();
             GrainRow {
                 position: pose.position,
                 rotation: pose.rotation.scaled_axis(),
-                damage_mean: 0.0,
-                damage_max: 0.0,
-                failed_fraction: 0.0,
-                fragments: 1,
+                damage_mean: breaking.damage_mean,
+                damage_max: breaking.damage_max,
+                failed_fraction: breaking.failed_fraction,
+                fragments: breaking.parts as i64,
                 local_shear_strain: local.shear,
                 local_volumetric_strain: local.volumetric,
                 turn: local.rotation,
@@ -498,9 +518,9 @@ impl Recorder {
             strain_localisation: picture.unevenness.localisation,
             dead_fraction: picture.unevenness.dead_fraction,
             plate_tilt: picture.tilt,
-            failed_points: 0,
-            deleted_cells: 0,
-            fragments: 0,
+            failed_points: row.damage.failed_points as i64,
+            deleted_cells: row.damage.deleted_cells as i64,
+            fragments: row.damage.fragments as i64,
             augmentations: counters.augmentations as i64,
             newton_iterations: counters.newton_iterations as i64,
             factorisations: counters.factorisations as i64,
@@ -511,7 +531,7 @@ impl Recorder {
             energy_external: ledger.external,
             energy_elastic: ledger.elastic,
             energy_friction: ledger.friction,
-            energy_damage: 0.0,
+            energy_damage: ledger.damage,
             energy_stabilisation: ledger.stabilisation,
             energy_membrane: ledger.membrane,
             energy_error: ledger.error(),

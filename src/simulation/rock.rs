@@ -7,9 +7,11 @@ use rayon::prelude::*;
 use crate::case::{Law, RockCase, Scatter};
 use crate::element::Strains;
 use crate::error::{Error, Result};
-use crate::grain::{CondensedGrain, FullGrain};
-use crate::material::{self, Elastic, Property, Quantity, sample_field};
-use crate::mesh::Mesh;
+use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, FullGrain};
+use crate::material::{
+    self, DamageLaw, DamageParameters, Elastic, Property, Quantity, Softening, crack_band_size, sample_field,
+};
+use crate::mesh::{CellId, Mesh};
 
 /// What the case says of a quantity, as the material draws it.
 pub fn quantity(law: &Law) -> Quantity {
@@ -86,4 +88,60 @@ where
         .enumerate()
         .map(|(index, mesh)| build(rock, &format!("grain {index}"), index, mesh.clone(), seed))
         .collect()
+}
+
+/// A condensed body and its damage, where it can break.
+pub type Breakable = (Arc<CondensedGrain>, Option<Arc<DamagedGrain>>);
+
+/// The grains of a specimen condensed, in their order.
+pub fn condensed_grains(rock: &RockCase, meshes: &[Mesh], seed: u64) -> Result<Vec<Breakable>> {
+    let grain = |(index, mesh): (usize, &Mesh)| {
+        let name = format!("grain {index}");
+        let grain = condensed(rock, &name, index, mesh.clone(), seed)?;
+        let damaged = damaged(rock, &name, index, &grain, seed)?;
+        Ok((grain, damaged))
+    };
+    meshes.par_iter().enumerate().map(grain).collect()
+}
+
+/// Body number `index` with the strengths of its cells; `None` for elastic rock. With a fracture energy the softening in tension follows
+/// from it and the size of the cell.
+///
+/// # Errors
+/// `Error::Mesh` naming the body, where a law cannot give what is possible.
+pub fn damaged(
+    rock: &RockCase,
+    name: &str,
+    index: usize,
+    grain: &Arc<CondensedGrain>,
+    seed: u64,
+) -> Result<Option<Arc<DamagedGrain>>> {
+    let (Some(damage), Some(tensile), Some(compressive)) =
+        (&rock.damage, &rock.tensile_strength, &rock.compressive_strength)
+    else {
+        return Ok(None);
+    };
+    let fail = |error: material::MaterialError| Error::Mesh { name: name.into(), message: error.to_string() };
+    let parameters = DamageParameters {
+        tension: damage
+            .fracture_energy
+            .map_or(Softening::Exponent(damage.exponent), Softening::FractureEnergy),
+        compression: Softening::Exponent(damage.exponent),
+        threshold: damage.threshold,
+        recovery_in_compression: damage.recovery_in_compression,
+        recovery_in_tension: damage.recovery_in_tension,
+    };
+    let mesh = grain.mesh();
+    let cells = mesh.cells.len();
+    let field = |law: &Law, property| sample_field(&quantity(law), property, seed, index as u64, cells);
+    let tensile = field(tensile, Property::TensileStrength).map_err(fail)?.values;
+    let compressive = field(compressive, Property::CompressiveStrength).map_err(fail)?.values;
+    let law = |cell: CellId| {
+        let size = crack_band_size(mesh.cell_volume(cell));
+        let (f_t, f_c) = (tensile[cell.index()], compressive[cell.index()]);
+        DamageLaw::new(*grain.rock(cell), f_t, f_c, &parameters, size).map_err(fail)
+    };
+    let laws = mesh.cell_ids().map(law).collect::<Result<Vec<_>>>()?;
+    let ancestry = Ancestry::of_grain(index as u32);
+    DamagedGrain::over(grain.clone(), laws, rock.density, ancestry).map(|grain| Some(Arc::new(grain)))
 }

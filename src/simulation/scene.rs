@@ -16,10 +16,11 @@ use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sph
 use crate::results::{BodyRow, HistoryRow};
 use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
 use crate::simulation::rock;
-use crate::solver::Settings;
+use crate::solver::{DamageSettings, Settings};
 use crate::tensor::{Mat3, Pose, Rotation, Vec3};
 use crate::triaxial::StageEnd;
 
+use super::breaking::cell_states;
 use super::contact_table::ContactTable;
 use super::fields::scene_mesh;
 use super::grain_stress::body_stresses;
@@ -57,6 +58,8 @@ impl Recorder {
             stress: vec![Mat3::zeros(); scene.model.bodies.len()],
             local_strains: Vec::new(),
             contacts: ContactTable::default(),
+            cells: Vec::new(),
+            grains: Vec::new(),
         };
         self.begin_fields(mesh, points, first)
     }
@@ -78,10 +81,12 @@ impl Recorder {
         let state = State {
             time: history.time,
             increment: row.increment as u64,
-            poses: poses.clone(),
+            poses: scene.model.frames(poses),
             stress: body_stresses(scene, parameters, row.gravity),
             local_strains: Vec::new(),
             contacts: ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
+            cells: cell_states(&scene.model),
+            grains: Vec::new(),
         };
         self.append(&history, &body_rows(row), state, row.progress, row.progress)?;
         self.hold_scene(scene)?;
@@ -162,6 +167,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
+        damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
         ..Settings::default()
     }
 }
@@ -175,9 +181,9 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         time: row.stage as f64 + row.progress,
         coordination_number: 2.0 * row.measures.pairs as f64 / row.bodies.len().max(1) as f64,
         sliding_fraction: row.measures.sliding_fraction,
-        failed_points: 0,
-        deleted_cells: 0,
-        fragments: 0,
+        failed_points: count(row.damage.failed_points),
+        deleted_cells: count(row.damage.deleted_cells),
+        fragments: count(row.damage.fragments),
         augmentations: count(row.counters.augmentations),
         newton_iterations: count(row.counters.newton_iterations),
         factorisations: count(row.counters.factorisations),
@@ -188,7 +194,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         energy_external: row.ledger.external,
         energy_elastic: row.ledger.elastic,
         energy_friction: row.ledger.friction,
-        energy_damage: 0.0,
+        energy_damage: row.ledger.damage,
         energy_stabilisation: row.ledger.stabilisation,
         energy_membrane: row.ledger.membrane,
         energy_error: row.ledger.error(),
@@ -270,11 +276,16 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         (Fidelity::Full, Some(mesh)) => full = Some(rock::full(rock, &body.name, index, mesh, case.seed)?),
         (Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full, _) => {}
     }
+    let damaged = match &grain {
+        Some(grain) => rock::damaged(rock, &body.name, index, grain, case.seed)?,
+        None => None,
+    };
     Ok(SceneBody {
         name: body.name.clone(),
         shape,
         grain,
         full,
+        damaged,
         pose: Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation))),
         density: rock.density,
         youngs_modulus: rock.youngs_modulus.mean,

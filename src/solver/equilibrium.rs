@@ -1,6 +1,7 @@
 //! Augmentations: proximal Newton solves, re-centred and relaxed until the forces balance.
 
 use crate::assembly::elastic::Relaxed;
+use crate::solver::damage::DamageWatch;
 use crate::solver::newton::{Newton, NewtonEnd};
 
 /// How well the forces balance.
@@ -23,6 +24,8 @@ pub struct Equilibrium {
     pub history: Vec<f64>,
     /// Energy in elastic bodies [J].
     pub surface_energy: f64,
+    /// Why a body that damage has softened could not be solved for, if so.
+    pub broke: Option<String>,
 }
 
 /// A gap of elastic bodies may miss by this share of what a rigid body yields to the mean contact
@@ -52,6 +55,14 @@ impl Newton<'_> {
         let mut history = Vec::new();
         // Whether forces are worth taking over: a solve has brought them towards balance.
         let mut fresh = false;
+        let mut damage = DamageWatch::new(self.model, settings);
+        let ended = |converged, balance, history, surface_energy| Equilibrium {
+            converged,
+            balance,
+            history,
+            surface_energy,
+            broke: None,
+        };
         loop {
             let balance = self.balance();
             history.push(balance.out_of_balance);
@@ -59,19 +70,28 @@ impl Newton<'_> {
             let mut surface_energy = 0.0;
             if elastic && (converged || fresh) {
                 let yielding = balance.reference_force / self.typical_stiffness;
-                let gap_tolerance = gap_tolerance.min(GAP_SHARE * yielding);
+                let gap_tolerance = gap_tolerance.min((GAP_SHARE * yielding).max(damage.gap_floor()));
                 let Relaxed { mismatch, energy } =
                     self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
                 tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");
                 surface_energy = energy;
                 converged &= mismatch < gap_tolerance;
                 fresh = false;
+                let off = (balance.out_of_balance / tolerance).max(mismatch / gap_tolerance);
+                match damage.step(&mut self.contacts, self.model, settings, off) {
+                    Ok(settled) => converged &= settled,
+                    Err(problem) => {
+                        let broke = Some(problem.to_string());
+                        return Equilibrium { broke, ..ended(false, balance, history, surface_energy) };
+                    }
+                }
                 if !converged {
                     self.evaluate();
                 }
             }
-            if converged || history.len() > settings.max_augmentations || settings.stop.is_raised() {
-                return Equilibrium { converged, balance, history, surface_energy };
+            let tired = history.len() - damage.moves() > settings.max_augmentations;
+            if converged || tired || settings.stop.is_raised() {
+                return ended(converged, balance, history, surface_energy);
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
@@ -89,7 +109,7 @@ impl Newton<'_> {
             match end {
                 NewtonEnd::Stalled => {
                     if weight >= settings.proximal_max {
-                        return Equilibrium { converged: false, balance, history, surface_energy };
+                        return ended(false, balance, history, surface_energy);
                     }
                     weight = (weight * settings.proximal_raise).min(settings.proximal_max);
                     continue;

@@ -1,6 +1,6 @@
 //! One increment: from the committed state to the next equilibrium, or a reason why not.
 
-use crate::assembly::{self, Contacts, SurfaceField};
+use crate::assembly::{self, Contacts, Damages, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::equilibrium::Balance;
@@ -27,6 +27,10 @@ pub enum StepStatus {
     },
     /// Told to stop ([`Settings::stop`]).
     Abandoned,
+    /// Damage left a body that cannot be factored.
+    Unsolvable {
+        problem: String,
+    },
     /// The starting configuration already overlaps beyond what a contact can carry.
     TooClose,
 }
@@ -52,6 +56,8 @@ pub struct IncrementReport {
     /// Out-of-balance at each augmentation, for the dossier.
     pub history: Vec<f64>,
     pub measures: ContactMeasures,
+    /// Damage of the bodies that can break.
+    pub damage: Damages,
     /// The load factor that the loads' control was found to need; zero without one.
     pub factor: f64,
 }
@@ -131,14 +137,19 @@ pub fn advance(
             counters: Counters::default(),
             history: Vec::new(),
             measures: ContactMeasures::default(),
+            damage: Damages::default(),
             factor: 0.0,
         };
     };
     let outcome = newton.equilibrate();
-    let status = if outcome.converged {
+    let takes_damage = outcome.converged && settings.damage.moves;
+    let damage = if takes_damage { newton.contacts.damages(model) } else { Ok(Damages::default()) };
+    let status = if outcome.converged && damage.is_ok() {
         StepStatus::Converged
     } else if settings.stop.is_raised() {
         StepStatus::Abandoned
+    } else if let Some(problem) = damage.as_ref().err().map(ToString::to_string).or(outcome.broke) {
+        StepStatus::Unsolvable { problem }
     } else {
         StepStatus::OutOfBalance {
             body: outcome.balance.worst_body,
@@ -179,7 +190,7 @@ pub fn advance(
         }
         measures.pairs += usize::from(touching);
     }
-    energy.elastic += outcome.surface_energy;
+    energy.elastic += outcome.surface_energy - damage.as_ref().map_or(0.0, |damage| damage.removed);
     measures.sliding_fraction =
         if measures.points == 0 { 0.0 } else { sliding as f64 / measures.points as f64 };
     measures.mean_force = newton.contacts.mean_force();
@@ -197,6 +208,7 @@ pub fn advance(
         counters,
         history: outcome.history,
         measures,
+        damage: damage.unwrap_or_default(),
         factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
     };
     *contacts = newton.contacts;

@@ -2,6 +2,7 @@
 //! control, dwell at instabilities. Every increment ends in a status; nothing here is an error.
 
 pub mod control;
+pub mod damage;
 pub mod dossier;
 pub mod drape;
 pub mod equilibrium;
@@ -11,6 +12,7 @@ pub mod pace;
 pub mod settings;
 pub mod stop;
 
+pub use damage::DamageSettings;
 pub use dossier::{ContactReport, Dossier};
 pub use drape::{Drape, drape};
 pub use equilibrium::{Balance, Equilibrium};

@@ -1,5 +1,6 @@
 //! Tolerances and limits of the solver.
 
+use crate::solver::damage::DamageSettings;
 use crate::solver::stop::StopSignal;
 
 /// Everything that can be set. The defaults are those measured in ARCHITECTURE.md.
@@ -33,6 +34,8 @@ pub struct Settings {
     pub merit_memory: usize,
     /// Times an increment is halved before it stops.
     pub max_cuts: usize,
+    /// For bodies that can break.
+    pub damage: DamageSettings,
     /// Has increments given up between augmentations.
     pub stop: StopSignal,
 }
@@ -55,6 +58,7 @@ impl Default for Settings {
             newton_reduction: 0.05,
             merit_memory: 4,
             max_cuts: 6,
+            damage: DamageSettings::default(),
             stop: StopSignal::default(),
         }
     }

@@ -27,6 +27,7 @@ fn block(name: &str, size: [f64; 3]) -> (Body, ContactShape) {
         centre_of_mass: Vec3::zeros(),
         grain: None,
         full: None,
+        damaged: None,
         rotation_scale: 0.05,
         nominal,
     };
@@ -50,6 +51,7 @@ fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {
         cover: None,
         membrane: None,
         wall: None,
+        generated: Vec::new(),
     };
     let poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, -0.05), crate::tensor::Rotation::identity()),
@@ -172,8 +174,16 @@ fn membrane_on_a_smooth_core_hands_the_pressure_on() {
     loads.free_nodes(membrane.free_nodes());
     loads.pressure = pressure;
     let friction = Friction::constant(0.5);
-    let model =
-        Model { bodies, shapes, law, friction, cover: Some(cover), membrane: Some(membrane), wall: None };
+    let model = Model {
+        bodies,
+        shapes,
+        law,
+        friction,
+        cover: Some(cover),
+        membrane: Some(membrane),
+        wall: None,
+        generated: Vec::new(),
+    };
     let committed = Committed::new(poses);
     let settings = Settings::default();
     let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };

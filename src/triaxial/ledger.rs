@@ -10,6 +10,8 @@ pub struct Ledger {
     /// Stored in contacts (and grains), less what was stored at the start.
     pub elastic: f64,
     pub friction: f64,
+    /// Set free by damage, deleted cells and parts that were given up.
+    pub damage: f64,
     /// Stored in a rubber membrane's sheet, less what was stored at the start.
     pub membrane: f64,
     /// Set free in increments that snapped to another equilibrium, where the stabilising term
@@ -20,7 +22,7 @@ pub struct Ledger {
 impl Ledger {
     /// External work that no row accounts for [J].
     pub fn error(&self) -> f64 {
-        self.external - self.elastic - self.friction - self.membrane - self.stabilisation
+        self.external - self.elastic - self.friction - self.damage - self.membrane - self.stabilisation
     }
 }
 
@@ -78,8 +80,14 @@ mod tests {
 
     #[test]
     fn gate_is_breached_by_gaps_beyond_its_share_of_the_turnover() {
-        let ledger =
-            Ledger { external: 2.0, elastic: 0.7, friction: 0.9, membrane: 0.3, stabilisation: 0.05 };
+        let ledger = Ledger {
+            external: 2.0,
+            elastic: 0.7,
+            friction: 0.8,
+            damage: 0.1,
+            membrane: 0.3,
+            stabilisation: 0.05,
+        };
         assert!((ledger.error() - 0.05).abs() < 1e-15);
         let gate = EnergyGate { tolerance: 1e-3, cuts: false };
         assert!(!gate.is_breached(0.9e-3, 1.0, 5.0, 1e-3));

@@ -76,14 +76,15 @@ impl Zero {
     /// The rig as it stands.
     pub fn of(rig: &Rig) -> Self {
         let poses = &rig.committed.poses;
-        let grains = rig.model.bodies.iter().filter(|body| body.kind == BodyKind::Grain);
+        // Grains come first; those that broke are seen by the frames of their largest parts.
+        let grains = rig.model.bodies.iter().take_while(|body| body.kind != BodyKind::Plate);
         let diameter = |volume: f64| (6.0 * volume / std::f64::consts::PI).cbrt();
         let diameters: Vec<f64> = grains.map(|body| diameter(body.nominal.volume())).collect();
         Zero {
             height: rig.height(poses),
             volume: rig.volume(poses),
             areas: section_areas(rig, poses),
-            neighbourhood: Neighbourhood::new(poses, &diameters),
+            neighbourhood: Neighbourhood::new(&rig.model.frames(poses), &diameters),
         }
     }
 }

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::Contacts;
+use crate::assembly::{Contacts, Failing};
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::{CondensedGrain, FullGrain};
+use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
 use crate::model::cover::{Outline, Rim};
-use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall};
+use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall, StoredBodies};
 use crate::solver::{Dossier, Settings};
 use crate::specimen::Specimen;
 use crate::tensor::{self, Pose, Rotation, Vec3};
@@ -66,6 +66,8 @@ pub struct Rig {
     pub pressure: f64,
     /// Whether the top plate is free to tilt.
     pub tilting: bool,
+    /// What the last increment leaves to break up.
+    pub failing: Failing,
     /// Of the last increment that could not be solved; not stored.
     pub dossier: Option<Dossier>,
 }
@@ -75,6 +77,7 @@ pub struct Rig {
 pub struct Elasticity {
     grain: Option<Arc<CondensedGrain>>,
     full: Option<Arc<FullGrain>>,
+    damaged: Option<Arc<DamagedGrain>>,
 }
 
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
@@ -84,6 +87,8 @@ pub struct RigState<'a> {
     contacts: Cow<'a, Contacts>,
     pressure: f64,
     nominal_ratio: f64,
+    bodies: StoredBodies<'a>,
+    failing: Cow<'a, Failing>,
 }
 
 impl RigState<'_> {
@@ -98,7 +103,7 @@ impl Rig {
     pub fn state(&self) -> RigState<'_> {
         // Every field by name: a new one is either rebuilt by `new` or has to be stored.
         let Rig {
-            model: _,
+            model,
             committed,
             contacts,
             settings: _,
@@ -108,6 +113,7 @@ impl Rig {
             pressure,
             nominal_ratio,
             tilting: _,
+            failing,
             dossier: _,
         } = self;
         RigState {
@@ -115,21 +121,47 @@ impl Rig {
             contacts: Cow::Borrowed(contacts),
             pressure: *pressure,
             nominal_ratio: *nominal_ratio,
+            bodies: model.stored_bodies(),
+            failing: Cow::Borrowed(failing),
         }
     }
 
     /// Takes a stored state; `false`, and nothing is changed, where it belongs to another specimen.
-    #[must_use]
-    pub fn restore(&mut self, state: RigState<'_>) -> bool {
-        let bodies = self.model.bodies.len();
-        let fits = state.committed.poses.len() == self.model.carriers() && state.contacts.fit(bodies);
+    ///
+    /// # Errors
+    /// `Error::Mesh` where a grain that broke cannot be made anew.
+    pub fn restore(&mut self, state: RigState<'_>) -> Result<bool> {
+        let mut model = self.model.clone();
+        let fits = model.restore_bodies(state.bodies)?
+            && state.committed.poses.len() == model.carriers()
+            && state.contacts.fit(model.bodies.len());
         if fits {
+            self.model = model;
+            self.failing = state.failing.into_owned();
             self.committed = state.committed.into_owned();
             self.contacts = state.contacts.into_owned();
             self.pressure = state.pressure;
             self.nominal_ratio = state.nominal_ratio;
         }
-        fits
+        Ok(fits)
+    }
+
+    /// Breaks up what the last increment left to; the elastic energy that went with lost parts [J], if there was anything.
+    ///
+    /// # Errors
+    /// `Error::Mesh` where a part cannot be made.
+    pub fn break_up(&mut self) -> Result<Option<f64>> {
+        if self.failing.is_empty() {
+            return Ok(None);
+        }
+        let failing = std::mem::take(&mut self.failing);
+        let displacements = failing.displacements(self.model.bodies.len());
+        let least_share = self.settings.damage.least_share;
+        let fractures = self.model.break_up(&mut self.committed, &displacements, least_share)?;
+        if !fractures.is_empty() {
+            self.contacts.forget_bodies();
+        }
+        Ok(Some(fractures.iter().map(|fracture| fracture.lost_energy).sum()))
     }
 
     /// Places the specimen between plates and drapes the cover.
@@ -152,6 +184,7 @@ impl Rig {
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
                 full: None,
+                damaged: None,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -175,6 +208,7 @@ impl Rig {
                 centre_of_mass: Vec3::zeros(),
                 grain: None,
                 full: None,
+                damaged: None,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
@@ -189,16 +223,11 @@ impl Rig {
             tangential_ratio,
             friction_blend: 0.05,
         };
+        let friction = parameters.friction;
+        let (cover, membrane, generated) = (None, None, Vec::new());
+        let model = Model { bodies, shapes, law, friction, cover, membrane, wall: None, generated };
         let mut rig = Rig {
-            model: Model {
-                bodies,
-                shapes,
-                law,
-                friction: parameters.friction,
-                cover: None,
-                membrane: None,
-                wall: None,
-            },
+            model,
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings,
@@ -208,6 +237,7 @@ impl Rig {
             nominal_ratio: 1.0,
             pressure: 0.0,
             tilting: parameters.tilting,
+            failing: Failing::default(),
             dossier: None,
         };
         match &parameters.cover {
@@ -221,10 +251,12 @@ impl Rig {
     }
 
     /// Gives the grains their own flexibility, in their order; before anything has moved.
-    pub fn condense(&mut self, grains: Vec<Arc<CondensedGrain>>) {
-        for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
-            body.grain = Some(grain);
+    /// Those with damage can break.
+    pub fn condense(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
+        for (body, (grain, damaged)) in self.model.bodies.iter_mut().zip(grains) {
+            (body.grain, body.damaged) = (Some(grain), damaged);
         }
+        self.model.begin_damage();
     }
 
     /// Puts a rigid wall around the grains, touching the outermost.
@@ -252,14 +284,18 @@ impl Rig {
 
     /// Makes all grains rigid; `None` where they are.
     pub fn stiffen(&mut self) -> Option<Vec<Elasticity>> {
-        let taken = |body: &mut Body| Elasticity { grain: body.grain.take(), full: body.full.take() };
+        let taken = |body: &mut Body| Elasticity {
+            grain: body.grain.take(),
+            full: body.full.take(),
+            damaged: body.damaged.take(),
+        };
         self.model.has_elastic().then(|| self.model.bodies.iter_mut().map(taken).collect())
     }
 
     /// Lets them deform again, undisplaced; contacts are as if they had just been made.
     pub fn soften(&mut self, elasticity: Vec<Elasticity>) {
-        for (body, Elasticity { grain, full }) in self.model.bodies.iter_mut().zip(elasticity) {
-            (body.grain, body.full) = (grain, full);
+        for (body, Elasticity { grain, full, damaged }) in self.model.bodies.iter_mut().zip(elasticity) {
+            (body.grain, body.full, body.damaged) = (grain, full, damaged);
         }
         self.committed.memory.clear();
         self.committed.fields.clear();
@@ -313,6 +349,11 @@ impl Rig {
         let mut loads = Loads::none(self.model.bodies.len());
         loads.prescribed[self.bottom] = [true; 6];
         loads.prescribed[self.top] = [true, true, !top_free, !self.tilting, !self.tilting, true];
+        for (held, body) in loads.prescribed.iter_mut().zip(&self.model.bodies) {
+            if body.kind == BodyKind::Gone {
+                *held = [true; 6];
+            }
+        }
         match &self.model.wall {
             Some(_) => loads.free_radius(),
             None => loads.free_nodes(self.model.carriers() - self.model.bodies.len()),

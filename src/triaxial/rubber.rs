@@ -156,6 +156,7 @@ mod tests {
                 rotation_scale: 0.02,
                 grain: None,
                 full: None,
+                damaged: None,
                 nominal,
             };
             let shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });
@@ -182,7 +183,16 @@ mod tests {
         }
         let friction = Friction::constant(0.5);
         Rig {
-            model: Model { bodies, shapes, law, friction, cover: None, membrane: None, wall: None },
+            model: Model {
+                bodies,
+                shapes,
+                law,
+                friction,
+                cover: None,
+                membrane: None,
+                wall: None,
+                generated: Vec::new(),
+            },
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings: Settings::default(),
@@ -192,6 +202,7 @@ mod tests {
             pressure: 0.0,
             nominal_ratio: 1.0,
             tilting: false,
+            failing: Default::default(),
             dossier: None,
         }
     }

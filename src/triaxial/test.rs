@@ -3,9 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::pressure_loads_into;
-use crate::model::Counters;
+use crate::error::Result;
+use crate::model::{Counters, DamageCounts};
 use crate::solver::{
-    Dossier, Energies, Increment, IncrementReport, Pace, StepStatus, advance, motion_between,
+    DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, StepStatus, advance,
+    motion_between,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
@@ -23,6 +25,7 @@ pub struct Row {
     pub picture: Picture,
     pub response: Response,
     pub ledger: Ledger,
+    pub damage: DamageCounts,
     /// Energy of the increment that no row of the ledger accounts for, over the work that ram and
     /// pressure exchanged in it.
     pub energy_gap: f64,
@@ -56,6 +59,10 @@ const SEATING_SHARE: f64 = 0.5;
 /// Trials of a load whose cross-section is not known before, and of an increment that is to land.
 const AREA_TRIALS: usize = 5;
 const LANDING_TRIALS: usize = 8;
+/// Where a stage is over and grains broke in its last increment, the tolerances of the dwell are those of an increment of this share.
+const DWELL_SHARE: f64 = 1e-3;
+/// Rough balances that a dwell gets where it does not find a fine one.
+const MOST_SETTLINGS: usize = 20;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
 const LEAST_PRESSURE: f64 = 1e-3;
 /// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
@@ -92,6 +99,10 @@ struct UnderWay {
     watch: Watch,
     curve: Curve,
     last: Option<Last>,
+    /// Whether grains broke and are not in balance yet.
+    dwells: bool,
+    /// Rough balances that the dwell has been given so far.
+    settlings: usize,
 }
 
 impl UnderWay {
@@ -173,14 +184,30 @@ impl Test {
         let Some(mut way) = self.under_way.take().or_else(|| self.begin(rig, stage)) else {
             return StageEnd::Finished;
         };
-        while let Some(share) = way.next() {
-            let to = way.pace.after(share);
+        loop {
+            match self.break_up(rig) {
+                Ok(true) => (way.dwells, way.last) = (true, None),
+                Ok(false) => {}
+                Err(error) => return StageEnd::Stopped { reason: error.to_string() },
+            }
+            // Where grains broke, first a new balance under the loads as they are.
+            let (share, to) = match (way.dwells, way.next()) {
+                (true, next) => (next.unwrap_or(DWELL_SHARE), way.pace.done()),
+                (false, Some(share)) => (share, way.pace.after(share)),
+                (false, None) => break,
+            };
             let mut report = match self.attempt(rig, &way.drive, share, to, way.last.as_ref()) {
                 Ok(report) => report,
                 Err(_) if rig.settings.stop.is_raised() => {
                     self.under_way = Some(way);
                     return StageEnd::Interrupted;
                 }
+                Err(_) if way.dwells && way.settlings < MOST_SETTLINGS => {
+                    self.settle(rig, &way, share, to);
+                    way.settlings += 1;
+                    continue;
+                }
+                Err(reason) if way.dwells => return StageEnd::Stopped { reason },
                 Err(_) if way.watch.gives_up_landing() => continue,
                 Err(_) if way.pace.cut(share) => continue,
                 Err(reason) => {
@@ -188,17 +215,19 @@ impl Test {
                     return StageEnd::Stopped { reason: limit.unwrap_or_default() + &reason };
                 }
             };
-            let trial = self.weigh(rig, &way.drive, &report, share, to);
-            if way.watch.overshoots(share, &trial.measures) {
+            let trial = self.weigh(rig, &way, &report, share, to);
+            if !way.dwells && way.watch.overshoots(share, &trial.measures) {
                 continue;
             }
             let refused = trial.creates_energy || (trial.poorly_closed && self.energy_gate.cuts);
-            if refused && way.pace.cut(share) {
+            if refused && !way.dwells && way.pace.cut(share) {
                 tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
                 way.watch.limit = None;
                 continue;
             }
-            report.counters.cuts = way.pace.accept(share, report.history.len());
+            if !way.dwells {
+                report.counters.cuts = way.pace.accept(share, report.history.len());
+            }
             let m = &trial.measures;
             way.watch.accept(m);
             let response = way.curve.push(
@@ -208,12 +237,13 @@ impl Test {
                 m.confining_pressure,
             );
             self.peak_friction_angle = way.curve.peak();
-            let local_strains = self.zero.neighbourhood.local_strains(&report.poses);
+            let local_strains = self.zero.neighbourhood.local_strains(&rig.model.frames(&report.poses));
             let row = Row {
                 measures: *m,
                 picture: Picture::of(rig, &rig.contacts, &report.poses, m, &self.zero, &local_strains),
                 response,
                 ledger: trial.ledger,
+                damage: DamageCounts::default(),
                 energy_gap: trial.energy_gap,
                 poorly_closed: trial.poorly_closed,
                 control_error: trial.control_error,
@@ -224,12 +254,15 @@ impl Test {
                 mean_contact_force: report.measures.mean_force,
                 progress: way.pace.done(),
             };
-            way.last = Some(self.commit(rig, &way.drive, &report, &trial, share));
+            let last = self.commit(rig, &way.drive, &report, &trial, share);
+            way.last = Some(last).filter(|_| !way.dwells);
+            (way.dwells, way.settlings) = (false, 0);
             self.under_way = Some(way);
+            let row = Row { damage: rig.model.damage_counts(), ..row };
             let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
             let goes_on = observe(rig, &step);
             match self.under_way.take() {
-                Some(left) if goes_on || left.is_over() => way = left,
+                Some(left) if goes_on || (left.is_over() && rig.failing.is_empty()) => way = left,
                 left => {
                     self.under_way = left;
                     return StageEnd::Interrupted;
@@ -267,7 +300,34 @@ impl Test {
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
         let watch = Watch::new(&stage.until, origin.deviatoric_stress);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
-        Some(UnderWay { drive, pace, watch, curve, last: None })
+        Some(UnderWay { drive, pace, watch, curve, last: None, dwells: false, settlings: 0 })
+    }
+
+    /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
+    /// seating does: a collapse is followed in pieces. Nothing more breaks meanwhile; what is set free goes to the stabilisation with the dwell.
+    fn settle(&mut self, rig: &mut Rig, way: &UnderWay, share: f64, to: f64) {
+        let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
+        let (area, pressure) = (now.volume / now.height, now.pressure);
+        let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
+        let loads = way.drive.loads(rig, share, to, &guess);
+        let mut settings = rig.settings.for_seating();
+        settings.damage.moves = false;
+        let increment =
+            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
+        // What pressure and ram do on the way, as for an increment.
+        let trial = self.weigh(rig, way, &report, share, to);
+        self.commit(rig, &way.drive, &report, &trial, share);
+    }
+
+    /// Breaks up what the last increment left to; whether anything did.
+    fn break_up(&mut self, rig: &mut Rig) -> Result<bool> {
+        let lost = rig.break_up()?;
+        if let Some(lost) = lost {
+            self.ledger.damage += lost;
+            self.ledger.elastic -= lost;
+        }
+        Ok(lost.is_some())
     }
 
     /// Makes the increment the committed state; what it came from goes to the next one.
@@ -288,6 +348,8 @@ impl Test {
         };
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);
+        rig.model.take_damage(&report.damage.grains);
+        rig.failing = report.damage.failing();
         rig.pressure = trial.pressure;
         self.ledger = trial.ledger;
         self.ram = trial.ram;
@@ -299,7 +361,7 @@ impl Test {
     ///
     /// # Errors
     /// The reason, with numbers, where it does not come to lie.
-    pub fn lay_membrane(&mut self, rig: &mut Rig, pressure: f64) -> Result<(), String> {
+    pub fn lay_membrane(&mut self, rig: &mut Rig, pressure: f64) -> std::result::Result<(), String> {
         if rig.model.membrane.is_none() {
             return Ok(());
         }
@@ -325,7 +387,12 @@ impl Test {
     pub fn seat(&mut self, rig: &mut Rig, pressure: f64) -> IncrementReport {
         let loads = rig.loads(true, SEATING_SHARE * pressure);
         let mut counters = Counters::default();
-        let mut settings = rig.settings.for_seating();
+        // Grains do not break by being put into touch.
+        let fine = Settings {
+            damage: DamageSettings { moves: false, ..rig.settings.damage },
+            ..rig.settings.clone()
+        };
+        let mut settings = fine.for_seating();
         loop {
             let increment = Increment {
                 model: &rig.model,
@@ -342,9 +409,9 @@ impl Test {
             rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
             rig.pressure = SEATING_SHARE * pressure;
             self.restart(rig, &report.energy);
-            let rough = settings != rig.settings;
+            let rough = settings != fine;
             if report.converged() && rough {
-                settings = rig.settings.clone();
+                settings = fine.clone();
             } else {
                 report.counters = counters;
                 return report;
@@ -361,7 +428,7 @@ impl Test {
         share: f64,
         to: f64,
         last: Option<&Last>,
-    ) -> Result<IncrementReport, String> {
+    ) -> std::result::Result<IncrementReport, String> {
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let continued = |now: f64, before: fn(&Last) -> f64| {
             last.map_or(now, |last| now + (now - before(last)) * (share / last.share))
@@ -429,7 +496,8 @@ impl Test {
     }
 
     /// Measures an increment and enters it into a copy of the ledger.
-    fn weigh(&self, rig: &Rig, drive: &Drive, report: &IncrementReport, share: f64, to: f64) -> Trial {
+    fn weigh(&self, rig: &Rig, way: &UnderWay, report: &IncrementReport, share: f64, to: f64) -> Trial {
+        let drive = &way.drive;
         let pressure = drive.pressure(to, report.factor);
         let (old, new) = (&rig.committed.poses, &report.poses);
         let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
@@ -444,8 +512,9 @@ impl Test {
         ledger.external += ram_work + pressure_work;
         ledger.elastic = report.energy.elastic - self.start_elastic;
         ledger.friction += report.energy.friction;
+        ledger.damage += report.damage.dissipated;
         ledger.membrane = report.energy.membrane - self.start_membrane;
-        if report.is_snap() {
+        if way.dwells || report.is_snap() {
             ledger.stabilisation += (ledger.error() - self.ledger.error()).max(0.0);
         }
         let gap = ledger.error() - self.ledger.error();
@@ -598,6 +667,7 @@ fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> String {
     match &report.status {
         StepStatus::Converged => "converged".into(),
         StepStatus::Abandoned => "abandoned".into(),
+        StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
         StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
         StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
             "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \

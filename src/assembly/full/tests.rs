@@ -30,6 +30,7 @@ fn pile() -> (Model, Committed, Loads) {
             nominal: Polyhedron::cuboid([EDGE; 3]).expect("a box"),
             stiffness: 1e8,
             grain: None,
+            damaged: None,
             full: (index > 0).then(|| Arc::new(full)),
             friction: None,
             mass: 0.07,
@@ -51,7 +52,16 @@ fn pile() -> (Model, Committed, Loads) {
         let turn = Vec3::new(2e-4, -3e-4, 0.35 * index as f64);
         Pose::new(Vec3::new(1e-3 * index as f64, -2e-3, height), Rotation::from_scaled_axis(turn))
     };
-    let model = Model { bodies, shapes, law, friction: Friction::constant(0.4), cover: None, membrane: None };
+    let model = Model {
+        bodies,
+        shapes,
+        law,
+        friction: Friction::constant(0.4),
+        cover: None,
+        membrane: None,
+        wall: None,
+        generated: Vec::new(),
+    };
     (model, Committed::new((0..3).map(place).collect()), Loads::none(3))
 }
 

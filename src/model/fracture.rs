@@ -1,0 +1,336 @@
+//! Takes failed cells out of the model: a grain that loses cells gets a smaller body, one that comes apart becomes several.
+//!
+//! The largest part keeps the number of the body that broke, the others go behind all bodies, each with its reference point at its own
+//! centroid and its frame at its mean motion. Surfaces keep their place in space (to second order in the displacements), and a
+//! cover's nodes stay at their material points, so nothing does work here. What is too small to be a
+//! body, or leaves nothing to touch, is given up and counted. Contacts of a body whose shape changed forget what they remember.
+
+use std::sync::Arc;
+
+use crate::contact::ContactShape;
+use crate::element::POINT_COUNT;
+use crate::error::Result;
+use crate::geometry::Polyhedron;
+use crate::geometry::rounded::{facet_planes, intersection};
+use crate::geometry::separation::separating_axis;
+use crate::grain::hulls::{self, contact_shapes};
+use crate::grain::{DamagedGrain, Fragment};
+use crate::model::{Body, BodyKind, Committed, Model};
+use crate::tensor::{Pose, Rotation, Vec3};
+
+/// Hulls that differ by less than this share of their volume are the same.
+const SAME_VOLUME: f64 = 1e-9;
+/// Corners closer than this share of the body's size are the same.
+const SAME_CORNER: f64 = 1e-9;
+
+/// What breaking did to one body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fracture {
+    pub body: usize,
+    /// The bodies that it is now, itself first; none where nothing is left.
+    pub parts: Vec<usize>,
+    pub deleted_cells: usize,
+    /// Volume of deleted cells and of parts that were given up [m^3].
+    pub crushed_volume: f64,
+    pub lost_parts: usize,
+    /// Elastic energy that went with deleted cells and lost parts [J].
+    pub lost_energy: f64,
+}
+
+/// A part ready to be a body.
+struct Part {
+    grain: DamagedGrain,
+    nominal: Polyhedron,
+    shape: ContactShape,
+    pose: Pose,
+    field: Vec<Vec3>,
+    /// Its reference point in the coordinates of the body that broke [m].
+    point: Vec3,
+}
+
+/// How far the damage of a model has come.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DamageCounts {
+    /// Integration points that have failed, those of deleted cells included.
+    pub failed_points: usize,
+    /// Cells deleted or given up with a part.
+    pub deleted_cells: usize,
+    /// Bodies that are parts of a grain that came apart.
+    pub fragments: usize,
+}
+
+impl Model {
+    /// Whether there are bodies that can break (or could, before nothing was left of them).
+    pub fn can_break(&self) -> bool {
+        self.generated.iter().any(Option::is_some)
+    }
+
+    /// Notes the sound grains that damage begins with; once, when the bodies are complete.
+    pub fn begin_damage(&mut self) {
+        self.generated = self.bodies.iter().map(|body| body.damaged.clone()).collect();
+    }
+
+    /// The bodies that each grain as generated is now.
+    pub fn parts(&self) -> Vec<Vec<usize>> {
+        let mut parts = vec![Vec::new(); self.generated.len()];
+        for (index, body) in self.bodies.iter().enumerate() {
+            let Some(grain) = &body.damaged else { continue };
+            if let Some(parts) = parts.get_mut(grain.ancestry().origin as usize) {
+                parts.push(index);
+            }
+        }
+        parts
+    }
+
+    pub fn damage_counts(&self) -> DamageCounts {
+        let mut counts = DamageCounts::default();
+        for (first, parts) in self.generated.iter().zip(self.parts()) {
+            let Some(first) = first else { continue };
+            let alive = parts.iter().filter_map(|part| self.bodies[*part].damaged.as_ref());
+            let (mut cells, mut failed) = (0, 0);
+            for grain in alive {
+                cells += grain.states().len();
+                failed += grain.states().iter().flatten().filter(|state| state.failed).count();
+            }
+            let deleted = first.states().len() - cells;
+            counts.failed_points += failed + POINT_COUNT * deleted;
+            counts.deleted_cells += deleted;
+            counts.fragments += if parts.len() > 1 { parts.len() } else { 0 };
+        }
+        counts
+    }
+
+    /// Poses of the body coordinates as generated, in which meshes stay where they were: those of a part lie off its own by its offset.
+    pub fn frames(&self, poses: &[Pose]) -> Vec<Pose> {
+        let frame = |(body, pose): (&Body, &Pose)| match &body.damaged {
+            Some(grain) if grain.offset() != Vec3::zeros() => {
+                Pose::new(pose.to_space(&-grain.offset()), pose.rotation)
+            }
+            Some(_) | None => *pose,
+        };
+        let nodes = poses.iter().skip(self.bodies.len());
+        self.bodies.iter().zip(poses).map(frame).chain(nodes.copied()).collect()
+    }
+
+    /// Makes the damage of an accepted increment the bodies' own; `None` where a body cannot break.
+    pub fn take_damage(&mut self, grains: &[Option<Arc<DamagedGrain>>]) {
+        for (body, grain) in self.bodies.iter_mut().zip(grains) {
+            if let Some(grain) = grain {
+                if !grain.is_sound() {
+                    body.grain = Some(grain.condensed().clone());
+                }
+                body.damaged = Some(grain.clone());
+            }
+        }
+    }
+
+    /// Deletes the cells all of whose points have failed. `displacements` are those of the nodes of each body to be broken up [m], in its
+    /// own frame; parts below `least_share` of the grain as generated are given up.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Mesh`] where a part cannot be made.
+    pub fn break_up(
+        &mut self,
+        committed: &mut Committed,
+        displacements: &[Vec<Vec3>],
+        least_share: f64,
+    ) -> Result<Vec<Fracture>> {
+        let mut fractures = Vec::new();
+        for index in 0..self.bodies.len() {
+            let Some(grain) = self.bodies[index].damaged.clone() else { continue };
+            let Some(displacements) = displacements.get(index).filter(|u| !u.is_empty()) else { continue };
+            let least = least_share * grain.origin_volume();
+            let Some(broken) = grain.break_up_from(displacements, index as u32, least)? else { continue };
+            let mut fracture = Fracture {
+                body: index,
+                parts: vec![],
+                deleted_cells: broken.deleted.len(),
+                crushed_volume: broken.deleted_volume + broken.lost_volume,
+                lost_parts: broken.lost.len(),
+                lost_energy: broken.lost_energy,
+            };
+            let mut parts = Vec::new();
+            let meshes: Vec<_> = broken.fragments.iter().map(|fragment| fragment.grain.mesh()).collect();
+            let alone = meshes.len() == 1;
+            for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
+                let made = shape.and_then(|shape| {
+                    self.part(index, fragment, shape, displacements, &committed.poses, alone)
+                });
+                match made {
+                    Ok(part) => parts.push(part),
+                    // A body that contact cannot handle (too thin, say) is debris.
+                    Err(reason) => {
+                        tracing::debug!(body = self.bodies[index].name, %reason, "a part is given up");
+                        fracture.lost_parts += 1;
+                        fracture.crushed_volume += fragment.grain.mesh().volume();
+                        fracture.lost_energy += fragment.grain.elastic_energy();
+                    }
+                }
+            }
+            let points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
+            let changed = parts.len() != 1 || parts[0].nominal != self.bodies[index].nominal;
+            if changed {
+                committed.memory.retain(|(a, b), _| *a as usize != index && *b as usize != index);
+            }
+            committed.fields.resize(self.bodies.len(), Vec::new());
+            if parts.is_empty() {
+                self.remove(index);
+                committed.fields[index].clear();
+            }
+            for (number, part) in parts.into_iter().enumerate() {
+                let Part { grain, nominal, shape, pose, field, .. } = part;
+                let body = self.body_of(index, number, grain, nominal);
+                if number == 0 {
+                    self.bodies[index] = body;
+                    self.shapes[index] = shape;
+                    committed.poses[index] = pose;
+                    committed.fields[index] = field;
+                    fracture.parts.push(index);
+                } else {
+                    fracture.parts.push(self.bodies.len());
+                    committed.poses.insert(self.bodies.len(), pose);
+                    self.bodies.push(body);
+                    self.shapes.push(shape);
+                    committed.fields.push(field);
+                }
+            }
+            self.glue_anew(&fracture, &points, &committed.poses)?;
+            fractures.push(fracture);
+        }
+        Ok(fractures)
+    }
+
+    /// A fragment of body `index`, the only one where it is `alone`.
+    fn part(
+        &self,
+        index: usize,
+        fragment: &Fragment,
+        shape: hulls::ContactShape,
+        displacements: &[Vec3],
+        poses: &[Pose],
+        alone: bool,
+    ) -> Result<Part> {
+        let (old, pose) = (&self.bodies[index].nominal, &poses[index]);
+        let centroid = fragment.grain.condensed().mass_properties().centroid;
+        let point = if alone { Vec3::zeros() } else { centroid };
+        // What was cut off before stays off.
+        let mut nominal = intersection(&shape.nominal, &facet_planes(old))?;
+        let unchanged = alone && (nominal.volume() - old.volume()).abs() < SAME_VOLUME * old.volume();
+        let shape = if unchanged {
+            nominal = old.clone();
+            self.shapes[index].clone()
+        } else {
+            nominal = self.trimmed(index, nominal, poses)?.translated(&-point);
+            let shape = hulls::ContactShape { nominal: nominal.clone(), ..shape };
+            ContactShape::new(shape.rounded(self.shapes[index].rounded.radius)?)
+        };
+        let grain = if alone { fragment.grain.clone() } else { fragment.grain.moved_to(&point)? };
+        let turn = Rotation::from_scaled_axis(fragment.rotation);
+        let moved = centroid + fragment.translation + turn * (point - centroid);
+        let back = turn.inverse();
+        let field = grain
+            .condensed()
+            .surface()
+            .nodes()
+            .iter()
+            .map(|node| {
+                let x = fragment.grain.mesh().nodes[node.index()];
+                let u = displacements[fragment.nodes[node.index()].index()];
+                back * (x + u - moved) - (x - point)
+            })
+            .collect();
+        Ok(Part {
+            grain,
+            nominal,
+            shape,
+            pose: Pose::new(pose.position + pose.rotation * moved, pose.rotation * turn),
+            field,
+            point,
+        })
+    }
+
+    /// A smaller `nominal` of body `index`, its new corners drawn back to where neighbours have pressed into the old one: a surface that was
+    /// behind and is met now begins without a force, or it would spend energy that nobody put in.
+    fn trimmed(&self, index: usize, nominal: Polyhedron, poses: &[Pose]) -> Result<Polyhedron> {
+        let (old, pose) = (&self.bodies[index].nominal, &poses[index]);
+        let same = SAME_CORNER * old.bounding_radius();
+        let is_new = |v: &Vec3| old.vertices.iter().all(|corner| (corner - v).norm() > same);
+        let mut corners = nominal.vertices.clone();
+        for (other, body) in self.bodies.iter().enumerate() {
+            let reach = old.bounding_radius() + body.nominal.bounding_radius();
+            let near = (poses[other].position - pose.position).norm() < reach;
+            if other == index || body.kind == BodyKind::Gone || body.nominal.vertices.len() < 4 || !near {
+                continue;
+            }
+            let found = separating_axis(&nominal, pose, &body.nominal, &poses[other]);
+            if found.gap < 0.0 {
+                let normal = pose.rotation.inverse() * found.direction;
+                let support =
+                    nominal.vertices.iter().map(|v| normal.dot(v)).fold(f64::NEG_INFINITY, f64::max);
+                for corner in corners.iter_mut().filter(|corner| is_new(corner)) {
+                    *corner -= normal * (normal.dot(corner) - support - found.gap).max(0.0);
+                }
+            }
+        }
+        if corners == nominal.vertices { Ok(nominal) } else { Polyhedron::convex_hull(&corners) }
+    }
+
+    fn body_of(&self, index: usize, number: usize, grain: DamagedGrain, nominal: Polyhedron) -> Body {
+        let old = &self.bodies[index];
+        let mass = grain.condensed().mass_properties();
+        let size = (6.0 * grain.mesh().volume() / std::f64::consts::PI).cbrt();
+        Body {
+            name: if number == 0 { old.name.clone() } else { format!("{}.{}", old.name, self.bodies.len()) },
+            kind: old.kind,
+            // The stiffness of a contact goes with the size.
+            stiffness: old.stiffness * (0.5 * size / old.rotation_scale),
+            friction: old.friction,
+            mass: mass.mass,
+            centre_of_mass: mass.centroid,
+            rotation_scale: 0.5 * size,
+            grain: Some(grain.condensed().clone()),
+            damaged: Some(Arc::new(grain)),
+            full: None,
+            nominal,
+        }
+    }
+
+    fn remove(&mut self, index: usize) {
+        let body = &mut self.bodies[index];
+        (body.kind, body.grain, body.damaged, body.mass) = (BodyKind::Gone, None, None, 0.0);
+    }
+
+    /// Hands the cover's nodes on a body that broke to the nearest of its parts, at their material points; where nothing is left,
+    /// to the nearest grain.
+    fn glue_anew(&mut self, fracture: &Fracture, points: &[Vec3], poses: &[Pose]) -> Result<()> {
+        let Some(cover) = &self.cover else { return Ok(()) };
+        if !cover.nodes().iter().any(|node| node.body == fracture.body) {
+            return Ok(());
+        }
+        let bodies = &self.bodies;
+        let distance = |body: usize, x: &Vec3| {
+            bodies[body].grain.as_ref().map_or(f64::INFINITY, |grain| (grain.locate(x).position - x).norm())
+        };
+        let nearest = |candidates: &mut dyn Iterator<Item = (usize, Vec3)>| {
+            candidates.min_by(|(a, x), (b, y)| distance(*a, x).total_cmp(&distance(*b, y)).then(a.cmp(b)))
+        };
+        // Where a node of nothing lies in space is known from the pose that is left of its body.
+        let glue = |node: usize| {
+            let node = &cover.nodes()[node];
+            if node.body != fracture.body {
+                return (node.body, node.point);
+            }
+            let parts = fracture.parts.iter().zip(points).map(|(part, point)| (*part, node.point - point));
+            let space = poses[node.body].to_space(&node.point);
+            let others = (0..bodies.len())
+                .filter(|body| bodies[*body].kind == BodyKind::Grain)
+                .map(|body| (body, poses[body].to_body(&space)));
+            nearest(&mut parts.into_iter())
+                .or_else(|| nearest(&mut others.into_iter()))
+                .unwrap_or((node.body, node.point))
+        };
+        let glued = cover.glued_anew(glue)?;
+        self.cover = Some(glued);
+        Ok(())
+    }
+}

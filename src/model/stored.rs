@@ -1,0 +1,124 @@
+//! What breaking has made of a model's bodies, for a restart point.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::ContactShape;
+use crate::error::Result;
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::grain::{DamagedGrain, StoredGrain};
+use crate::model::{BodyKind, Model};
+use crate::tensor::Vec3;
+
+/// The bodies that can break, and the cover's nodes; empty where nothing can.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct StoredBodies<'a> {
+    /// In the order of the bodies; `None` for those that cannot break.
+    bodies: Vec<Option<StoredBody<'a>>>,
+    /// Body and point of the cover's nodes.
+    glued: Vec<u32>,
+    #[serde(with = "crate::tensor::stored")]
+    points: Vec<Vec3>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct StoredBody<'a> {
+    name: Cow<'a, str>,
+    nominal: Cow<'a, Polyhedron>,
+    rounded: Cow<'a, RoundedBody>,
+    stiffness: f64,
+    rotation_scale: f64,
+    mass: f64,
+    #[serde(with = "crate::tensor::stored")]
+    centre_of_mass: Vec3,
+    /// `None` where nothing is left.
+    grain: Option<StoredGrain>,
+}
+
+impl Model {
+    /// What [`Model::restore_bodies`] takes.
+    pub fn stored_bodies(&self) -> StoredBodies<'_> {
+        if !self.can_break() {
+            return StoredBodies::default();
+        }
+        let stored = self.bodies.iter().zip(&self.shapes).map(|(body, shape)| {
+            let grain = body.damaged.as_ref().map(|grain| grain.stored());
+            let breakable = grain.is_some() || body.kind == BodyKind::Gone;
+            breakable.then(|| StoredBody {
+                name: Cow::Borrowed(&body.name),
+                nominal: Cow::Borrowed(&body.nominal),
+                rounded: Cow::Borrowed(&shape.rounded),
+                stiffness: body.stiffness,
+                rotation_scale: body.rotation_scale,
+                mass: body.mass,
+                centre_of_mass: body.centre_of_mass,
+                grain,
+            })
+        });
+        let nodes = self.cover.as_ref().map_or(&[][..], |cover| cover.nodes());
+        StoredBodies {
+            bodies: stored.collect(),
+            glued: nodes.iter().map(|node| node.body as u32).collect(),
+            points: nodes.iter().map(|node| node.point).collect(),
+        }
+    }
+
+    /// Takes stored bodies; `false`, and nothing is changed, where they are another model's. This model is as generated.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Mesh`] where a grain cannot be made anew.
+    pub fn restore_bodies(&mut self, stored: StoredBodies<'_>) -> Result<bool> {
+        if !self.can_break() || stored.bodies.is_empty() {
+            return Ok(self.can_break() != stored.bodies.is_empty());
+        }
+        let count = self.cover.as_ref().map_or(0, |cover| cover.nodes().len());
+        let nodes_fit = stored.glued.len() == count && stored.points.len() == count;
+        let bodies_fit = stored.bodies.len() >= self.bodies.len()
+            && stored.bodies.iter().zip(&self.generated).all(|(a, b)| a.is_some() == b.is_some())
+            && stored.bodies[self.bodies.len()..].iter().all(Option::is_some);
+        if !nodes_fit || !bodies_fit {
+            return Ok(false);
+        }
+        let first = self.bodies.clone();
+        let mut made: Vec<Option<Arc<DamagedGrain>>> = Vec::with_capacity(stored.bodies.len());
+        for body in &stored.bodies {
+            let Some(grain) = body.as_ref().and_then(|body| body.grain.as_ref()) else {
+                made.push(None);
+                continue;
+            };
+            let Some(Some(first)) = self.generated.get(grain.origin() as usize) else { return Ok(false) };
+            made.push(Some(Arc::new(first.restored(grain)?)));
+        }
+        for (index, (stored, grain)) in stored.bodies.into_iter().zip(made).enumerate() {
+            let Some(stored) = stored else { continue };
+            if index >= self.bodies.len() {
+                let origin = grain.as_ref().map_or(0, |grain| grain.ancestry().origin as usize);
+                self.bodies.push(first[origin].clone());
+                self.shapes.push(self.shapes[origin].clone());
+            }
+            let body = &mut self.bodies[index];
+            body.name = stored.name.into_owned();
+            body.nominal = stored.nominal.into_owned();
+            body.stiffness = stored.stiffness;
+            body.rotation_scale = stored.rotation_scale;
+            body.mass = stored.mass;
+            body.centre_of_mass = stored.centre_of_mass;
+            match grain {
+                Some(grain) => {
+                    // A sound grain keeps what it was condensed to.
+                    body.grain = Some(grain.condensed().clone());
+                    body.damaged = Some(grain);
+                }
+                None => (body.kind, body.grain, body.damaged) = (BodyKind::Gone, None, None),
+            }
+            self.shapes[index] = ContactShape::new(stored.rounded.into_owned());
+        }
+        if let Some(cover) = &self.cover {
+            let glue = |node: usize| (stored.glued[node] as usize, stored.points[node]);
+            self.cover = Some(cover.glued_anew(glue)?);
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,106 @@
+//! When damage moves in the search for an equilibrium, and when it has settled.
+//!
+//! Damage only grows in an increment, so it must not answer to forces that the contacts do not mean: it moves between two augmentations
+//! once the forces are nearly in balance and agree with the bodies' elastic displacements.
+
+use crate::assembly::Contacts;
+use crate::error::Result;
+use crate::model::Model;
+use crate::solver::Settings;
+
+/// How damage is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DamageSettings {
+    /// Whether damage moves at all.
+    pub moves: bool,
+    /// Largest change of d at a point between two augmentations: keeps the path from depending on their order.
+    pub max_change: f64,
+    /// An increment is accepted when no d changes by more than this.
+    pub tolerance: f64,
+    /// Damage moves where forces and gaps miss their tolerances by no more than this factor.
+    pub readiness: f64,
+    /// Moves in an increment before it is given up.
+    pub max_moves: usize,
+    /// Parts below this share of the grain as generated are given up.
+    pub least_share: f64,
+}
+
+impl Default for DamageSettings {
+    fn default() -> Self {
+        DamageSettings {
+            moves: true,
+            max_change: 0.2,
+            tolerance: 1e-3,
+            readiness: 10.0,
+            max_moves: 1000,
+            least_share: 0.02,
+        }
+    }
+}
+
+/// What gaps of damaged bodies may miss, over the typical size of the bodies.
+const GAP_FLOOR: f64 = 1e-6;
+
+/// Follows the damage of one increment.
+pub struct DamageWatch {
+    can_break: bool,
+    gap_floor: f64,
+    moves: usize,
+}
+
+impl DamageWatch {
+    pub fn new(model: &Model, settings: &Settings) -> Self {
+        let is_damaged =
+            model.bodies.iter().filter_map(|body| body.damaged.as_ref()).any(|grain| !grain.is_sound());
+        DamageWatch {
+            can_break: settings.damage.moves && model.can_break(),
+            gap_floor: if is_damaged { GAP_FLOOR * model.typical_size() } else { 0.0 },
+            moves: 0,
+        }
+    }
+
+    /// Gaps of damaged bodies need not agree better than this [m]: where a body has given way next to no force is left to measure by. Zero
+    /// while nothing is damaged.
+    pub fn gap_floor(&self) -> f64 {
+        self.gap_floor
+    }
+
+    /// How often damage moved.
+    pub fn moves(&self) -> usize {
+        self.moves
+    }
+
+    /// Moves damage if the forces are worth it: `off` is by what factor they miss their tolerances. Says whether it has settled.
+    ///
+    /// # Errors
+    /// Where a body cannot be factored any more.
+    pub fn step(
+        &mut self,
+        contacts: &mut Contacts,
+        model: &Model,
+        settings: &Settings,
+        off: f64,
+    ) -> Result<bool> {
+        let DamageSettings { max_change, tolerance, readiness, max_moves, .. } = settings.damage;
+        if !self.can_break {
+            return Ok(true);
+        }
+        if !(off <= readiness) {
+            return Ok(false);
+        }
+        let step = contacts.move_damage(model, max_change)?;
+        let settled = step.applied <= tolerance && step.held_back <= tolerance;
+        tracing::trace!(
+            applied = step.applied,
+            held_back = step.held_back,
+            failed = step.newly_failed,
+            flipping = step.flipping,
+            factored = step.factored,
+            "damage"
+        );
+        if !settled && self.moves < max_moves {
+            self.moves += 1;
+        }
+        Ok(settled)
+    }
+}
