@@ -1,7 +1,7 @@
 //! Bodies that damage and break in contact with others: a bar of rock on two supports that is pushed in the middle until it breaks.
 //!
 //! Reference: the energy that plates put in less what is stored and rubbed away is what damage took (rung "dissipation equals the ledger's damage
-//! row", 1e-3 of the work; it comes from the trapezoid of the work, whose own error at increments of 1/80 of the way is a few 1e-4). The same rock
+//! row", 1e-3 of the work; it comes from the trapezoid of the work, whose own error at increments of 2.5 um is some 1e-4 of it). The same rock
 //! with strengths that nothing reaches must give the elastic run bit by bit. A run that goes on from a stored state has
 //! the bits of one that was not interrupted, breaking included.
 
@@ -54,6 +54,8 @@ fn damage_row_is_what_the_work_leaves_over() {
     let broken = [0.2, 0.1].map(|max_change| {
         let mut scene = scene(&case("{}", 8.0));
         scene.settings.damage.max_change = max_change;
+        // Gaps that may miss 1 % of what a contact yields, the usual bound, leave up to that of an increment's work.
+        scene.settings.gap_tolerance = 1e-7;
         let (rows, end) = rows(&mut scene, 12);
         let first = rows.iter().position(|row| row.damage.failed_points > 0).unwrap_or(rows.len());
         assert!(first > 0 && first < rows.len(), "nothing broke: {end:?}");
