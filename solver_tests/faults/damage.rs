@@ -5,7 +5,7 @@ use crate::place::{Place, assert_same_bits};
 /// Where the riprap version stands at the head of a restart point: format, length, version.
 fn restart_points(bytes: &[u8]) -> Vec<usize> {
     let version = env!("CARGO_PKG_VERSION");
-    let head = [&[1, version.len() as u8], version.as_bytes()].concat();
+    let head = [&[2, version.len() as u8], version.as_bytes()].concat();
     (0..bytes.len() - head.len()).filter(|&at| bytes[at..].starts_with(&head)).collect()
 }
 
@@ -18,8 +18,10 @@ fn interrupted(place: &Place) -> (Vec<u8>, [usize; 2]) {
     let bytes = std::fs::read(place.path("x.h5")).expect("the file");
     let newest = place.open("x.h5").restart().expect("readable").expect("a restart point").bytes;
     let head = &newest[..newest.len().min(4096)];
-    // The specimen, which begins like them, is compressed.
-    let slots = restart_points(&bytes);
+    let consolidated = place.open("x.h5").consolidated().expect("readable").unwrap_or_default();
+    // The specimen, which begins like them, is compressed; the state after the consolidation may not be.
+    let mut slots = restart_points(&bytes);
+    slots.retain(|&at| consolidated.is_empty() || !bytes[at..].starts_with(&consolidated));
     let newer = *slots.iter().find(|&&at| bytes[at..].starts_with(head)).expect("the newer one");
     let older = *slots.iter().find(|&&at| at != newer).expect("the older one");
     (bytes, [older, newer])

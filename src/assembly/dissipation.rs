@@ -18,6 +18,7 @@
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
 use crate::model::{Committed, Model};
+use crate::tensor::Vec3;
 
 /// The tangential stretch of a contact at one end of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -97,7 +98,12 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
     let start = at(memory.bound, weight, memory.stretch.norm());
     // The mean of a coefficient that falls in the step is not that of its ends.
     let bent = e.mean_coefficient / (0.5 + 0.5 * state.friction.coefficient / e.coefficient);
-    let force = 0.5 * (e.friction + memory.traction * weight);
+    // What stuck when the step began slips from when it is at its bound, not from the force it began with.
+    let held = memory.traction.norm();
+    let stuck = held < (1.0 - 1e-6) * memory.bound;
+    let before =
+        if stuck && slip != Vec3::zeros() { slip.normalize() * memory.bound } else { memory.traction };
+    let force = 0.5 * (e.friction + before * weight);
     bent * force.dot(&slip) - start.gained_until(&end)
 }
 
