@@ -65,10 +65,9 @@ impl FullGrain {
         for (k, node) in on_surface.enumerate() {
             number[node.index()] = k as u32;
         }
-        let mut next = surface.nodes().len() as u32;
-        for slot in number.iter_mut().filter(|slot| **slot == u32::MAX) {
+        let inner = number.iter_mut().filter(|slot| **slot == u32::MAX);
+        for (slot, next) in inner.zip(surface.nodes().len() as u32..) {
             *slot = next;
-            next += 1;
         }
         let renumbered = |cell: &[NodeId; 10]| cell.map(|node| number[node.index()]);
         let cells: Vec<[u32; 10]> = mesh.cells.iter().map(renumbered).collect();

@@ -543,10 +543,10 @@ mod tests {
     #[test]
     fn faults_of_members_are_listed_with_their_names() {
         faulty(
-            r#"{"case": "rock.json", "grid": {"/contact/friction": [0.5, -1], "/solver/fidelity": ["rigid", "full"]}}"#,
+            r#"{"case": "rock.json", "grid": {"/contact/friction": [0.5, -1], "/solver/fidelity": ["rigid", "stiff"]}}"#,
             &[
                 "rock_friction=-1_fidelity=rigid: $.contact.friction: must",
-                "rock_friction=0.5_fidelity=full: $.solver.fidelity",
+                "rock_friction=0.5_fidelity=stiff: $.solver.fidelity",
             ],
         );
     }
