@@ -44,13 +44,13 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
 /// What does not go together with grains that break.
 fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     let fidelity = match case.fidelity_of_grains() {
-        Fidelity::Condensed => None,
-        Fidelity::Auto | Fidelity::Rigid => Some("\"rigid\""),
+        Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed => None,
         Fidelity::Full => Some("\"full\""),
     };
     if let Some(fidelity) = fidelity {
-        let problem = "grains damage where they are condensed";
-        refuse("$.solver.fidelity", fidelity, problem, "\"auto\", \"condensed\", or \"damage\": null");
+        let problem = "grains damage where they are rigid or condensed";
+        let accepted = "\"auto\", \"rigid\", \"condensed\", or \"damage\": null";
+        refuse("$.solver.fidelity", fidelity, problem, accepted);
     }
     let membrane = match case.membrane {
         MembraneCase::Pressure => None,

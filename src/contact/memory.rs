@@ -34,6 +34,8 @@ pub struct PointMemory {
     pub tangential_energy: f64,
     /// The contact's compliance in a solve over the first guess, as far as it adapted.
     pub scale: f64,
+    /// What damage of the rock below has left of the contact's spring; it never gets firmer again.
+    pub firmness: f64,
 }
 
 /// Memory of a pair of bodies.

@@ -34,7 +34,8 @@ pub struct Body {
     pub grain: Option<Arc<CondensedGrain>>,
     /// Its mesh, where all its nodes are unknowns; then it is not condensed.
     pub full: Option<Arc<FullGrain>>,
-    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility.
+    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility where it is condensed.
+    /// A rigid body with damage is brittle: it is stressed by the forces on it and breaks, but bends no gap.
     pub damaged: Option<Arc<DamagedGrain>>,
     /// Its own friction, where it has one.
     pub friction: Option<Friction>,
@@ -53,7 +54,17 @@ impl Body {
         condensed.or_else(|| self.full.as_ref().map(|grain| grain.surface()))
     }
 
+    /// The meshed surface that forces stress: that of a body that deforms, or that breaks.
+    pub fn stressed_surface(&self) -> Option<&Surface> {
+        self.surface().or_else(|| self.damaged.as_ref().map(|grain| grain.condensed().surface()))
+    }
+
     pub fn is_elastic(&self) -> bool {
         self.grain.is_some() || self.full.is_some()
+    }
+
+    /// Whether it breaks and is rigid otherwise.
+    pub fn is_brittle(&self) -> bool {
+        self.damaged.is_some() && !self.is_elastic()
     }
 }
