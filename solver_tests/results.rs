@@ -66,6 +66,7 @@ struct Fields {
     displacement: Vec<Vec3>,
     damage: Vec<f64>,
     failed: Vec<bool>,
+    fragment: Vec<i32>,
     stress: Vec<[f64; 6]>,
 }
 
@@ -79,6 +80,7 @@ impl Fields {
             displacement,
             damage: (0..cells).map(|c| 0.1 * share + 1e-3 * c as f64).collect(),
             failed: (0..cells).map(|c| state > 0 && c == 0).collect(),
+            fragment: (0..cells).map(|c| (10 * state + c) as i32).collect(),
             stress: (0..cells).map(|c| [-1e6 * share, 0.0, 0.0, 0.0, 0.0, c as f64]).collect(),
         }
     }
@@ -90,6 +92,7 @@ impl Fields {
             displacement: &self.displacement,
             damage: &self.damage,
             failed: &self.failed,
+            fragment: &self.fragment,
             stress: &self.stress,
         }
     }
@@ -240,6 +243,7 @@ for state in range(3):
     assert (abs(u[:, 2] + 1e-3 * state) < 1e-15).all()
     assert abs(u[-1, 1] - 1e-6 * (points - 1)) < 1e-12
     assert abs(array('damage')[7] - (0.1 * state + 7e-3)) < 1e-6
+    assert array('fragment')[7] == 10 * state + 7
     assert list(array('failed')) == [int(state > 0)] + [0] * (cells - 1)
     stress = array('stress')
     assert stress.shape == (cells, 6)

@@ -317,6 +317,19 @@ mod tests {
     }
 
     #[test]
+    fn a_plain_hull_has_true_corners_only() {
+        // A box with points all over its faces and edges, turned so that nothing is exact.
+        let turn = crate::tensor::Rotation::from_scaled_axis(Vec3::new(0.3, 1.0, -0.4));
+        let steps = |k: usize| [-0.5, -0.2, 0.1, 0.5][k];
+        let points: Vec<Vec3> =
+            (0..64).map(|k| turn * Vec3::new(steps(k % 4), steps(k / 4 % 4), steps(k / 16))).collect();
+        let hull = plain_hull(&points).expect("a hull");
+        assert_eq!((hull.vertices.len(), hull.facets.len()), (8, 12));
+        assert!((hull.volume() - 1.0).abs() < 1e-12);
+        assert!(plain_hull(&points[..4]).is_err() && plain_hull(&[]).is_err());
+    }
+
+    #[test]
     fn octahedron_keeps_its_fourfold_corners() {
         let corners = [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y(), Vec3::z(), -Vec3::z()];
         let shape = Polyhedron::convex_hull(&corners).expect("a hull");

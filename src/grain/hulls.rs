@@ -235,6 +235,41 @@ mod tests {
         assert!(shapes[0].cut_off < 0.5 && shapes[1].cut_off < 0.5);
     }
 
+    /// A hull out of slivers, whose normals are noise, once gave rounded bodies that reached through their neighbours and had their
+    /// centroid outside.
+    #[test]
+    fn hulls_of_crumbled_grains_hold_their_corners_and_their_cores() {
+        let mut random = rand_mt::Mt64::new(5);
+        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        for _ in 0..10 {
+            let points: Vec<Vec3> =
+                (0..14).map(|_| Vec3::new(draw(), draw(), draw()).normalize() * 0.02).collect();
+            let mesh = grain_mesh(&Polyhedron::convex_hull(&points).expect("a hull"), 38).expect("a mesh");
+            // Cells go one after the other, from one side.
+            let from = Vec3::new(draw(), draw(), draw());
+            let mut cells: Vec<CellId> = mesh.cell_ids().collect();
+            let height = |cell: &CellId| mesh.corners(*cell).iter().map(|x| from.dot(x)).sum::<f64>();
+            cells.sort_by(|a, b| height(a).total_cmp(&height(b)));
+            for left in (8..cells.len()).rev().step_by(3) {
+                let Ok((part, _)) = mesh.part(&cells[..left]) else { continue };
+                let shape = contact_shapes(&[&part]).remove(0).expect("a shape");
+                let planes = facet_planes(&shape.nominal);
+                let highest = |plane: &HalfSpace, points: &[Vec3]| {
+                    points
+                        .iter()
+                        .map(|x| plane.normal.dot(x) - plane.offset)
+                        .fold(f64::NEG_INFINITY, f64::max)
+                };
+                let corners: Vec<Vec3> = part.cell_ids().flat_map(|cell| part.corners(cell)).collect();
+                let rounded = shape.rounded(4e-4).expect("a rounded body");
+                for plane in &planes {
+                    assert!(highest(plane, &corners).abs() < 1e-7, "{left}: {}", highest(plane, &corners));
+                    assert!(highest(plane, &rounded.core.vertices) < 1e-6 - rounded.radius);
+                }
+            }
+        }
+    }
+
     #[test]
     fn random_parts_never_overlap_nor_leave_the_grain() {
         let mut random = rand_mt::Mt64::new(11);

@@ -336,6 +336,24 @@ mod tests {
     }
 
     #[test]
+    fn a_spread_force_is_the_force_and_stays_near() {
+        let surface = Surface::new(&cuboid_mesh([1.0, 1.0, 1.0], 0.25).expect("a mesh"));
+        let corner = surface.locate(&Vec3::repeat(1.0));
+        let shares = surface.spread(&corner, 0.1);
+        assert!((shares.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-14);
+        // The facets at the corner of the three faces and no others.
+        assert!(
+            shares.len() >= 3
+                && shares.iter().all(|(place, _)| (place.position - corner.position).norm() < 0.25)
+        );
+        assert!(shares.iter().all(|(place, _)| (place.weights.iter().sum::<f64>() - 1.0).abs() < 1e-14));
+        // In the middle of a face: as much on either side.
+        let shares = surface.spread(&surface.locate(&Vec3::new(0.0, 0.0, 1.0)), 0.4);
+        let middle: Vec3 = shares.iter().map(|(place, share)| place.position * *share).sum();
+        assert!((middle - Vec3::new(0.0, 0.0, 0.5)).norm() < 0.02, "{middle}");
+    }
+
+    #[test]
     fn node_points_are_the_nodes() {
         let mesh = sphere_mesh(1.0, 0.5, None).expect("a mesh");
         let surface = Surface::new(&mesh);

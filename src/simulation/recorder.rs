@@ -435,6 +435,7 @@ impl Recorder {
             displacement: &self.points.displacements(&state.poses, &carriers),
             damage: &damage,
             failed: &failed,
+            fragment: &carriers.iter().map(|body| body.map_or(-1, |body| body as i32)).collect::<Vec<_>>(),
             stress: &self.points.cell_stresses(&state.stress, &carriers),
         })?;
         let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };

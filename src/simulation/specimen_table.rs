@@ -1,6 +1,6 @@
 //! `/grains` and `/specimen`: the grains as generated, and what the specimen is like.
 
-use crate::case::Case;
+use crate::case::{Case, Fidelity};
 use crate::mesh::{Mesh, QualityReport};
 use crate::results::Column;
 use crate::specimen::Specimen;
@@ -8,6 +8,11 @@ use crate::specimen::statistics::Histogram;
 
 /// The static columns of `/grains`.
 pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> {
+    let fidelity = match case.fidelity_of_grains() {
+        Fidelity::Auto | Fidelity::Rigid => 0,
+        Fidelity::Condensed => 1,
+        Fidelity::Full => 2,
+    };
     let grains = &specimen.grains;
     let count = grains.len();
     let volumes: Vec<f64> = grains.iter().map(|g| g.nominal.volume()).collect();
@@ -70,7 +75,11 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> 
             "Poisson's ratio of the grain, mean over its cells",
             vec![rock.poissons_ratio.mean; count],
         ),
-        Column::integers("fidelity", "0 rigid with local compliance, 1 condensed, 2 full", vec![0; count]),
+        Column::integers(
+            "fidelity",
+            "0 rigid with local compliance, 1 condensed, 2 full",
+            vec![fidelity; count],
+        ),
     ]
 }
 
