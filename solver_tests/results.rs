@@ -479,6 +479,25 @@ fn summary_and_csv_say_what_is_in_the_file() {
     assert_eq!(strain, history_row(12).axial_strain);
 }
 
+/// Later versions add columns; what an earlier one wrote is still read.
+#[test]
+fn file_without_the_newest_columns_is_read() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("older.h5");
+    write_small_file(&path);
+    hdf5::File::open_rw(&path).and_then(|file| file.unlink("history/energy_gap")).expect("column taken out");
+    let reader = Reader::open(&path).expect("opens");
+    assert_eq!(reader.increments().expect("rows"), 12);
+    assert!(reader.history("energy_gap").expect("column").iter().all(|value| value.is_nan()));
+    assert_eq!(reader.history("energy_gap").expect("column").len(), 12);
+    assert!(reader.history("energy_gape").is_err());
+    assert!(Summary::of(&reader).expect("summary").last.iter().all(|last| last.name != "energy_gap"));
+    let mut csv = Vec::new();
+    write_history_csv(&reader, &mut csv, Path::new("-")).expect("export");
+    let csv = String::from_utf8(csv).expect("text");
+    assert!(csv.lines().all(|line| line.split(',').count() == riprap::results::HISTORY.len() - 1));
+}
+
 #[test]
 fn existing_file_is_kept_unless_replaced() {
     let dir = tempfile::tempdir().expect("temporary directory");
