@@ -108,6 +108,19 @@ pub fn membrane_couplings<'a>(
     })
 }
 
+/// The carriers that they couple now. A pattern made for all that they may couple holds these until something has
+/// moved through the skin of the lists, and mostly beyond.
+pub fn membrane_touching<'a>(
+    membrane: &'a Membrane,
+    contacts: &'a Contacts,
+) -> impl Iterator<Item = (usize, usize)> + 'a {
+    contacts.membrane.points().flat_map(move |(body, point)| {
+        let site = &point.contact.site;
+        let nodes = site.on_b.iter().take(site.count_b.into());
+        nodes.map(move |&node| (body, membrane.nodes[node as usize].body))
+    })
+}
+
 /// The stiffness of the membrane's sheet and of its contacts. Plates that it is glued to do not turn.
 /// Call [`Contacts::update_tangents`] first.
 pub fn membrane_stiffness_into(
@@ -119,46 +132,51 @@ pub fn membrane_stiffness_into(
 ) {
     let Some(membrane) = &model.membrane else { return };
     membrane.for_each_stiffness_block(&contacts.membrane.positions, |i, j, stiffness| {
-        let mut block = [[0.0; 6]; 6];
-        for r in 0..3 {
-            for c in 0..3 {
-                block[r][c] = stiffness[(r, c)];
-            }
-        }
+        let block: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| stiffness[(r, c)]));
         pattern.add_block(values, dofs, i, j, &block);
     });
     for list in &contacts.membrane.bodies {
         for (point, tangent) in list.points.iter().zip(&list.tangents) {
             let site = &point.contact.site;
-            let count = usize::from(site.count_b);
-            let carrier = |k: usize| membrane.nodes[site.on_b[k] as usize].body;
-            // Rows: the body, then each node. Columns: each node, then the body.
-            for row in 0..=count {
-                let (row_carrier, first, rows) = match row {
-                    0 => (list.body, 0, 6),
-                    k => (carrier(k - 1), 6 + 3 * (k - 1), 3),
-                };
-                let mut on_body = [[0.0; 6]; 6];
-                for node in 0..count {
-                    let mut on_node = [[0.0; 6]; 6];
-                    for r in 0..rows {
-                        for c in 0..3 {
-                            let entry = tangent[first + r][3 + 3 * node + c];
-                            on_node[r][c] = -entry;
-                            on_body[r][c] += entry;
-                        }
-                    }
-                    pattern.add_block(values, dofs, row_carrier, carrier(node), &on_node);
-                }
-                for r in 0..rows {
-                    for c in 0..3 {
-                        on_body[r][3 + c] = -tangent[first + r][c];
-                    }
-                }
-                pattern.add_block(values, dofs, row_carrier, list.body, &on_body);
+            let carriers = site.on_b.map(|node| membrane.nodes[node as usize].body);
+            let nodes = &carriers[..usize::from(site.count_b)];
+            let Some((of_body, of_nodes)) = tangent.split_first_chunk::<6>() else { continue };
+            add_membrane_rows(values, pattern, dofs, [list.body, list.body], nodes, of_body);
+            for (&node, rows) in nodes.iter().zip(of_nodes.as_chunks::<3>().0) {
+                add_membrane_rows(values, pattern, dofs, [node, list.body], nodes, rows);
             }
         }
     }
+}
+
+/// Adds the rows that a membrane contact's tangent has of a carrier, the first of the two; the second is the body. Moving
+/// the body is moving the nodes the other way.
+fn add_membrane_rows<const R: usize>(
+    values: &mut [f64],
+    pattern: &BlockPattern,
+    dofs: &Dofs,
+    [row_carrier, body]: [usize; 2],
+    nodes: &[usize],
+    rows: &[[f64; 12]; R],
+) {
+    let mut on_body = [[0.0; 6]; R];
+    for (k, &node) in nodes.iter().enumerate() {
+        let mut on_node = [[0.0; 3]; R];
+        for r in 0..R {
+            for c in 0..3 {
+                let entry = rows[r][3 + 3 * k + c];
+                on_node[r][c] = -entry;
+                on_body[r][c] += entry;
+            }
+        }
+        pattern.add_block(values, dofs, row_carrier, node, &on_node);
+    }
+    for r in 0..R {
+        for c in 0..3 {
+            on_body[r][3 + c] = -rows[r][c];
+        }
+    }
+    pattern.add_block(values, dofs, row_carrier, body, &on_body);
 }
 
 /// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call

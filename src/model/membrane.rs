@@ -71,6 +71,8 @@ pub struct Membrane {
     wrinkling: Wrinkling,
     /// First carrier that is a node of the membrane: the number of bodies.
     first: usize,
+    /// Free nodes.
+    free: usize,
     /// Volume of the rubber [m^3].
     volume: f64,
 }
@@ -134,14 +136,15 @@ impl Membrane {
             elements,
             wrinkling: Wrinkling::Free { support: WRINKLE_SUPPORT },
             first,
+            free: poses.len(),
             volume,
         };
         Ok((membrane, cover, poses))
     }
 
-    /// Free nodes.
-    pub fn free_nodes(&self) -> usize {
-        self.nodes.iter().filter(|node| node.body >= self.first).count()
+    /// How many nodes are free.
+    pub const fn free_nodes(&self) -> usize {
+        self.free
     }
 
     /// Whether a node is glued to a plate.
