@@ -12,6 +12,7 @@ pub mod elastic;
 pub mod full;
 pub mod membrane;
 pub mod pattern;
+mod rubber;
 pub mod timings;
 pub mod wall;
 
@@ -22,10 +23,11 @@ pub use elastic::SurfaceField;
 pub use full::{full_couplings, full_stiffness_into};
 pub use membrane::MembraneContacts;
 pub use pattern::BlockPattern;
+pub use rubber::{membrane_couplings, membrane_forces_into, membrane_stiffness_into, membrane_touching};
 pub use timings::{Kernel, Timings};
 pub use wall::{pressure_loads_into, wall_couplings, wall_forces_into, wall_stiffness_into};
 
-use crate::model::{Loads, Membrane, Model};
+use crate::model::{Loads, Model};
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// Adds every force on the free components into `residual` [N], which it clears first.
@@ -69,114 +71,6 @@ pub fn residual_into(
         dofs.scatter(residual, i, &wrench);
     }
     full::node_forces_into(residual, model, dofs, contacts, loads, poses);
-}
-
-/// Adds the forces of the membrane's sheet and of its contacts to `wrenches`, one per carrier [N, N m].
-pub fn membrane_forces_into(
-    wrenches: &mut [Vector6<f64>],
-    membrane: &Membrane,
-    contacts: &Contacts,
-    poses: &[Pose],
-) {
-    let positions = &contacts.membrane.positions;
-    membrane.forces_into(wrenches, positions, poses);
-    for list in &contacts.membrane.bodies {
-        for point in &list.points {
-            let site = &point.contact.site;
-            for (k, component) in point.force.on_body.iter().enumerate() {
-                wrenches[list.body][k] += component;
-            }
-            for (&node, force) in site.on_b.iter().zip(&point.force.on_membrane).take(site.count_b.into()) {
-                let carrier = membrane.nodes[node as usize].body;
-                let moment = (positions[node as usize] - poses[carrier].position).cross(force);
-                for k in 0..3 {
-                    wrenches[carrier][k] += force[k];
-                    wrenches[carrier][3 + k] += moment[k];
-                }
-            }
-        }
-    }
-}
-
-/// The carriers that the membrane's contacts may couple.
-pub fn membrane_couplings<'a>(
-    membrane: &'a Membrane,
-    contacts: &'a Contacts,
-) -> impl Iterator<Item = (usize, usize)> + 'a {
-    contacts.membrane.bodies.iter().flat_map(move |list| {
-        list.named.iter().map(move |&node| (list.body, membrane.nodes[node as usize].body))
-    })
-}
-
-/// The carriers that they couple now. A pattern made for all that they may couple holds these until something has
-/// moved through the skin of the lists, and mostly beyond.
-pub fn membrane_touching<'a>(
-    membrane: &'a Membrane,
-    contacts: &'a Contacts,
-) -> impl Iterator<Item = (usize, usize)> + 'a {
-    contacts.membrane.points().flat_map(move |(body, point)| {
-        let site = &point.contact.site;
-        let nodes = site.on_b.iter().take(site.count_b.into());
-        nodes.map(move |&node| (body, membrane.nodes[node as usize].body))
-    })
-}
-
-/// The stiffness of the membrane's sheet and of its contacts. Plates that it is glued to do not turn.
-/// Call [`Contacts::update_tangents`] first.
-pub fn membrane_stiffness_into(
-    values: &mut [f64],
-    model: &Model,
-    pattern: &BlockPattern,
-    dofs: &Dofs,
-    contacts: &Contacts,
-) {
-    let Some(membrane) = &model.membrane else { return };
-    membrane.for_each_stiffness_block(&contacts.membrane.positions, |i, j, stiffness| {
-        let block: [[f64; 3]; 3] = std::array::from_fn(|r| std::array::from_fn(|c| stiffness[(r, c)]));
-        pattern.add_block(values, dofs, i, j, &block);
-    });
-    for list in &contacts.membrane.bodies {
-        for (point, tangent) in list.points.iter().zip(&list.tangents) {
-            let site = &point.contact.site;
-            let carriers = site.on_b.map(|node| membrane.nodes[node as usize].body);
-            let nodes = &carriers[..usize::from(site.count_b)];
-            let Some((of_body, of_nodes)) = tangent.split_first_chunk::<6>() else { continue };
-            add_membrane_rows(values, pattern, dofs, [list.body, list.body], nodes, of_body);
-            for (&node, rows) in nodes.iter().zip(of_nodes.as_chunks::<3>().0) {
-                add_membrane_rows(values, pattern, dofs, [node, list.body], nodes, rows);
-            }
-        }
-    }
-}
-
-/// Adds the rows that a membrane contact's tangent has of a carrier, the first of the two; the second is the body. Moving
-/// the body is moving the nodes the other way.
-fn add_membrane_rows<const R: usize>(
-    values: &mut [f64],
-    pattern: &BlockPattern,
-    dofs: &Dofs,
-    [row_carrier, body]: [usize; 2],
-    nodes: &[usize],
-    rows: &[[f64; 12]; R],
-) {
-    let mut on_body = [[0.0; 6]; R];
-    for (k, &node) in nodes.iter().enumerate() {
-        let mut on_node = [[0.0; 3]; R];
-        for r in 0..R {
-            for c in 0..3 {
-                let entry = rows[r][3 + 3 * k + c];
-                on_node[r][c] = -entry;
-                on_body[r][c] += entry;
-            }
-        }
-        pattern.add_block(values, dofs, row_carrier, node, &on_node);
-    }
-    for r in 0..R {
-        for c in 0..3 {
-            on_body[r][3 + c] = -rows[r][c];
-        }
-    }
-    pattern.add_block(values, dofs, row_carrier, body, &on_body);
 }
 
 /// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call

@@ -195,6 +195,7 @@ impl<'a> Newton<'a> {
             &system.pattern,
             &self.dofs,
             &self.contacts,
+            &self.poses,
         );
         assembly::wall_stiffness_into(
             &mut self.values,
