@@ -370,10 +370,11 @@ impl Contacts {
         if let Some(wall) = &model.wall {
             touch_wall_into(&mut self.wall, model, wall, &self.corners, poses);
         }
-        match &model.membrane {
-            Some(membrane) => self.membrane.evaluate(model, membrane, &self.corners, poses),
-            None => Ok(()),
-        }
+        let Some(membrane) = &model.membrane else { return Ok(()) };
+        let start = Instant::now();
+        let met = self.membrane.evaluate(model, membrane, &self.corners, poses);
+        self.timings.book(Kernel::Membrane, start);
+        met
     }
 
     /// Tangents of all active points in the configuration last evaluated.
