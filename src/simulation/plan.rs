@@ -176,6 +176,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
+        accuracy: solver.chosen_accuracy(),
         damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
         // Halvings that stay above the smallest increment.
         max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,

@@ -3,6 +3,7 @@
 
 pub mod deformation;
 mod drive;
+mod fidelity;
 pub mod ledger;
 pub mod measures;
 pub mod network;
@@ -10,10 +11,12 @@ pub mod response;
 pub mod rig;
 pub mod rubber;
 pub mod stage;
+mod starts;
 pub mod summary;
 pub mod test;
 
 pub use deformation::LocalStrain;
+pub use fidelity::FidelityCounts;
 pub use ledger::{EnergyGate, Ledger};
 pub use measures::{Measures, Picture};
 pub use rig::{Cover, Rig, RigParameters, RigState};
