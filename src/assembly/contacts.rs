@@ -509,6 +509,10 @@ impl Contacts {
                     bound: e.coefficient * e.load,
                     tangential_energy: e.tangential_energy,
                     lead: point.state.lead,
+                    neglected: pair
+                        .carried
+                        .point(point.site.feature)
+                        .map_or_else(Vec3::zeros, |m| m.neglected),
                     scale: held.map_or(self.first_scale, |h| h.scale),
                 });
             }

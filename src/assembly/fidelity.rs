@@ -29,9 +29,11 @@ pub struct Recovery {
     /// Displacement of `b`'s surface relative to `a`'s that is neglected where `a` rests, and where `b` does [m], in space; zero for a
     /// body that is not free to change.
     neglected: Vec<[Vec3; 2]>,
+    /// What changes of fidelity have kept, by contact [m].
+    kept: Vec<Vec3>,
 }
 
-/// How the force of a contact would change, by what is neglected in all of them.
+/// How the force between two bodies would change, by what is neglected in all contacts.
 #[derive(Debug, Clone, Copy)]
 pub struct ForceChange {
     pub bodies: [usize; 2],
@@ -42,6 +44,13 @@ pub struct ForceChange {
 }
 
 impl Recovery {
+    /// What is neglected in each active contact of `contacts` as the bodies are [m], in space: [`Self::neglected`] where they rest, with what
+    /// changes of fidelity have kept or made up for.
+    pub fn present(&self, contacts: &Contacts, model: &Model) -> Vec<Vec3> {
+        let resting: Vec<bool> = model.bodies.iter().map(|body| body.resting.is_some()).collect();
+        self.neglected(contacts, &resting).iter().zip(&self.kept).map(|(now, kept)| now + kept).collect()
+    }
+
     /// What is neglected in each active contact of `contacts` [m], in space, where the bodies rest that `rests` says.
     pub fn neglected(&self, contacts: &Contacts, rests: &[bool]) -> Vec<Vec3> {
         let of = |((pair, _), sides): ((&PairWork, &ContactPoint), &[Vec3; 2])| {
@@ -120,7 +129,13 @@ impl Contacts {
                 [side(pair.a(), &places[0], -1.0), side(pair.b(), &places[1], 1.0)]
             })
             .collect();
-        Recovery { loads, fields, places, neglected }
+        let kept = active
+            .iter()
+            .map(|(pair, point)| {
+                pair.carried.point(point.site.feature).map_or_else(Vec3::zeros, |memory| memory.neglected)
+            })
+            .collect();
+        Recovery { loads, fields, places, neglected, kept }
     }
 
     /// Forces on the unknowns that the `neglected` displacements of the active contacts would cause [N], nothing else moving. (A
@@ -138,19 +153,24 @@ impl Contacts {
         forces
     }
 
-    /// How the contacts' forces change by the `neglected` displacements and the motion `step` of the unknowns.
+    /// How the forces between bodies change by the `neglected` displacements and the motion `step` of the unknowns. Of two bodies the sum over their
+    /// contact points: how these share it is of no consequence beyond the two.
     pub fn force_changes(&self, dofs: &Dofs, step: &[f64], neglected: &[Vec3]) -> Vec<ForceChange> {
-        let tangents = self.pairs.iter().flat_map(|pair| pair.tangents.iter().zip(pair.active()).map(move |t| (pair, t)));
-        let changed = |((pair, (tangent, point)), moved): ((&PairWork, (&_, &ContactPoint)), &Vec3)| {
-            let tangent: &crate::contact::force::Tangent = tangent;
+        let mut neglected = neglected.iter();
+        let pairs = self.pairs.iter().filter(|pair| !pair.tangents.is_empty());
+        let changed = |pair: &PairWork| {
             let [a, b] = [pair.a(), pair.b()].map(|body| dofs.motion(step, 1.0, body));
-            let shift = b.0 - a.0 + moved;
-            let motion = [shift.x, shift.y, shift.z, b.1.x, b.1.y, b.1.z, a.1.x, a.1.y, a.1.z];
-            let row = |row: usize| tangent[row].iter().zip(&motion).map(|(t, m)| t * m).sum::<f64>();
-            let change = Vec3::new(row(6), row(7), row(8)).norm();
-            ForceChange { bodies: [pair.a(), pair.b()], change, force: force_on_b(point).norm() }
+            let (mut change, mut force) = (Vec3::zeros(), Vec3::zeros());
+            for ((tangent, point), moved) in pair.tangents.iter().zip(pair.active()).zip(&mut neglected) {
+                let shift = b.0 - a.0 + moved;
+                let motion = [shift.x, shift.y, shift.z, b.1.x, b.1.y, b.1.z, a.1.x, a.1.y, a.1.z];
+                let row = |row: usize| tangent[row].iter().zip(&motion).map(|(t, m)| t * m).sum::<f64>();
+                change += Vec3::new(row(6), row(7), row(8));
+                force += force_on_b(point);
+            }
+            ForceChange { bodies: [pair.a(), pair.b()], change: change.norm(), force: force.norm() }
         };
-        tangents.zip(neglected).map(changed).collect()
+        pairs.map(changed).collect()
     }
 
     /// Elastic energy of the configuration last evaluated, which `recovery` is of: in the contacts and in condensed bodies [J].
@@ -180,7 +200,8 @@ impl Contacts {
     ) -> Memory {
         let mut memory = committed.memory.clone();
         let none = SurfaceField::new();
-        for ((pair, point), places) in self.active().zip(&recovery.places) {
+        let of_contacts = recovery.places.iter().zip(&recovery.neglected).zip(&recovery.kept);
+        for ((pair, point), ((places, neglected), before)) in self.active().zip(of_contacts) {
             let (a, b) = (pair.a(), pair.b());
             let Some(pair_memory) = memory.get_mut(&pair.key()).filter(|_| changed[a] || changed[b]) else {
                 continue;
@@ -204,11 +225,20 @@ impl Contacts {
             kept.load = e.load;
             kept.pressure = e.pressure;
             kept.traction = e.friction / e.weight;
+            // The stretch of the contact's own spring, as `Contacts::memory` has it.
+            let behind = (1.0 / state.stiffness - 1.0 / state.spring) / model.law.tangential_ratio;
+            kept.stretch = e.stretch - kept.traction * behind;
+            kept.tangential_energy = e.tangential_energy;
             kept.lead = model.law.overlap_for(e.load / spring) - geometric + e.normal.dot(&elastic);
             let softer = state.spring / spring;
             kept.stretch *= softer;
             kept.tangential_energy *= softer;
             kept.scale = 1.0;
+            kept.neglected = *before;
+            for (body, neglected) in [a, b].into_iter().zip(neglected).filter(|(body, _)| changed[*body]) {
+                // What was neglected stays, what is neglected from now on is made up for.
+                kept.neglected += if model.bodies[body].is_elastic() { *neglected } else { -neglected };
+            }
         }
         memory
     }

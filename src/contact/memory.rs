@@ -35,6 +35,9 @@ pub struct PointMemory {
     /// By how much the bodies overlap more than geometry and elastic displacements say [m]: what keeps the force where the fidelity
     /// of a body changed (`assembly::fidelity`).
     pub lead: f64,
+    /// What the bodies' fidelities neglect here that a change of fidelity has kept, or made up for [m], in space.
+    #[serde(with = "crate::tensor::stored")]
+    pub neglected: Vec3,
     /// The contact's compliance in a solve over the first guess, as far as it adapted.
     pub scale: f64,
 }

@@ -74,8 +74,13 @@ const STRESS: Field = on_cells(
 );
 const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], 4);
 
-const FIDELITY: Field =
-    on_cells("fidelity", "1", "how the body deforms: 0 rigid with local compliance, 1 condensed, 2 full", &[], 1);
+const FIDELITY: Field = on_cells(
+    "fidelity",
+    "1",
+    "how the body deforms: 0 rigid with local compliance, 1 condensed, 2 full",
+    &[],
+    1,
+);
 
 const FIELDS: [&Field; 6] = [&DISPLACEMENT, &DAMAGE, &FAILED, &STRESS, &VON_MISES, &FIDELITY];
 

@@ -531,7 +531,7 @@ impl Recorder {
             promoted: row.fidelity.promoted as i64,
             demoted: row.fidelity.demoted as i64,
             repeats: row.fidelity.repeats as i64,
-            fidelity_error: row.fidelity.error,
+            fidelity_error: row.fidelity.error.unwrap_or(f64::NAN),
             resting_utilisation: row.fidelity.utilisation,
             transition_jump: row.fidelity.jump,
             augmentations: counters.augmentations as i64,

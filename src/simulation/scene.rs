@@ -12,8 +12,8 @@ use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::file::read_mesh;
-use crate::model::Body;
 use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
+use crate::model::Body;
 use crate::results::{BodyRow, HistoryRow};
 use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
 use crate::simulation::rock;
@@ -192,7 +192,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         promoted: count(row.fidelity.promoted),
         demoted: count(row.fidelity.demoted),
         repeats: count(row.fidelity.repeats),
-        fidelity_error: row.fidelity.error,
+        fidelity_error: row.fidelity.error.unwrap_or(f64::NAN),
         resting_utilisation: row.fidelity.utilisation,
         transition_jump: row.fidelity.jump,
         augmentations: count(row.counters.augmentations),

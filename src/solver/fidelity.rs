@@ -1,16 +1,17 @@
 //! Which bodies deform: chosen from what each would neglect as a rigid body, and from how near it is to damage.
 //!
 //! **Estimated error.** What the bodies that rest neglect (`assembly::fidelity`) acts on the contact network as displacements put between
-//! its bodies. One factorisation of the tangent of the accepted state tells how all contact forces answer, to first order; the change over the
-//! forces, root of summed squares, is the estimate. It is exact for a linear network, a first-order one for contacts that slip or come and
+//! its bodies. One factorisation of the tangent of the accepted state tells how the forces between bodies answer, to first order; the change
+//! over the forces, root of summed squares over the pairs, is the estimate. It is exact for a linear network, a first-order one for contacts that slip or come and
 //! go. Bodies with the largest share of the change, computed as if all rested, are condensed until the estimate for those
 //! left keeps within the accuracy (marking after Doerfler 1996).
 //!
 //! **Damage.** The strains of a body that rests are exact under the forces that act on it. It is condensed from half its damage threshold
 //! on, and always once damaged.
 //!
-//! An increment whose outcome shows the error beyond the accuracy, or a resting body beyond its damage threshold, is to be repeated with
-//! these bodies condensed from its start. Both limits have a lower one for going back to rest.
+//! A change of fidelity leaves forces as they are, so what was neglected before stays in them, and what would be neglected from then on is made
+//! up for: both are kept with the contacts and counted in the estimate. Hence an increment whose outcome shows the error beyond the accuracy, or a
+//! resting body beyond its damage threshold, is to be repeated with these bodies condensed from its start. Both limits have a lower one for going back to rest.
 
 use std::collections::BTreeMap;
 
@@ -74,7 +75,10 @@ pub fn judge(
     let Some(accuracy) = settings.accuracy else { return unknown() };
     // In a solve a contact of condensed bodies is too soft on purpose; here as soft as they are there.
     let mut at = at.clone();
-    at.memory.values_mut().flat_map(|pair| &mut pair.points).for_each(|point| point.scale = 1.0 / OVERESTIMATE);
+    at.memory
+        .values_mut()
+        .flat_map(|pair| &mut pair.points)
+        .for_each(|point| point.scale = 1.0 / OVERESTIMATE);
     let loads = Loads { control: None, ..loads.clone() };
     let Ok(mut newton) = Newton::new(model, &at, &loads, settings, contacts.clone(), at.poses.clone()) else {
         return unknown();
@@ -96,7 +100,7 @@ pub fn judge(
     if let Some(mut network) = Network::new(&mut newton, &recovery, settings) {
         let all = network.changes(&free);
         verdict.error_at_rest = relative(&all);
-        verdict.error = relative(&network.changes(&resting));
+        verdict.error = relative(&network.present());
         let shares = Shares::new(&all, &free);
         if verdict.error > CROWDED * accuracy {
             let mut budget = AIM * accuracy;
@@ -116,6 +120,12 @@ pub fn judge(
     }
     let numbers = |flags: &[bool]| (0..flags.len()).filter(|&body| flags[body]).collect::<Vec<_>>();
     (verdict.wake, verdict.rest) = (numbers(&wakes), numbers(&rests));
+    tracing::debug!(
+        error = verdict.error,
+        at_rest = verdict.error_at_rest,
+        used = verdict.utilisation,
+        "fidelity judged"
+    );
     verdict.urgent = verdict.utilisation >= 1.0 || (verdict.error > accuracy && !verdict.wake.is_empty());
     verdict
 }
@@ -134,15 +144,23 @@ impl<'a, 'n> Network<'a, 'n> {
         Some(Network { newton, recovery })
     }
 
-    /// How the contacts' forces would change, did the bodies not neglect what they do where `rests` says so.
+    /// How the contacts' forces would change, did the bodies not neglect what they do.
+    fn present(&mut self) -> Vec<ForceChange> {
+        self.respond(&self.recovery.present(&self.newton.contacts, self.newton.model))
+    }
+
+    /// The same, had those bodies been at rest from the first that `rests` says.
     fn changes(&mut self, rests: &[bool]) -> Vec<ForceChange> {
-        let neglected = self.recovery.neglected(&self.newton.contacts, rests);
+        self.respond(&self.recovery.neglected(&self.newton.contacts, rests))
+    }
+
+    fn respond(&mut self, neglected: &[Vec3]) -> Vec<ForceChange> {
         let dofs: Dofs = self.newton.dofs.clone();
-        let mut step = self.newton.contacts.neglected_forces(&dofs, &neglected);
+        let mut step = self.newton.contacts.neglected_forces(&dofs, neglected);
         if self.newton.respond(&mut step).is_none() {
             step.fill(f64::NAN);
         }
-        self.newton.contacts.force_changes(&dofs, &step, &neglected)
+        self.newton.contacts.force_changes(&dofs, &step, neglected)
     }
 }
 

@@ -8,8 +8,8 @@ use crate::linalg::MultifrontalLu;
 use crate::linalg::lu::SolveFailure;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
-use crate::solver::start::Start;
 use crate::solver::control::Steering;
+use crate::solver::start::Start;
 use crate::tensor::Pose;
 use std::time::Instant;
 

@@ -16,8 +16,8 @@ pub struct FidelityCounts {
     pub demoted: usize,
     /// Times that the increment was repeated with more condensed grains.
     pub repeats: usize,
-    /// Estimated relative error of the contact forces by grains at rest in it; not a number where no fidelity is chosen.
-    pub error: f64,
+    /// Estimated relative error of the contact forces by bodies at rest in it, where fidelity is chosen.
+    pub error: Option<f64>,
     /// Largest effective strain of a grain at rest over its damage threshold.
     pub utilisation: f64,
     /// Largest change of a contact force by the change of fidelities, over the mean contact force.
@@ -33,7 +33,7 @@ impl FidelityCounts {
             promoted: woken + transition.woken,
             demoted: transition.rested,
             repeats,
-            error: verdict.error,
+            error: Some(verdict.error).filter(|error| !error.is_nan()),
             utilisation: verdict.utilisation,
             jump: transition.jump,
         }
@@ -51,7 +51,13 @@ impl Rig {
     /// Judges fidelities in the balanced state that `report` holds, under `pressure` [Pa] and with the plates where they are.
     pub(super) fn judge(&self, report: &IncrementReport, pressure: f64) -> Verdict {
         let (poses, memory, fields) = (report.poses.clone(), report.memory.clone(), report.fields.clone());
-        judge(&self.model, &Committed { poses, memory, fields }, &self.loads(false, pressure), &self.settings, &self.contacts)
+        judge(
+            &self.model,
+            &Committed { poses, memory, fields },
+            &self.loads(false, pressure),
+            &self.settings,
+            &self.contacts,
+        )
     }
 
     /// Wakes and rests grains in the committed state.
@@ -68,7 +74,12 @@ impl Rig {
         let loads = self.loads(false, self.pressure);
         let verdict = judge(&self.model, &self.committed, &loads, &self.settings, &self.contacts);
         let woken = verdict.wake.iter().filter(|&&body| self.model.bodies[body].wake()).count();
-        tracing::info!(woken, error = verdict.error, used = verdict.utilisation, "fidelity of the seated specimen");
+        tracing::info!(
+            woken,
+            error = verdict.error,
+            used = verdict.utilisation,
+            "fidelity of the seated specimen"
+        );
         if woken > 0 {
             self.begin_contacts_anew();
         }

@@ -5,9 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::assembly::pressure_loads_into;
 use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
-use crate::solver::{
-    DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, advance,
-};
+use crate::solver::{DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, advance};
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
@@ -16,8 +14,8 @@ use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
-use crate::triaxial::starts::{describe, starts};
 use crate::triaxial::stage::{Path, Stage, StageEnd, Until};
+use crate::triaxial::starts::{describe, starts};
 
 /// What is known after each accepted increment.
 #[derive(Debug, Clone, PartialEq)]
@@ -327,7 +325,17 @@ impl Test {
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
         let watch = Watch::new(&stage.until, origin.deviatoric_stress);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
-        Some(UnderWay { drive, pace, watch, curve, last: None, dwells: false, settlings: 0, repeats: 0, woken: 0 })
+        Some(UnderWay {
+            drive,
+            pace,
+            watch,
+            curve,
+            last: None,
+            dwells: false,
+            settlings: 0,
+            repeats: 0,
+            woken: 0,
+        })
     }
 
     /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
