@@ -54,6 +54,7 @@ fn write_made_run(path: &Path, outcome: Outcome) {
             damage: &[0.0, 0.4],
             failed: &[false, false],
             stress: &[[0.0; 6]; 2],
+            fidelity: &[0, 1],
         };
         writer.save_state(&fields).expect("a state");
         let contacts = [

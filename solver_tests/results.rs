@@ -67,6 +67,7 @@ struct Fields {
     damage: Vec<f64>,
     failed: Vec<bool>,
     stress: Vec<[f64; 6]>,
+    fidelity: Vec<u8>,
 }
 
 impl Fields {
@@ -79,6 +80,7 @@ impl Fields {
             displacement,
             damage: (0..cells).map(|c| 0.1 * share + 1e-3 * c as f64).collect(),
             failed: (0..cells).map(|c| state > 0 && c == 0).collect(),
+            fidelity: (0..cells).map(|c| (c % 2) as u8).collect(),
             stress: (0..cells).map(|c| [-1e6 * share, 0.0, 0.0, 0.0, 0.0, c as f64]).collect(),
         }
     }
@@ -91,6 +93,7 @@ impl Fields {
             damage: &self.damage,
             failed: &self.failed,
             stress: &self.stress,
+            fidelity: &self.fidelity,
         }
     }
 }
@@ -122,6 +125,7 @@ fn grain_row(grain: usize, state: usize) -> GrainRow {
         local_shear_strain: 0.01,
         local_volumetric_strain: -0.001,
         turn: 0.1,
+        level: 1,
     }
 }
 

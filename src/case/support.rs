@@ -24,7 +24,8 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             let breaks = |body: &BodyCase| {
                 let rock = body.rock.as_ref().unwrap_or(&case.rock);
                 let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
-                rock.damage.is_some() && fidelity == Fidelity::Condensed
+                let chosen = fidelity == Fidelity::Auto && case.solver.accuracy.is_some();
+                rock.damage.is_some() && (fidelity == Fidelity::Condensed || chosen)
             };
             if case.rock.damage.is_some() && !scene.bodies.iter().any(breaks) {
                 let problem = "damage needs a body that deforms, and none does";
@@ -43,8 +44,8 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
 /// What does not go together with grains that break.
 fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     let fidelity = match case.fidelity_of_grains() {
-        Fidelity::Condensed => None,
-        Fidelity::Auto | Fidelity::Rigid => Some("\"rigid\""),
+        Fidelity::Auto | Fidelity::Condensed => None,
+        Fidelity::Rigid => Some("\"rigid\""),
         Fidelity::Full => Some("\"full\""),
     };
     if let Some(fidelity) = fidelity {
@@ -71,6 +72,7 @@ fn wall(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
         refuse("$.plates.tilting", "\"free\"", problem, accepted);
     }
     let fidelity = match case.solver.fidelity {
+        Fidelity::Auto if case.solver.accuracy.is_some() => Some("\"auto\" with an accuracy"),
         Fidelity::Auto | Fidelity::Rigid => None,
         Fidelity::Condensed => Some("\"condensed\""),
         Fidelity::Full => Some("\"full\""),

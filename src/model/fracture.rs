@@ -291,6 +291,7 @@ impl Model {
             grain: Some(grain.condensed().clone()),
             damaged: Some(Arc::new(grain)),
             full: None,
+            resting: None,
             nominal,
         }
     }

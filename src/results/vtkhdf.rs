@@ -74,7 +74,15 @@ const STRESS: Field = on_cells(
 );
 const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], 4);
 
-const FIELDS: [&Field; 5] = [&DISPLACEMENT, &DAMAGE, &FAILED, &STRESS, &VON_MISES];
+const FIDELITY: Field = on_cells(
+    "fidelity",
+    "1",
+    "how the body deforms: 0 rigid with local compliance, 1 condensed, 2 full",
+    &[],
+    1,
+);
+
+const FIELDS: [&Field; 6] = [&DISPLACEMENT, &DAMAGE, &FAILED, &STRESS, &VON_MISES, &FIDELITY];
 
 /// Cell data that do not change: written once, every step points at them.
 const STATIC_FIELDS: [Field; 3] = [
@@ -244,6 +252,7 @@ impl VtkHdf {
         self.put(store, &FAILED, &failed)?;
         self.put(store, &STRESS, stress.as_flattened())?;
         self.put(store, &VON_MISES, &equivalent)?;
+        self.put(store, &FIDELITY, state.fidelity)?;
         for field in &STATIC_FIELDS {
             store.grown(&field.offsets())?.put(store, self.states, &[0_i64])?;
         }
@@ -270,6 +279,7 @@ impl VtkHdf {
             ("damage", state.damage.len(), self.cells),
             ("failed", state.failed.len(), self.cells),
             ("stress", state.stress.len(), self.cells),
+            ("fidelity", state.fidelity.len(), self.cells),
         ] {
             if found != expected {
                 return Err(store.fail(name, format!("has {found} entries, the mesh has {expected}")));
