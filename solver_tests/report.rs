@@ -55,6 +55,7 @@ fn write_made_run(path: &Path, outcome: Outcome) {
             failed: &[false, false],
             fragment: &[0, 1],
             stress: &[[0.0; 6]; 2],
+            fidelity: &[0, 1],
         };
         writer.save_state(&fields).expect("a state");
         let contacts = [

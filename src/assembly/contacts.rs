@@ -102,6 +102,11 @@ impl PairWork {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }
 
+    /// Stiffness of its contacts' own springs [N/m].
+    pub fn spring(&self) -> f64 {
+        self.stiffness
+    }
+
     pub fn spot(&self, feature: Feature) -> Option<&Spot> {
         self.spots.iter().find(|s| s.feature == feature)
     }
@@ -146,7 +151,7 @@ impl PairWork {
         };
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
         let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
-        let reach = if elastic { features.margin() } else { 0.0 };
+        let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
         *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
             let memory = carried.point(site.feature);
@@ -167,6 +172,7 @@ impl PairWork {
                 corners: facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine)),
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
+                lead: memory.map_or(0.0, |m| m.lead),
             };
             let mut firmness = 1.0;
             if elastic || brittle {
@@ -227,13 +233,13 @@ struct View<'a> {
 /// [m]: zero for two rigid bodies.
 fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
     let elastic = [a, b].iter().any(|&body| model.bodies[body as usize].is_elastic());
-    if elastic { (2.0 * needed).max(ELASTIC_MARGIN * model.smallest_rounding()) } else { 0.0 }
+    if elastic || needed > 0.0 { (2.0 * needed).max(ELASTIC_MARGIN * model.smallest_rounding()) } else { 0.0 }
 }
 
 /// How far elastic displacements and offsets may bring a contact forward [m].
 fn elastic_reach(pair: &PairWork, reach: &[f64]) -> f64 {
     let offset = pair.points.iter().map(|p| p.state.offset).fold(0.0, f64::max);
-    reach[pair.a()] + reach[pair.b()] + offset
+    reach[pair.a()] + reach[pair.b()] + offset + pair.carried.lead()
 }
 
 fn site_points(
@@ -397,10 +403,11 @@ impl Contacts {
         if let Some(wall) = &model.wall {
             touch_wall_into(&mut self.wall, model, wall, &self.corners, poses);
         }
-        match &model.membrane {
-            Some(membrane) => self.membrane.evaluate(model, membrane, &self.corners, poses),
-            None => Ok(()),
-        }
+        let Some(membrane) = &model.membrane else { return Ok(()) };
+        let start = Instant::now();
+        let met = self.membrane.evaluate(model, membrane, &self.corners, poses);
+        self.timings.book(Kernel::Membrane, start);
+        met
     }
 
     /// Tangents of all active points in the configuration last evaluated.
@@ -534,6 +541,11 @@ impl Contacts {
                     traction,
                     bound: e.coefficient * e.load,
                     tangential_energy: e.tangential_energy,
+                    lead: point.state.lead,
+                    neglected: pair
+                        .carried
+                        .point(point.site.feature)
+                        .map_or_else(Vec3::zeros, |m| m.neglected),
                     scale: held.map_or(self.first_scale, |h| h.scale),
                     firmness: point.firmness,
                 });

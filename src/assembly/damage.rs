@@ -14,7 +14,7 @@ use crate::assembly::elastic::SurfaceLoads;
 use crate::assembly::timings::Kernel;
 use crate::error::Result;
 use crate::grain::{DamageChange, DamagedGrain};
-use crate::model::Model;
+use crate::model::{Body, Model};
 use crate::tensor::Vec3;
 
 /// Grains with trial damage, by body; empty until damage is asked for.
@@ -119,7 +119,9 @@ impl Contacts {
         let start = Instant::now();
         let grains = &mut self.trial.grains;
         if grains.is_empty() {
-            grains.extend(model.bodies.iter().map(|body| body.damaged.as_deref().cloned()));
+            // Resting bodies have no loads here.
+            let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.grain.is_some()).cloned();
+            grains.extend(model.bodies.iter().map(breaks));
         }
         let step = |(grain, loads): (&mut Option<DamagedGrain>, &SurfaceLoads)| -> Result<_> {
             let Some(grain) = grain else { return Ok(None) };
@@ -179,9 +181,8 @@ impl Contacts {
         }
         let commit = |(body, loads): (usize, &SurfaceLoads)| -> Result<_> {
             let trial = self.trial.grains.get(body).and_then(Option::as_ref);
-            let Some(mut grain) = trial.or(model.bodies[body].damaged.as_deref()).cloned() else {
-                return Ok(None);
-            };
+            let own = model.bodies[body].damaged.as_deref().filter(|_| model.bodies[body].grain.is_some());
+            let Some(mut grain) = trial.or(own).cloned() else { return Ok(None) };
             let mut kept = grain.commit(loads)?;
             if kept.newly_failed > 0 {
                 let lost = grain.crumble();

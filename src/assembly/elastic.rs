@@ -25,7 +25,7 @@ pub type SurfaceField = Vec<Vec3>;
 /// A contact's compliance in the solve over the bodies' own flexibilities there. Other contacts of the
 /// same grain push as well: with 1 the augmentations swing and end nowhere, with 1.5 to 3 they
 /// converge, far above they creep.
-const OVERESTIMATE: f64 = 2.5;
+pub const OVERESTIMATE: f64 = 2.5;
 
 /// A force on a brittle body is spread over the facets within this share of the body's size, as wide as the patch whose compliance the contact
 /// has: a force on the tip of a coarse cell would crush it whatever the rock.
@@ -111,7 +111,7 @@ impl Side<'_> {
     }
 }
 
-fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
+pub(super) fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
     let value =
         |(&node, &weight): (&u32, &f64)| field.get(node as usize).map_or(Vec3::zeros(), |u| u * weight);
     place.nodes.iter().zip(&place.weights).map(value).sum()
@@ -175,16 +175,30 @@ pub(super) fn for_each_cover_force(
     model: &Model,
     poses: &[Pose],
     pressure: f64,
+    visit: impl FnMut(usize, SurfacePoint, Vec3),
+) {
+    if model.has_elastic() || model.can_break() {
+        let surface = |body: usize| model.bodies[body].stressed_surface();
+        for_each_cover_force_on(model, poses, pressure, surface, visit);
+    }
+}
+
+/// As [`for_each_cover_force`], for the bodies that `surface` gives one for.
+pub(super) fn for_each_cover_force_on<'a>(
+    model: &'a Model,
+    poses: &[Pose],
+    pressure: f64,
+    surface: impl Fn(usize) -> Option<&'a Surface>,
     mut visit: impl FnMut(usize, SurfacePoint, Vec3),
 ) {
-    if !(model.has_elastic() || model.can_break()) || model.membrane.is_some() {
+    if model.membrane.is_some() {
         return;
     }
     let Some(cover) = &model.cover else { return };
     let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
     cover.node_forces_into(&mut forces, poses, pressure);
     for (node, force) in cover.nodes().iter().zip(forces) {
-        if let Some(surface) = model.bodies[node.body].stressed_surface() {
+        if let Some(surface) = surface(node.body) {
             visit(node.body, surface.locate(&node.point), force);
         }
     }
@@ -326,6 +340,6 @@ impl Contacts {
     }
 }
 
-fn force_on_b(point: &ContactPoint) -> Vec3 {
+pub(super) fn force_on_b(point: &ContactPoint) -> Vec3 {
     point.evaluation.normal * point.evaluation.pressure + point.evaluation.friction
 }

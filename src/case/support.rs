@@ -16,8 +16,7 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 breaking(&mut refuse, case);
             }
             match case.membrane {
-                MembraneCase::Pressure => {}
-                MembraneCase::Rubber { .. } => rubber(&mut refuse, case),
+                MembraneCase::Pressure | MembraneCase::Rubber { .. } => {}
                 MembraneCase::RigidWall => wall(&mut refuse, case),
             }
         }
@@ -25,7 +24,8 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             let breaks = |body: &BodyCase| {
                 let rock = body.rock.as_ref().unwrap_or(&case.rock);
                 let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
-                rock.damage.is_some() && fidelity == Fidelity::Condensed
+                let chosen = fidelity == Fidelity::Auto && case.solver.accuracy.is_some();
+                rock.damage.is_some() && (fidelity == Fidelity::Condensed || chosen)
             };
             if case.rock.damage.is_some() && !scene.bodies.iter().any(breaks) {
                 let problem = "damage needs a body that deforms, and none does";
@@ -68,9 +68,11 @@ fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
 fn wall(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     if case.plates.tilting == Tilting::Free {
         let problem = "a rigid wall needs plates that do not turn";
-        refuse("$.plates.tilting", "\"free\"", problem, "\"locked\", or a membrane of kind \"pressure\"");
+        let accepted = "\"locked\", or a membrane of kind \"pressure\" or \"rubber\"";
+        refuse("$.plates.tilting", "\"free\"", problem, accepted);
     }
     let fidelity = match case.solver.fidelity {
+        Fidelity::Auto if case.solver.accuracy.is_some() => Some("\"auto\" with an accuracy"),
         Fidelity::Auto | Fidelity::Rigid => None,
         Fidelity::Condensed => Some("\"condensed\""),
         Fidelity::Full => Some("\"full\""),
@@ -78,13 +80,5 @@ fn wall(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     if let Some(fidelity) = fidelity {
         let problem = "a rigid wall is built for rigid grains only";
         refuse("$.solver.fidelity", fidelity, problem, "\"rigid\", or a membrane of kind \"pressure\"");
-    }
-}
-
-/// What does not go together with a rubber membrane: it is glued to plates that do not turn.
-fn rubber(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
-    if case.plates.tilting == Tilting::Free {
-        let problem = "a rubber membrane needs plates that do not turn";
-        refuse("$.plates.tilting", "\"free\"", problem, "\"locked\", or a membrane of kind \"pressure\"");
     }
 }

@@ -348,6 +348,7 @@ impl Model {
             grain: old.grain.as_ref().map(|_| grain.condensed().clone()),
             damaged: Some(Arc::new(grain)),
             full: None,
+            resting: None,
             nominal,
         }
     }

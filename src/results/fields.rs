@@ -113,6 +113,8 @@ pub struct FieldState<'a> {
     pub fragment: &'a [i32],
     /// Mean Cauchy stress of each cell, xx yy zz xy yz xz, tension positive [Pa].
     pub stress: &'a [[f64; 6]],
+    /// How the body of each cell deforms: 0 rigid, 1 condensed, 2 full.
+    pub fidelity: &'a [u8],
 }
 
 /// Von Mises stress of a stress xx yy zz xy yz xz: sqrt(3/2 s:s) with the deviator s.

@@ -113,6 +113,7 @@ history! {
     contact_force_max: f64, "N", "largest contact force between grains";
     contact_force_variation: f64, "1", "standard deviation of the contact forces between grains over their mean";
     strong_fraction: f64, "1", "share of the contacts between grains that carry more than the mean force";
+    chained_fraction: f64, "1", "share of the grains in force chains: at least three grains in a row that carry more than the mean, pressed along it within 45 degrees";
     radial_strain_1: f64, "1", "radial strain of the lowest of five slices, compression positive";
     radial_strain_2: f64, "1", "radial strain of the second of five slices from the bottom";
     radial_strain_3: f64, "1", "radial strain of the middle one of five slices";
@@ -121,10 +122,20 @@ history! {
     mean_rotation: f64, "rad", "mean angle by which grains have turned since strains count";
     strain_localisation: f64, "1", "0 where the shear strain around all grains is the same, towards 1 where few see it all";
     dead_fraction: f64, "1", "share of the grains around which the shear strain is below a third of the mean";
+    cone_shear: f64, "1", "mean shear strain around the grains in cones of 45 degrees on the plates over that around the others; towards 0 where the cones are dead";
+    band_flatness: f64, "1", "spread of the shear strain across the layer that fits it best over that along it; 1 where it is even, towards 0 in a shear band";
+    band_inclination: f64, "rad", "angle of that layer to the horizontal; means little where band_flatness is near 1";
     plate_tilt: f64, "rad", "angle by which the top plate is tilted";
     failed_points: i64, "1", "integration points that have failed, so far";
     deleted_cells: i64, "1", "cells that have been deleted, so far";
     fragments: i64, "1", "fragments split off by deletion, so far";
+    condensed_bodies: i64, "1", "bodies that are condensed, behind this increment";
+    promoted: i64, "1", "bodies made condensed in this increment or behind it, where fidelity is chosen";
+    demoted: i64, "1", "bodies made rigid behind this increment, where fidelity is chosen";
+    repeats: i64, "1", "times this increment was repeated with more condensed bodies";
+    fidelity_error: f64, "1", "estimated relative error of the contact forces by rigid bodies, where fidelity is chosen";
+    resting_utilisation: f64, "1", "largest effective strain in a rigid body over its damage threshold, where fidelity is chosen";
+    transition_jump: f64, "1", "largest change of a contact force by changes of fidelity, over the mean contact force";
     augmentations: i64, "1", "augmentations in this increment";
     newton_iterations: i64, "1", "Newton iterations in this increment";
     factorisations: i64, "1", "factorisations in this increment";

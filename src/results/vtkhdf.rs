@@ -81,7 +81,15 @@ const STRESS: Field = on_cells(
 );
 const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], 4);
 
-const FIELDS: [&Field; 6] = [&DISPLACEMENT, &DAMAGE, &FAILED, &FRAGMENT, &STRESS, &VON_MISES];
+const FIDELITY: Field = on_cells(
+    "fidelity",
+    "1",
+    "how the body deforms: 0 rigid with local compliance, 1 condensed, 2 full",
+    &[],
+    1,
+);
+
+const FIELDS: [&Field; 7] = [&DISPLACEMENT, &DAMAGE, &FAILED, &FRAGMENT, &STRESS, &VON_MISES, &FIDELITY];
 
 /// Cell data that do not change: written once, every step points at them.
 const STATIC_FIELDS: [Field; 3] = [
@@ -253,6 +261,7 @@ impl VtkHdf {
         self.put(store, &FRAGMENT, state.fragment)?;
         self.put(store, &STRESS, stress.as_flattened())?;
         self.put(store, &VON_MISES, &equivalent)?;
+        self.put(store, &FIDELITY, state.fidelity)?;
         for field in &STATIC_FIELDS {
             store.grown(&field.offsets())?.put(store, self.states, &[0_i64])?;
         }
@@ -280,6 +289,7 @@ impl VtkHdf {
             ("failed", state.failed.len(), self.cells),
             ("fragment", state.fragment.len(), self.cells),
             ("stress", state.stress.len(), self.cells),
+            ("fidelity", state.fidelity.len(), self.cells),
         ] {
             if found != expected {
                 return Err(store.fail(name, format!("has {found} entries, the mesh has {expected}")));

@@ -190,6 +190,7 @@ impl Recorder {
             contacts: ContactTable::default(),
             cells: Vec::new(),
             grains: Vec::new(),
+            levels: rig.levels(),
         };
         self.begin_with(first, case, rig, specimen, meshes)
     }
@@ -263,6 +264,7 @@ impl Recorder {
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
             cells: cell_states(&rig.model),
             grains: grain_states(&rig.model),
+            levels: rig.levels(),
         };
         let position = report.row.progress * stage.axial_strain().unwrap_or(1.0);
         self.append(&row, &[], state, position, report.row.progress)?;
@@ -429,7 +431,10 @@ impl Recorder {
         let time = if self.states > 0 { state.time.max(self.sums.saved.next_up()) } else { state.time };
         self.sums.saved = time;
         let (damage, failed, carriers) = self.points.cells_of(&state.cells);
+        let level = |body: usize| state.levels.get(body).copied().unwrap_or(0);
+        let fidelity: Vec<u8> = carriers.iter().map(|body| body.map_or(0, level)).collect();
         let saved = self.writer.save_state(&FieldState {
+            fidelity: &fidelity,
             time,
             increment: state.increment,
             displacement: &self.points.displacements(&state.poses, &carriers),
@@ -452,6 +457,7 @@ impl Recorder {
                 local_shear_strain: local.shear,
                 local_volumetric_strain: local.volumetric,
                 turn: local.rotation,
+                level: level(index).into(),
             }
         };
         if self.grains > 0 {
@@ -510,6 +516,7 @@ impl Recorder {
             contact_force_max: network.force_max,
             contact_force_variation: network.force_variation,
             strong_fraction: network.strong_fraction,
+            chained_fraction: picture.chained_fraction,
             radial_strain_1: picture.slices[0],
             radial_strain_2: picture.slices[1],
             radial_strain_3: picture.slices[2],
@@ -518,10 +525,20 @@ impl Recorder {
             mean_rotation: picture.unevenness.mean_rotation,
             strain_localisation: picture.unevenness.localisation,
             dead_fraction: picture.unevenness.dead_fraction,
+            cone_shear: picture.zones.cone_shear,
+            band_flatness: picture.zones.band_flatness,
+            band_inclination: picture.zones.band_inclination,
             plate_tilt: picture.tilt,
             failed_points: row.damage.failed_points as i64,
             deleted_cells: row.damage.deleted_cells as i64,
             fragments: row.damage.fragments as i64,
+            condensed_bodies: row.fidelity.condensed as i64,
+            promoted: row.fidelity.promoted as i64,
+            demoted: row.fidelity.demoted as i64,
+            repeats: row.fidelity.repeats as i64,
+            fidelity_error: row.fidelity.error.unwrap_or(f64::NAN),
+            resting_utilisation: row.fidelity.utilisation,
+            transition_jump: row.fidelity.jump,
             augmentations: counters.augmentations as i64,
             newton_iterations: counters.newton_iterations as i64,
             factorisations: counters.factorisations as i64,

@@ -8,11 +8,6 @@ use crate::specimen::statistics::Histogram;
 
 /// The static columns of `/grains`.
 pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> {
-    let fidelity = match case.fidelity_of_grains() {
-        Fidelity::Auto | Fidelity::Rigid => 0,
-        Fidelity::Condensed => 1,
-        Fidelity::Full => 2,
-    };
     let grains = &specimen.grains;
     let count = grains.len();
     let volumes: Vec<f64> = grains.iter().map(|g| g.nominal.volume()).collect();
@@ -22,6 +17,11 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> 
         axes
     });
     let rock = &case.rock;
+    let level = match case.fidelity_of_grains() {
+        Fidelity::Auto | Fidelity::Rigid => 0,
+        Fidelity::Condensed => 1,
+        Fidelity::Full => 2,
+    };
     vec![
         Column::floats("mass", "kg", "mass", volumes.iter().map(|v| rock.density * v).collect()),
         Column::floats("volume", "m3", "volume of the nominal polyhedron", volumes),
@@ -77,8 +77,8 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> 
         ),
         Column::integers(
             "fidelity",
-            "0 rigid with local compliance, 1 condensed, 2 full",
-            vec![fidelity; count],
+            "how the grain deforms at first: 0 rigid with local compliance, 1 condensed, 2 full",
+            vec![level; count],
         ),
     ]
 }

@@ -6,6 +6,7 @@ use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::equilibrium::Balance;
 use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
+use crate::solver::start::Start;
 use crate::tensor::{Pose, Vector6};
 
 /// An increment to attempt.
@@ -107,7 +108,7 @@ pub struct ContactMeasures {
 /// does not overlap. `contacts` lends its buffers and gets them back.
 pub fn advance(
     increment: &Increment<'_>,
-    starts: Vec<Vec<Pose>>,
+    starts: Vec<impl Into<Start>>,
     contacts: &mut Contacts,
 ) -> IncrementReport {
     let Increment { model, committed, loads, settings } = *increment;
@@ -116,7 +117,7 @@ pub fn advance(
     let searches = lent.searches;
     let mut newton = None;
     let mut last_start = committed.poses.clone();
-    for start in starts {
+    for start in starts.into_iter().map(Into::<Start>::into) {
         match Newton::new(model, committed, loads, settings, lent, start.clone()) {
             Ok(ready) => {
                 newton = Some(ready);
@@ -125,7 +126,7 @@ pub fn advance(
             }
             Err(back) => {
                 lent = *back;
-                last_start = start;
+                last_start = start.poses;
             }
         }
     }

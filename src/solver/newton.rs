@@ -9,6 +9,7 @@ use crate::linalg::lu::SolveFailure;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
+use crate::solver::start::Start;
 use crate::tensor::Pose;
 use std::time::Instant;
 
@@ -52,17 +53,19 @@ pub enum NewtonEnd {
 }
 
 impl<'a> Newton<'a> {
-    /// Evaluates the model at `poses`; `None` if bodies are too close there.
+    /// Evaluates the model at `start`; the contacts come back if bodies are too close there.
     pub fn new(
         model: &'a Model,
         committed: &'a Committed,
         loads: &Loads,
         settings: &'a Settings,
         mut contacts: Contacts,
-        poses: Vec<Pose>,
+        start: impl Into<Start>,
     ) -> Result<Self, Box<Contacts>> {
+        let Start { poses, fields } = start.into();
         let dofs = Dofs::new(model, loads);
         contacts.start(model, committed);
+        contacts.place_nodes(model, &fields);
         if contacts.evaluate(model, committed, &poses).is_err() {
             return Err(Box::new(contacts));
         }
@@ -151,15 +154,15 @@ impl<'a> Newton<'a> {
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
         let touching =
             || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
-        let pressed = || {
-            let membrane = self.model.membrane.iter();
-            membrane.flat_map(|m| assembly::membrane_couplings(m, &self.contacts))
-        };
+        let membrane = || self.model.membrane.iter();
+        let pressing = || membrane().flat_map(|m| assembly::membrane_touching(m, &self.contacts));
+        let pressed = || membrane().flat_map(|m| assembly::membrane_couplings(m, &self.contacts));
         let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
         let nodes = |touching| assembly::full_couplings(self.model, &self.dofs, &self.contacts, touching);
-        let pairs = |nodes| touching().chain(covered()).chain(pressed()).chain(walled()).chain(nodes);
-        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs(nodes(true)))) {
-            let pattern = BlockPattern::new(&self.dofs, pairs(nodes(false)));
+        let pairs = || touching().chain(covered()).chain(walled());
+        let needed = pairs().chain(pressing()).chain(nodes(true));
+        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, needed)) {
+            let pattern = BlockPattern::new(&self.dofs, pairs().chain(pressed()).chain(nodes(false)));
             let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
             self.system = Some(System { pattern, lu });
             self.contacts.timings.book(Kernel::Ordering, start);
@@ -195,6 +198,7 @@ impl<'a> Newton<'a> {
             &system.pattern,
             &self.dofs,
             &self.contacts,
+            &self.poses,
         );
         assembly::wall_stiffness_into(
             &mut self.values,
@@ -237,6 +241,12 @@ impl<'a> Newton<'a> {
         }
         self.contacts.timings.book(Kernel::Solve, start);
         solved.ok().map(|()| step)
+    }
+
+    /// Turns forces on the unknowns into the motion that they cause, by the factor of the last [`Self::step`].
+    pub(super) fn respond(&mut self, forces: &mut [f64]) -> Option<()> {
+        let system = self.system.as_mut()?;
+        system.lu.solve_in_place(&self.values, forces).ok().map(|_| ())
     }
 
     /// The largest share of `step` that moves no body further than the cap, nor any pair further

@@ -39,6 +39,9 @@ pub struct Settings {
     pub max_cuts: usize,
     /// For bodies that can break.
     pub damage: DamageSettings,
+    /// Error of the contact forces, relative, that bodies whose fidelity is chosen may cause by resting (`solver::fidelity`); `None`: no
+    /// fidelity is chosen.
+    pub accuracy: Option<f64>,
     /// Has increments given up between augmentations.
     pub stop: StopSignal,
 }
@@ -63,6 +66,7 @@ impl Default for Settings {
             merit_memory: 4,
             max_cuts: 6,
             damage: DamageSettings::default(),
+            accuracy: None,
             stop: StopSignal::default(),
         }
     }

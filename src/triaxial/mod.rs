@@ -1,8 +1,10 @@
 //! The triaxial rig: a specimen between plates under a cover, its stages, its measures and its
 //! energy ledger. Measures count compression positive; forces and poses underneath do not.
 
+pub mod chains;
 pub mod deformation;
 mod drive;
+mod fidelity;
 pub mod ledger;
 pub mod measures;
 pub mod network;
@@ -10,10 +12,13 @@ pub mod response;
 pub mod rig;
 pub mod rubber;
 pub mod stage;
+mod starts;
 pub mod summary;
 pub mod test;
+pub mod zones;
 
 pub use deformation::LocalStrain;
+pub use fidelity::FidelityCounts;
 pub use ledger::{EnergyGate, Ledger};
 pub use measures::{Measures, Picture};
 pub use rig::{Cover, Rig, RigParameters, RigState};

@@ -188,6 +188,7 @@ impl Rig {
                 grain: None,
                 full: None,
                 damaged: None,
+                resting: None,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -212,6 +213,7 @@ impl Rig {
                 grain: None,
                 full: None,
                 damaged: None,
+                resting: None,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
@@ -308,11 +310,8 @@ impl Rig {
         for (body, Elasticity { grain, full, damaged }) in self.model.bodies.iter_mut().zip(elasticity) {
             (body.grain, body.full, body.damaged) = (grain, full, damaged);
         }
-        self.committed.memory.clear();
-        self.committed.fields.clear();
         // Pairs know the stiffness of their bodies.
-        let timings = std::mem::take(&mut self.contacts).timings;
-        self.contacts.timings = timings;
+        self.begin_contacts_anew();
     }
 
     /// Lays a new cover over the grains where they are now. Its rims are circles of the radius

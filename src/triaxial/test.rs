@@ -5,18 +5,17 @@ use serde::{Deserialize, Serialize};
 use crate::assembly::pressure_loads_into;
 use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
-use crate::solver::{
-    DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, StepStatus, advance,
-    motion_between,
-};
+use crate::solver::{DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, advance};
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
+use crate::triaxial::fidelity::FidelityCounts;
 use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd, Until};
+use crate::triaxial::starts::{describe, starts};
 
 /// What is known after each accepted increment.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +25,7 @@ pub struct Row {
     pub response: Response,
     pub ledger: Ledger,
     pub damage: DamageCounts,
+    pub fidelity: FidelityCounts,
     /// Energy of the increment that no row of the ledger accounts for, over the work that ram and
     /// pressure exchanged in it.
     pub energy_gap: f64,
@@ -65,6 +65,8 @@ const DWELL_SHARE: f64 = 1e-3;
 const MOST_SETTLINGS: usize = 10;
 /// Increments in a row that may be accepted in rough balance.
 const MOST_ROUGH: usize = 50;
+/// Times that an increment is repeated since a grain ought to have been condensed in it.
+const MOST_REPEATS: usize = 3;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
 const LEAST_PRESSURE: f64 = 1e-3;
 /// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
@@ -107,6 +109,12 @@ struct UnderWay {
     settlings: usize,
     /// Increments accepted in rough balance, one after the other.
     rough: usize,
+    /// Times that the increment at hand has been repeated with more condensed grains.
+    #[serde(skip)]
+    repeats: usize,
+    /// Grains that were made condensed for it.
+    #[serde(skip)]
+    woken: usize,
 }
 
 impl UnderWay {
@@ -123,8 +131,11 @@ impl UnderWay {
 
 /// An accepted increment, for the next one to go on from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Last {
-    poses: Vec<Pose>,
+pub(super) struct Last {
+    pub(super) poses: Vec<Pose>,
+    /// Displacements of nodes [m]; empty where no grain is full.
+    #[serde(with = "crate::tensor::stored")]
+    pub(super) fields: Vec<Vec<Vec3>>,
     share: f64,
     pressure: f64,
     deviatoric_stress: f64,
@@ -241,6 +252,15 @@ impl Test {
                     }
                 },
             };
+            let pressure = way.drive.pressure(to, report.factor);
+            let verdict = rig.judge(&report, pressure);
+            if verdict.urgent && way.repeats < MOST_REPEATS {
+                way.repeats += 1;
+                let transition = rig.change_fidelity([&verdict.wake, &[]]);
+                self.start_elastic += transition.energy;
+                way.woken += transition.woken;
+                continue;
+            }
             let trial = self.weigh(rig, &way, &report, share, to);
             if !way.dwells && way.watch.overshoots(share, &trial.measures) {
                 continue;
@@ -270,6 +290,7 @@ impl Test {
                 response,
                 ledger: trial.ledger,
                 damage: DamageCounts::default(),
+                fidelity: FidelityCounts::default(),
                 energy_gap: trial.energy_gap,
                 poorly_closed: trial.poorly_closed,
                 control_error: trial.control_error,
@@ -283,8 +304,12 @@ impl Test {
             let last = self.commit(rig, &way.drive, &report, &trial, share);
             way.last = Some(last).filter(|_| !way.dwells);
             (way.dwells, way.settlings) = (false, 0);
+            let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
+            let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
+            self.start_elastic += transition.energy;
             self.under_way = Some(way);
-            let row = Row { damage: rig.model.damage_counts(), ..row };
+            let fidelity = FidelityCounts::of(&rig.model, &verdict, &transition, early);
+            let row = Row { damage: rig.model.damage_counts(), fidelity, ..row };
             let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
             let goes_on = observe(rig, &step);
             match self.under_way.take() {
@@ -326,7 +351,18 @@ impl Test {
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
         let watch = Watch::new(&stage.until, origin.deviatoric_stress);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
-        Some(UnderWay { drive, pace, watch, curve, last: None, dwells: false, settlings: 0, rough: 0 })
+        Some(UnderWay {
+            drive,
+            pace,
+            watch,
+            curve,
+            last: None,
+            dwells: false,
+            settlings: 0,
+            rough: 0,
+            repeats: 0,
+            woken: 0,
+        })
     }
 
     /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
@@ -371,6 +407,7 @@ impl Test {
             pressure: rig.pressure,
             deviatoric_stress: -self.ram / area(rig),
             poses: std::mem::replace(&mut rig.committed.poses, report.poses.clone()),
+            fields: if rig.model.has_full() { std::mem::take(&mut rig.committed.fields) } else { Vec::new() },
         };
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);
@@ -465,7 +502,7 @@ impl Test {
             deviatoric_stress: continued(now.deviatoric_stress, |last| last.deviatoric_stress),
         };
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
-        let mut starts = starts(rig, last.map(|last| (&last.poses, share / last.share)), lift, now.height);
+        let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let mut counters = Counters::default();
         for _ in 0..AREA_TRIALS {
             let loads = drive.loads(rig, share, to, &guess);
@@ -505,7 +542,7 @@ impl Test {
             }
             guess.area = area;
             guess.deviatoric_stress = report.factor;
-            starts = vec![report.poses];
+            starts = vec![report.poses.into()];
         }
         Err(Miss::without_report(format!("the cross-section did not settle in {AREA_TRIALS} trials")))
     }
@@ -651,66 +688,5 @@ impl Watch {
                 self.before
             ),
         }
-    }
-}
-
-/// Starting configurations in order of preference: the last motion continued, an affine
-/// squeeze, the driven plate alone. `lift` [m] is the motion of a driven top plate.
-fn starts(rig: &Rig, last: Option<(&Vec<Pose>, f64)>, lift: Option<f64>, height: f64) -> Vec<Vec<Pose>> {
-    let now = &rig.committed.poses;
-    let mut plain = now.clone();
-    plain[rig.top].position.z += lift.unwrap_or(0.0);
-    let mut starts = Vec::new();
-    if let Some((previous, ratio)) = last {
-        let mut predicted: Vec<Pose> = previous
-            .iter()
-            .zip(now)
-            .map(|(old, now)| {
-                let (shift, turn) = motion_between(old, now);
-                now.moved(&(shift * ratio), &(turn * ratio))
-            })
-            .collect();
-        if lift.is_some() {
-            predicted[rig.top].position.z = plain[rig.top].position.z;
-        }
-        predicted[rig.bottom] = plain[rig.bottom];
-        starts.push(predicted);
-    }
-    if let Some(lift) = lift.filter(|lift| *lift != 0.0) {
-        let mut squeezed = plain.clone();
-        let base = now[rig.bottom].position.z;
-        for (i, pose) in squeezed.iter_mut().enumerate() {
-            let is_wall = i >= rig.model.bodies.len() && !rig.model.is_node(i);
-            if i != rig.top && i != rig.bottom && !is_wall {
-                pose.position += Vec3::new(0.0, 0.0, lift * (pose.position.z - base) / height);
-            }
-        }
-        starts.push(squeezed);
-    }
-    starts.push(plain);
-    starts
-}
-
-fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> String {
-    match &report.status {
-        StepStatus::Converged => "converged".into(),
-        StepStatus::Abandoned => "abandoned".into(),
-        StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
-        StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
-        StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
-            "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \
-             augmentations; {}",
-            report.history.len(),
-            rig.membrane_trouble(pressure)
-        ),
-        StepStatus::OutOfBalance { body, out_of_balance } if *body >= rig.model.bodies.len() => format!(
-            "the wall is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
-            report.history.len()
-        ),
-        StepStatus::OutOfBalance { body, out_of_balance } => format!(
-            "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
-            rig.model.bodies[*body].name,
-            report.history.len()
-        ),
     }
 }
