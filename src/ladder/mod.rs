@@ -11,10 +11,12 @@ pub mod balloon;
 pub mod blocks;
 pub mod bodies;
 pub mod cells;
+pub mod cylinder;
 pub mod damage;
 pub mod edges;
 pub mod finding;
 pub mod grains;
+pub mod penalties;
 pub mod run;
 pub mod scenes;
 pub mod standing;
@@ -51,6 +53,8 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "damage_cell", problem: "damage law of one cell, uniaxial", climb: damage::uniaxial_cell },
     Rung { name: "softening_bar", problem: "bar pulled apart, crack band", climb: damage::softening_bar },
     Rung { name: "balloon", problem: "neo-Hookean balloon, limit point", climb: balloon::balloon },
+    Rung { name: "cylinder", problem: "membrane cylinder: inflated, correction", climb: cylinder::cylinder },
+    Rung { name: "follower", problem: "following pressure: force is -p dV", climb: cylinder::follower },
     Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },
     Rung { name: "nafems_wedge", problem: "NAFEMS CGS-4: pushed up a slope", climb: wedges::up_a_slope },
     Rung { name: "wedge", problem: "wedge pressed between two walls", climb: wedges::between_walls },
@@ -75,6 +79,12 @@ pub const RUNGS: &[Rung] = &[
         problem: "stiffness 1e-6 to 1e6, sizes 1:20",
         climb: standing::unlike_bodies,
     },
+    Rung {
+        name: "first_guesses",
+        problem: "penalties and holds 1e-3 to 1e3",
+        climb: penalties::first_guesses,
+    },
+    Rung { name: "rejected_trials", problem: "they leave no trace", climb: penalties::rejected_trials },
     Rung { name: "scale", problem: "the same in millimetres and kilometres", climb: wedges::scale },
     Rung { name: "scenes", problem: "the case files in cases/scenes", climb: scenes::all },
 ];
