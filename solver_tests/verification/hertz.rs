@@ -73,3 +73,23 @@ fn force_converges_to_hertz() {
     // The facets' gap falls with the square of the cells, the onset's and the contact area's do not.
     assert!(errors[1] < errors[0], "no convergence: {errors:?}");
 }
+
+/// On a rigid plane, with cells of two thirds, a half and a third of the contact radius: see `ladder::hertz`.
+#[test]
+fn sphere_on_a_plane_converges() {
+    use riprap::ladder::hertz::{CELLS, bound, force, plane_force, pressed};
+    let mut errors = Vec::new();
+    for cell in CELLS.into_iter().chain([0.4e-3]) {
+        let run = riprap::ladder::Run::of(&pressed(cell));
+        assert!(run.finished(), "{}", run.trouble());
+        let error = plane_force(&run) / force() - 1.0;
+        println!(
+            "cell {cell:.1e} m: error {error:+.4} (bound {:.3}), {:.1} s",
+            bound(cell),
+            run.time.as_secs_f64()
+        );
+        assert!(error.abs() < bound(cell), "cell {cell}: {error}");
+        errors.push(error.abs());
+    }
+    assert!(errors.is_sorted_by(|a, b| a >= b), "no convergence: {errors:?}");
+}

@@ -20,6 +20,7 @@ mod grain_meshes;
 mod hertz;
 mod membrane_balloon;
 mod membrane_cylinder;
+mod newton_order;
 mod penalty_independence;
 mod rattler;
 mod sliding_over_facets;

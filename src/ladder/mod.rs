@@ -16,6 +16,8 @@ pub mod damage;
 pub mod edges;
 pub mod finding;
 pub mod grains;
+pub mod hertz;
+pub mod newton;
 pub mod penalties;
 pub mod run;
 pub mod scenes;
@@ -55,6 +57,8 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "balloon", problem: "neo-Hookean balloon, limit point", climb: balloon::balloon },
     Rung { name: "cylinder", problem: "membrane cylinder: inflated, correction", climb: cylinder::cylinder },
     Rung { name: "follower", problem: "following pressure: force is -p dV", climb: cylinder::follower },
+    Rung { name: "hertz", problem: "condensed sphere on a rigid plane", climb: hertz::normal },
+    Rung { name: "newton", problem: "order of Newton's method", climb: newton::orders },
     Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },
     Rung { name: "nafems_wedge", problem: "NAFEMS CGS-4: pushed up a slope", climb: wedges::up_a_slope },
     Rung { name: "wedge", problem: "wedge pressed between two walls", climb: wedges::between_walls },

@@ -9,7 +9,7 @@ use crate::case::RawCase;
 use crate::error::Result;
 use crate::ladder::wedges::force_by_stage;
 use crate::ladder::{Findings, Run, Tolerance};
-use crate::scene::SceneParameters;
+use crate::scene::{SceneParameters, other_equilibrium};
 use crate::simulation::scene::parameters;
 use crate::tensor::Vec3;
 
@@ -226,6 +226,8 @@ fn klarbring(findings: &mut Findings, run: &Run) {
     let computed = run.at_end(|row| row.bodies[2].contact_force.norm());
     // The contacts yield by ten micrometres on a ball of 20 mm, which turns the normals by 1e-3 at most.
     findings.of_run("klarbring: force of the plate [N]", run, computed, reference, Tolerance::Relative(4e-3));
+    let flagged = other_equilibrium(&run.scene).is_some();
+    findings.stands("klarbring: flagged as not unique", run, flagged, true);
 }
 
 /// Every grain touches its neighbours and plates on all six sides, and what the plates exert is in balance.

@@ -10,8 +10,10 @@ pub mod parameters;
 pub mod row;
 pub mod run;
 mod sweep;
+pub mod uniqueness;
 
 pub use audit::{Overlap, deepest_overlap};
 pub use parameters::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
 pub use row::{BodyState, Row};
 pub use run::{Scene, SceneState};
+pub use uniqueness::other_equilibrium;

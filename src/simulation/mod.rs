@@ -36,7 +36,7 @@ use crate::case::{Case, Fidelity, Geometry, RawCase, SpecimenCase, unsupported};
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, grain_mesh};
 use crate::results::{Existing, Outcome as FileOutcome, Reader};
-use crate::scene::{Scene, audit};
+use crate::scene::{Scene, audit, other_equilibrium};
 use crate::solver::Dossier;
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
@@ -458,6 +458,16 @@ fn scene_run(
             }
             if options.audit {
                 fault = audit::fault(&scene.model, scene.contacts(), &scene.committed.poses);
+                if let Some(other) = other_equilibrium(scene) {
+                    let increment = row.increment;
+                    let travel = other.poses.iter().zip(&scene.committed.poses);
+                    let moved = travel.map(|(a, b)| (a.position - b.position).norm()).fold(0.0, f64::max);
+                    tracing::warn!(
+                        increment,
+                        moved,
+                        "not unique: there is another equilibrium under these loads"
+                    );
+                }
             }
             trouble.is_none() && fault.is_none() && !observer.stop_requested()
         });

@@ -1,0 +1,23 @@
+//! The order of Newton's method: see `ladder::newton` for the problem and its tolerances.
+
+use riprap::ladder::newton::{OFF, descent, steps_to, typical_order};
+use riprap::ladder::wedges::pressed;
+use riprap::solver::TangentPart;
+
+use crate::audited::audited;
+
+#[test]
+fn whole_tangent_is_of_second_order_and_its_symmetric_part_is_not() {
+    for degrees in [20f64, 30.0, 45.0] {
+        for friction in [0.2, 0.4, 0.65] {
+            let run = audited(&pressed(degrees.to_radians(), friction));
+            let (order, _) = typical_order(&run);
+            let steps = [TangentPart::Whole, TangentPart::Symmetric]
+                .map(|part| steps_to(&descent(&run, part, OFF[2]).0, 1e-6));
+            println!("a {degrees}, mu {friction}: order {order:.2}, steps {steps:?}");
+            assert!((order.min(2.0) - 2.0).abs() < 0.3, "a {degrees}, mu {friction}: {order}");
+            assert!(steps[0] < 15, "{steps:?}");
+            assert!(friction < 0.5 || steps[1] > 2 * steps[0], "the symmetric part contracts: {steps:?}");
+        }
+    }
+}
