@@ -27,6 +27,10 @@ pub type SurfaceField = Vec<Vec3>;
 /// converge, far above they creep.
 pub const OVERESTIMATE: f64 = 2.5;
 
+/// A force on a brittle body is spread over the facets within this share of the body's size, as wide as the patch whose compliance the contact
+/// has: a force on the tip of a coarse cell would crush it whatever the rock.
+const PATCH: f64 = 0.1;
+
 /// What one augmentation knows of a contact's place.
 #[derive(Debug, Clone, Copy)]
 pub struct Spot {
@@ -41,6 +45,8 @@ pub struct Spot {
     pub change: Vec3,
     /// Compliance in place of the bodies' flexibility [m/N].
     pub compliance: f64,
+    /// What damage of brittle bodies leaves of the contact's spring.
+    pub firmness: f64,
 }
 
 /// Force of the last augmentation.
@@ -86,7 +92,7 @@ impl Held {
 /// A body at a place in space: its grain (where it is condensed), pose, and surface displacement now and as committed.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
-    /// Its surface, where it deforms.
+    /// Its surface, where it deforms or breaks.
     pub surface: Option<&'a Surface>,
     pub grain: Option<&'a CondensedGrain>,
     pub pose: &'a Pose,
@@ -124,6 +130,7 @@ impl Spot {
             elastic: Vec3::zeros(),
             change: Vec3::zeros(),
             compliance: scale * OVERESTIMATE * (along(on_a) + along(on_b)),
+            firmness: 1.0,
         };
         spot.follow([a, b]);
         spot
@@ -162,7 +169,7 @@ pub fn reach(field: &[Vec3]) -> f64 {
     field.iter().map(|u| u.norm_squared()).fold(0.0, f64::max).sqrt()
 }
 
-/// Calls `visit(body, place, force)` for each node of a cover that is glued to elastic bodies, with its
+/// Calls `visit(body, place, force)` for each node of a cover that is glued to bodies that deform or break, with its
 /// share of `pressure` [N], in space. Under a membrane the cover's nodes are the membrane's: none.
 pub(super) fn for_each_cover_force(
     model: &Model,
@@ -170,8 +177,9 @@ pub(super) fn for_each_cover_force(
     pressure: f64,
     visit: impl FnMut(usize, SurfacePoint, Vec3),
 ) {
-    if model.has_elastic() {
-        for_each_cover_force_on(model, poses, pressure, |body| model.bodies[body].surface(), visit);
+    if model.has_elastic() || model.can_break() {
+        let surface = |body: usize| model.bodies[body].stressed_surface();
+        for_each_cover_force_on(model, poses, pressure, surface, visit);
     }
 }
 
@@ -197,13 +205,20 @@ pub(super) fn for_each_cover_force_on<'a>(
 }
 
 impl Contacts {
-    /// Forces on the surfaces of all elastic bodies in the configuration last evaluated [N], the
+    /// Forces on the surfaces of all bodies that deform or break in the configuration last evaluated [N], the
     /// cover's included.
     pub(super) fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
         let mut all = vec![SurfaceLoads::new(); model.bodies.len()];
         let mut put = |body: usize, place: Option<SurfacePoint>, turn: &Rotation, force: Vec3| {
-            if let Some(place) = place {
-                all[body].push((place, turn.inverse() * force));
+            let Some(place) = place else { return };
+            let force = turn.inverse() * force;
+            let owner = &model.bodies[body];
+            match owner.stressed_surface().filter(|_| owner.is_brittle()) {
+                Some(surface) => {
+                    let shares = surface.spread(&place, PATCH * 2.0 * owner.rotation_scale);
+                    all[body].extend(shares.into_iter().map(|(place, share)| (place, force * share)));
+                }
+                None => all[body].push((place, force)),
             }
         };
         for (pair, point) in self.active() {
@@ -222,7 +237,7 @@ impl Contacts {
             for point in &list.points {
                 let force = Vec3::from_column_slice(&point.force.on_body[..3]);
                 let at = pose.to_body(&point.force.point);
-                let surface = model.bodies[list.body].surface();
+                let surface = model.bodies[list.body].stressed_surface();
                 put(list.body, surface.map(|surface| surface.locate(&at)), &pose.rotation, force);
             }
         }
@@ -230,6 +245,11 @@ impl Contacts {
             put(body, Some(place), &poses[body].rotation, force)
         });
         all
+    }
+
+    /// Notes the forces of the configuration last evaluated, for damage to follow, where nothing deforms.
+    pub fn note_loads(&mut self, model: &Model, loads: &Loads, poses: &[Pose]) {
+        self.surface_loads = self.surface_loads(model, loads, poses);
     }
 
     /// Takes the forces of the configuration last evaluated as those of a new augmentation. Evaluate

@@ -13,6 +13,7 @@ pub mod fidelity;
 pub mod full;
 pub mod membrane;
 pub mod pattern;
+mod rubber;
 pub mod timings;
 pub mod wall;
 
@@ -24,10 +25,11 @@ pub use fidelity::{ForceChange, Recovery, is_free_to_change};
 pub use full::{full_couplings, full_stiffness_into};
 pub use membrane::MembraneContacts;
 pub use pattern::BlockPattern;
+pub use rubber::{membrane_couplings, membrane_forces_into, membrane_stiffness_into, membrane_touching};
 pub use timings::{Kernel, Timings};
 pub use wall::{pressure_loads_into, wall_couplings, wall_forces_into, wall_stiffness_into};
 
-use crate::model::{Loads, Membrane, Model};
+use crate::model::{Loads, Model};
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// Adds every force on the free components into `residual` [N], which it clears first.
@@ -71,96 +73,6 @@ pub fn residual_into(
         dofs.scatter(residual, i, &wrench);
     }
     full::node_forces_into(residual, model, dofs, contacts, loads, poses);
-}
-
-/// Adds the forces of the membrane's sheet and of its contacts to `wrenches`, one per carrier [N, N m].
-pub fn membrane_forces_into(
-    wrenches: &mut [Vector6<f64>],
-    membrane: &Membrane,
-    contacts: &Contacts,
-    poses: &[Pose],
-) {
-    let positions = &contacts.membrane.positions;
-    membrane.forces_into(wrenches, positions, poses);
-    for list in &contacts.membrane.bodies {
-        for point in &list.points {
-            let site = &point.contact.site;
-            for (k, component) in point.force.on_body.iter().enumerate() {
-                wrenches[list.body][k] += component;
-            }
-            for (&node, force) in site.on_b.iter().zip(&point.force.on_membrane).take(site.count_b.into()) {
-                let carrier = membrane.nodes[node as usize].body;
-                let moment = (positions[node as usize] - poses[carrier].position).cross(force);
-                for k in 0..3 {
-                    wrenches[carrier][k] += force[k];
-                    wrenches[carrier][3 + k] += moment[k];
-                }
-            }
-        }
-    }
-}
-
-/// The carriers that the membrane's contacts may couple.
-pub fn membrane_couplings<'a>(
-    membrane: &'a Membrane,
-    contacts: &'a Contacts,
-) -> impl Iterator<Item = (usize, usize)> + 'a {
-    contacts.membrane.bodies.iter().flat_map(move |list| {
-        list.named.iter().map(move |&node| (list.body, membrane.nodes[node as usize].body))
-    })
-}
-
-/// The stiffness of the membrane's sheet and of its contacts. Plates that it is glued to do not turn.
-/// Call [`Contacts::update_tangents`] first.
-pub fn membrane_stiffness_into(
-    values: &mut [f64],
-    model: &Model,
-    pattern: &BlockPattern,
-    dofs: &Dofs,
-    contacts: &Contacts,
-) {
-    let Some(membrane) = &model.membrane else { return };
-    membrane.for_each_stiffness_block(&contacts.membrane.positions, |i, j, stiffness| {
-        let mut block = [[0.0; 6]; 6];
-        for r in 0..3 {
-            for c in 0..3 {
-                block[r][c] = stiffness[(r, c)];
-            }
-        }
-        pattern.add_block(values, dofs, i, j, &block);
-    });
-    for list in &contacts.membrane.bodies {
-        for (point, tangent) in list.points.iter().zip(&list.tangents) {
-            let site = &point.contact.site;
-            let count = usize::from(site.count_b);
-            let carrier = |k: usize| membrane.nodes[site.on_b[k] as usize].body;
-            // Rows: the body, then each node. Columns: each node, then the body.
-            for row in 0..=count {
-                let (row_carrier, first, rows) = match row {
-                    0 => (list.body, 0, 6),
-                    k => (carrier(k - 1), 6 + 3 * (k - 1), 3),
-                };
-                let mut on_body = [[0.0; 6]; 6];
-                for node in 0..count {
-                    let mut on_node = [[0.0; 6]; 6];
-                    for r in 0..rows {
-                        for c in 0..3 {
-                            let entry = tangent[first + r][3 + 3 * node + c];
-                            on_node[r][c] = -entry;
-                            on_body[r][c] += entry;
-                        }
-                    }
-                    pattern.add_block(values, dofs, row_carrier, carrier(node), &on_node);
-                }
-                for r in 0..rows {
-                    for c in 0..3 {
-                        on_body[r][3 + c] = -tangent[first + r][c];
-                    }
-                }
-                pattern.add_block(values, dofs, row_carrier, list.body, &on_body);
-            }
-        }
-    }
 }
 
 /// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call

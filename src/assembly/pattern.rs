@@ -70,23 +70,23 @@ impl BlockPattern {
     }
 
     /// Adds a 6 x 6 block (rows: force and moment on `row_body`; columns: translation and rotation
-    /// of `column_body`) to `values`, scaled to the unknowns.
-    pub fn add_block(
+    /// of `column_body`) to `values`, scaled to the unknowns; or its first R rows or C columns, where the others are zero.
+    pub fn add_block<const R: usize, const C: usize>(
         &self,
         values: &mut [f64],
         dofs: &Dofs,
         row_body: usize,
         column_body: usize,
-        block: &[[f64; 6]; 6],
+        block: &[[f64; C]; R],
     ) {
         if !dofs.is_free(row_body) || !dofs.is_free(column_body) {
             return;
         }
         let Some(start) = self.offset(row_body, column_body) else { return };
-        for (c, column) in dofs.of(column_body).iter().enumerate() {
+        for (c, column) in dofs.of(column_body).iter().take(C).enumerate() {
             let Some(column) = column else { continue };
             let mut at = self.pattern.column_starts[*column as usize] + start;
-            for (r, row) in dofs.of(row_body).iter().enumerate() {
+            for (r, row) in dofs.of(row_body).iter().take(R).enumerate() {
                 if row.is_some() {
                     values[at] += block[r][c] * dofs.entry_scale(row_body, r, column_body, c);
                     at += 1;

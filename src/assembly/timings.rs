@@ -9,6 +9,8 @@ pub enum Kernel {
     Search,
     /// Features within reach of each pair, and the forces between them.
     Contacts,
+    /// The same between the rubber membrane and bodies.
+    Membrane,
     /// Sum of all forces on the unknowns, the cover's pressure among them.
     Residual,
     /// Tangents of the contact points.
@@ -28,9 +30,10 @@ pub enum Kernel {
 
 impl Kernel {
     /// In the order of the work.
-    pub const ALL: [Kernel; 10] = [
+    pub const ALL: [Kernel; 11] = [
         Kernel::Search,
         Kernel::Contacts,
+        Kernel::Membrane,
         Kernel::Residual,
         Kernel::Tangents,
         Kernel::Assembly,
@@ -45,6 +48,7 @@ impl Kernel {
         match self {
             Kernel::Search => "search",
             Kernel::Contacts => "contacts",
+            Kernel::Membrane => "membrane",
             Kernel::Residual => "residual",
             Kernel::Tangents => "tangents",
             Kernel::Assembly => "assembly",

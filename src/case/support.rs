@@ -16,8 +16,7 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 breaking(&mut refuse, case);
             }
             match case.membrane {
-                MembraneCase::Pressure => {}
-                MembraneCase::Rubber { .. } => rubber(&mut refuse, case),
+                MembraneCase::Pressure | MembraneCase::Rubber { .. } => {}
                 MembraneCase::RigidWall => wall(&mut refuse, case),
             }
         }
@@ -45,13 +44,13 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
 /// What does not go together with grains that break.
 fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     let fidelity = match case.fidelity_of_grains() {
-        Fidelity::Auto | Fidelity::Condensed => None,
-        Fidelity::Rigid => Some("\"rigid\""),
+        Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed => None,
         Fidelity::Full => Some("\"full\""),
     };
     if let Some(fidelity) = fidelity {
-        let problem = "grains damage where they are condensed";
-        refuse("$.solver.fidelity", fidelity, problem, "\"auto\", \"condensed\", or \"damage\": null");
+        let problem = "grains damage where they are rigid or condensed";
+        let accepted = "\"auto\", \"rigid\", \"condensed\", or \"damage\": null";
+        refuse("$.solver.fidelity", fidelity, problem, accepted);
     }
     let membrane = match case.membrane {
         MembraneCase::Pressure => None,
@@ -69,7 +68,8 @@ fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
 fn wall(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     if case.plates.tilting == Tilting::Free {
         let problem = "a rigid wall needs plates that do not turn";
-        refuse("$.plates.tilting", "\"free\"", problem, "\"locked\", or a membrane of kind \"pressure\"");
+        let accepted = "\"locked\", or a membrane of kind \"pressure\" or \"rubber\"";
+        refuse("$.plates.tilting", "\"free\"", problem, accepted);
     }
     let fidelity = match case.solver.fidelity {
         Fidelity::Auto if case.solver.accuracy.is_some() => Some("\"auto\" with an accuracy"),
@@ -80,13 +80,5 @@ fn wall(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     if let Some(fidelity) = fidelity {
         let problem = "a rigid wall is built for rigid grains only";
         refuse("$.solver.fidelity", fidelity, problem, "\"rigid\", or a membrane of kind \"pressure\"");
-    }
-}
-
-/// What does not go together with a rubber membrane: it is glued to plates that do not turn.
-fn rubber(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
-    if case.plates.tilting == Tilting::Free {
-        let problem = "a rubber membrane needs plates that do not turn";
-        refuse("$.plates.tilting", "\"free\"", problem, "\"locked\", or a membrane of kind \"pressure\"");
     }
 }

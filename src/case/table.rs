@@ -480,6 +480,12 @@ static SOLVER: &[Key] = &[
     ),
     Key::default("force_tolerance", TOLERANCE, "1e-3", "Out-of-balance force over the mean contact force."),
     Key::default(
+        "rough_tolerance",
+        Nullable(&TOLERANCE),
+        "null",
+        "Out-of-balance force over the mean contact force at which an increment of a specimen that finds no better balance, cut to the smallest or while broken grains come to rest, is accepted all the same (out_of_balance in the history says so); null: the run stops there.",
+    ),
+    Key::default(
         "gap_tolerance",
         TOLERANCE,
         "1e-5",

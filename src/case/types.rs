@@ -31,14 +31,12 @@ pub struct Case {
 }
 
 impl Case {
-    /// How the grains of a specimen deform: chosen for each where an accuracy is asked for. Else rock that damages needs condensed grains,
-    /// any other does with rigid ones.
+    /// How the grains of a specimen deform: chosen for each where an accuracy is asked for, else not at all.
     pub fn fidelity_of_grains(&self) -> Fidelity {
-        match (self.solver.fidelity, &self.rock.damage) {
-            (Fidelity::Auto, _) if self.solver.accuracy.is_some() => Fidelity::Auto,
-            (Fidelity::Auto, Some(_)) => Fidelity::Condensed,
-            (Fidelity::Auto, None) => Fidelity::Rigid,
-            (given @ (Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full), _) => given,
+        match self.solver.fidelity {
+            Fidelity::Auto if self.solver.accuracy.is_some() => Fidelity::Auto,
+            Fidelity::Auto => Fidelity::Rigid,
+            given @ (Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full) => given,
         }
     }
 }
@@ -459,6 +457,8 @@ pub struct SolverCase {
     pub accuracy: Option<f64>,
     /// Out-of-balance force over the mean contact force.
     pub force_tolerance: f64,
+    /// As `force_tolerance`, of increments that find no better balance; `None`: the run stops there.
+    pub rough_tolerance: Option<f64>,
     /// Overlap of an accepted state over the grain size.
     pub gap_tolerance: f64,
     /// Before an increment is cut.

@@ -78,13 +78,36 @@ pub fn tangent(
     body: &[Vec3; 3],
     membrane: &[Vec3; 3],
 ) -> MembraneTangent {
-    type D = Dual<12>;
-    let variables = |base: &Vec3, first: usize| Vector([0, 1, 2].map(|k| D::variable(base[k], first + k)));
+    // Only nodes that take part are variables: most contacts have one.
+    match contact.site.count_b {
+        1 => derivative::<6>(law, contact, position, body, membrane),
+        2 => derivative::<9>(law, contact, position, body, membrane),
+        _ => derivative::<12>(law, contact, position, body, membrane),
+    }
+}
+
+/// With the spin and the first `(N - 3) / 3` nodes as variables.
+fn derivative<const N: usize>(
+    law: &MembraneContactLaw,
+    contact: &MembraneContact,
+    position: &Vec3,
+    body: &[Vec3; 3],
+    membrane: &[Vec3; 3],
+) -> MembraneTangent {
+    let variables =
+        |base: &Vec3, first: usize| Vector([0, 1, 2].map(|k| Dual::<N>::variable(base[k], first + k)));
     let spin = variables(&Vec3::zeros(), 0);
     let turned = body.map(|p| Vector::constant(&p) + spin.cross(Vector::constant(&(p - position))));
-    let nodes = [0, 1, 2].map(|k| variables(&membrane[k], 3 + 3 * k));
+    let nodes = [0, 1, 2].map(|k| match 3 + 3 * k {
+        first if first < N => variables(&membrane[k], first),
+        _ => Vector::constant(&membrane[k]),
+    });
     let (_, components) = forces(law, contact, &Vector::constant(position), &turned, &nodes);
-    components.map(|component| component.gradient)
+    components.map(|component| {
+        let mut row = [0.0; 12];
+        row[..N].copy_from_slice(&component.gradient);
+        row
+    })
 }
 
 fn forces<T: Real>(

@@ -40,6 +40,27 @@ pub struct PointMemory {
     pub neglected: Vec3,
     /// The contact's compliance in a solve over the first guess, as far as it adapted.
     pub scale: f64,
+    /// What damage of the rock below has left of the contact's spring; it never gets firmer again.
+    pub firmness: f64,
+}
+
+impl PointMemory {
+    /// Of a contact without a force whose gap is more open than the geometry says by `-lead` [m].
+    pub fn open(feature: Feature, lead: f64) -> Self {
+        PointMemory {
+            feature,
+            stretch: Vec3::zeros(),
+            pressure: 0.0,
+            load: 0.0,
+            traction: Vec3::zeros(),
+            bound: 0.0,
+            tangential_energy: 0.0,
+            lead,
+            neglected: Vec3::zeros(),
+            firmness: 1.0,
+            scale: 1.0,
+        }
+    }
 }
 
 /// Memory of a pair of bodies.

@@ -34,7 +34,8 @@ pub struct Body {
     pub grain: Option<Arc<CondensedGrain>>,
     /// Its mesh, where all its nodes are unknowns; then it is not condensed.
     pub full: Option<Arc<FullGrain>>,
-    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility. A resting body is sound.
+    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility where it is condensed. A resting body
+    /// is sound. A rigid body with damage that does not rest is brittle: it is stressed by the forces on it and breaks, but bends no gap.
     pub damaged: Option<Arc<DamagedGrain>>,
     /// Its own flexibility, where it is rigid for now and may become condensed; then it is in no gap.
     pub resting: Option<Arc<CondensedGrain>>,
@@ -55,8 +56,19 @@ impl Body {
         condensed.or_else(|| self.full.as_ref().map(|grain| grain.surface()))
     }
 
+    /// The meshed surface that forces stress: that of a body that deforms, or that breaks.
+    pub fn stressed_surface(&self) -> Option<&Surface> {
+        let brittle = self.damaged.as_ref().filter(|_| self.is_brittle());
+        self.surface().or_else(|| brittle.map(|grain| grain.condensed().surface()))
+    }
+
     pub fn is_elastic(&self) -> bool {
         self.grain.is_some() || self.full.is_some()
+    }
+
+    /// Whether it breaks and is rigid otherwise.
+    pub fn is_brittle(&self) -> bool {
+        self.damaged.is_some() && !self.is_elastic() && self.resting.is_none()
     }
 
     /// Its flexibility, whether or not it is in the gaps now.

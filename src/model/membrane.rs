@@ -1,8 +1,8 @@
 //! The `rubber` membrane: a cylinder of hyperelastic triangles bonded to the plates.
 //!
 //! Its free nodes are unknowns like the bodies, and stand behind them wherever positions are listed:
-//! a node is a pose that never turns. The nodes of the two rims are glued to the plates, which must not
-//! turn. The cell pressure acts through a [`PressureCover`] on the same nodes, from outside on the
+//! a node is a pose that never turns. The nodes of the two rims are glued to the plates, and turn
+//! with them. The cell pressure acts through a [`PressureCover`] on the same nodes, from outside on the
 //! closed surface of membrane and plates.
 //!
 //! The surface is the membrane's middle. Inside it lie the specimen and half of the rubber, whose volume does
@@ -71,6 +71,10 @@ pub struct Membrane {
     wrinkling: Wrinkling,
     /// First carrier that is a node of the membrane: the number of bodies.
     first: usize,
+    /// Free nodes.
+    free: usize,
+    /// The plates that the rims are glued to.
+    fastened: [usize; 2],
     /// Volume of the rubber [m^3].
     volume: f64,
 }
@@ -134,14 +138,21 @@ impl Membrane {
             elements,
             wrinkling: Wrinkling::Free { support: WRINKLE_SUPPORT },
             first,
+            free: poses.len(),
+            fastened: [bottom.body, top.body],
             volume,
         };
         Ok((membrane, cover, poses))
     }
 
-    /// Free nodes.
-    pub fn free_nodes(&self) -> usize {
-        self.nodes.iter().filter(|node| node.body >= self.first).count()
+    /// How many nodes are free.
+    pub const fn free_nodes(&self) -> usize {
+        self.free
+    }
+
+    /// Whether nodes are glued to a body.
+    pub fn holds(&self, body: usize) -> bool {
+        self.fastened.contains(&body)
     }
 
     /// Whether a node is glued to a plate.
@@ -205,14 +216,14 @@ impl Membrane {
         }
     }
 
-    /// Calls `block(i, j, &K)` with the stiffness between the translations of carriers i and j [N/m].
+    /// Calls `block(i, j, &K)` with the stiffness between nodes i and j [N/m].
     pub fn for_each_stiffness_block(&self, positions: &[Vec3], mut block: impl FnMut(usize, usize, &Mat3)) {
         for (facet, element) in self.facets.iter().zip(&self.elements) {
             let x = facet.map(|n| positions[n]);
             let stiffness = element.stiffness(&x, &self.parameters.rubber, self.wrinkling);
             for (i, row) in stiffness.iter().enumerate() {
                 for (j, entry) in row.iter().enumerate() {
-                    block(self.nodes[facet[i]].body, self.nodes[facet[j]].body, entry);
+                    block(facet[i], facet[j], entry);
                 }
             }
         }

@@ -125,8 +125,10 @@ impl Model {
             body.centre_of_mass = stored.centre_of_mass;
             match grain {
                 Some(grain) => {
-                    // A sound grain keeps what it was condensed to.
-                    body.grain = Some(grain.condensed().clone());
+                    // A sound grain keeps what it was condensed to, a rigid one has nothing.
+                    if body.grain.is_some() {
+                        body.grain = Some(grain.condensed().clone());
+                    }
                     body.damaged = Some(grain);
                 }
                 None => (body.kind, body.grain, body.damaged) = (BodyKind::Gone, None, None),

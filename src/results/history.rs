@@ -113,6 +113,7 @@ history! {
     contact_force_max: f64, "N", "largest contact force between grains";
     contact_force_variation: f64, "1", "standard deviation of the contact forces between grains over their mean";
     strong_fraction: f64, "1", "share of the contacts between grains that carry more than the mean force";
+    chained_fraction: f64, "1", "share of the grains in force chains: at least three grains in a row that carry more than the mean, pressed along it within 45 degrees";
     radial_strain_1: f64, "1", "radial strain of the lowest of five slices, compression positive";
     radial_strain_2: f64, "1", "radial strain of the second of five slices from the bottom";
     radial_strain_3: f64, "1", "radial strain of the middle one of five slices";
@@ -121,6 +122,9 @@ history! {
     mean_rotation: f64, "rad", "mean angle by which grains have turned since strains count";
     strain_localisation: f64, "1", "0 where the shear strain around all grains is the same, towards 1 where few see it all";
     dead_fraction: f64, "1", "share of the grains around which the shear strain is below a third of the mean";
+    cone_shear: f64, "1", "mean shear strain around the grains in cones of 45 degrees on the plates over that around the others; towards 0 where the cones are dead";
+    band_flatness: f64, "1", "spread of the shear strain across the layer that fits it best over that along it; 1 where it is even, towards 0 in a shear band";
+    band_inclination: f64, "rad", "angle of that layer to the horizontal; means little where band_flatness is near 1";
     plate_tilt: f64, "rad", "angle by which the top plate is tilted";
     failed_points: i64, "1", "integration points that have failed, so far";
     deleted_cells: i64, "1", "cells that have been deleted, so far";

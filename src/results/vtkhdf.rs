@@ -65,6 +65,13 @@ const DISPLACEMENT: Field = Field {
 };
 const DAMAGE: Field = on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], 4);
 const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], 1);
+const FRAGMENT: Field = on_cells(
+    "fragment",
+    "1",
+    "number of the body that the cell is on: that of its grain, or of a part that came off; -1 for none",
+    &[],
+    4,
+);
 const STRESS: Field = on_cells(
     "stress",
     "Pa",
@@ -82,7 +89,7 @@ const FIDELITY: Field = on_cells(
     1,
 );
 
-const FIELDS: [&Field; 6] = [&DISPLACEMENT, &DAMAGE, &FAILED, &STRESS, &VON_MISES, &FIDELITY];
+const FIELDS: [&Field; 7] = [&DISPLACEMENT, &DAMAGE, &FAILED, &FRAGMENT, &STRESS, &VON_MISES, &FIDELITY];
 
 /// Cell data that do not change: written once, every step points at them.
 const STATIC_FIELDS: [Field; 3] = [
@@ -163,6 +170,7 @@ impl VtkHdf {
             let made = match field.name {
                 "displacement" => store.growing::<f64>(&field.path(), field.width, layout)?,
                 "failed" => store.growing::<u8>(&field.path(), field.width, layout)?,
+                "fragment" => store.growing::<i32>(&field.path(), field.width, layout)?,
                 _ => store.growing::<f32>(&field.path(), field.width, layout)?,
             };
             store.describe(&made.dataset, field.units, field.long_name)?;
@@ -250,6 +258,7 @@ impl VtkHdf {
         self.put(store, &DISPLACEMENT, displacement.as_flattened())?;
         self.put(store, &DAMAGE, &damage)?;
         self.put(store, &FAILED, &failed)?;
+        self.put(store, &FRAGMENT, state.fragment)?;
         self.put(store, &STRESS, stress.as_flattened())?;
         self.put(store, &VON_MISES, &equivalent)?;
         self.put(store, &FIDELITY, state.fidelity)?;
@@ -278,6 +287,7 @@ impl VtkHdf {
             ("displacement", state.displacement.len(), self.points),
             ("damage", state.damage.len(), self.cells),
             ("failed", state.failed.len(), self.cells),
+            ("fragment", state.fragment.len(), self.cells),
             ("stress", state.stress.len(), self.cells),
             ("fidelity", state.fidelity.len(), self.cells),
         ] {

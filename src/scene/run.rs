@@ -506,7 +506,7 @@ impl Scene {
         self.committed.memory.clone_from(&report.memory);
         self.committed.fields.clone_from(&report.fields);
         self.model.take_damage(&report.damage.grains);
-        self.failing = report.damage.failing();
+        self.failing = report.damage.failing(&self.model);
         self.increments += 1;
         let gravity = loads.gravity;
         self.loads = loads;

@@ -181,6 +181,7 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
 pub fn settings(solver: &SolverCase) -> Settings {
     Settings {
         force_tolerance: solver.force_tolerance,
+        rough_tolerance: solver.rough_tolerance.unwrap_or(0.0),
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,

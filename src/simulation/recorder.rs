@@ -440,6 +440,7 @@ impl Recorder {
             displacement: &self.points.displacements(&state.poses, &carriers),
             damage: &damage,
             failed: &failed,
+            fragment: &carriers.iter().map(|body| body.map_or(-1, |body| body as i32)).collect::<Vec<_>>(),
             stress: &self.points.cell_stresses(&state.stress, &carriers),
         })?;
         let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
@@ -515,6 +516,7 @@ impl Recorder {
             contact_force_max: network.force_max,
             contact_force_variation: network.force_variation,
             strong_fraction: network.strong_fraction,
+            chained_fraction: picture.chained_fraction,
             radial_strain_1: picture.slices[0],
             radial_strain_2: picture.slices[1],
             radial_strain_3: picture.slices[2],
@@ -523,6 +525,9 @@ impl Recorder {
             mean_rotation: picture.unevenness.mean_rotation,
             strain_localisation: picture.unevenness.localisation,
             dead_fraction: picture.unevenness.dead_fraction,
+            cone_shear: picture.zones.cone_shear,
+            band_flatness: picture.zones.band_flatness,
+            band_inclination: picture.zones.band_inclination,
             plate_tilt: picture.tilt,
             failed_points: row.damage.failed_points as i64,
             deleted_cells: row.damage.deleted_cells as i64,

@@ -68,6 +68,12 @@ impl IncrementReport {
         self.status == StepStatus::Converged
     }
 
+    /// Whether it found no balance but a rough one that the settings let pass.
+    pub fn is_rough(&self, settings: &Settings) -> bool {
+        matches!(self.status, StepStatus::OutOfBalance { .. })
+            && self.balance.out_of_balance < settings.rough_tolerance
+    }
+
     /// Whether the solver had to relax through an instability (a snap of the force chains): more
     /// augmentations than a steady increment takes.
     pub fn is_snap(&self) -> bool {
@@ -143,7 +149,8 @@ pub fn advance(
         };
     };
     let outcome = newton.equilibrate();
-    let takes_damage = outcome.converged && settings.damage.moves;
+    let passes = outcome.converged || outcome.balance.out_of_balance < settings.rough_tolerance;
+    let takes_damage = passes && settings.damage.moves;
     let damage = if takes_damage { newton.contacts.damages(model) } else { Ok(Damages::default()) };
     let status = if outcome.converged && damage.is_ok() {
         StepStatus::Converged

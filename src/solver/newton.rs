@@ -154,15 +154,15 @@ impl<'a> Newton<'a> {
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
         let touching =
             || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
-        let pressed = || {
-            let membrane = self.model.membrane.iter();
-            membrane.flat_map(|m| assembly::membrane_couplings(m, &self.contacts))
-        };
+        let membrane = || self.model.membrane.iter();
+        let pressing = || membrane().flat_map(|m| assembly::membrane_touching(m, &self.contacts));
+        let pressed = || membrane().flat_map(|m| assembly::membrane_couplings(m, &self.contacts));
         let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
         let nodes = |touching| assembly::full_couplings(self.model, &self.dofs, &self.contacts, touching);
-        let pairs = |nodes| touching().chain(covered()).chain(pressed()).chain(walled()).chain(nodes);
-        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, pairs(nodes(true)))) {
-            let pattern = BlockPattern::new(&self.dofs, pairs(nodes(false)));
+        let pairs = || touching().chain(covered()).chain(walled());
+        let needed = pairs().chain(pressing()).chain(nodes(true));
+        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, needed)) {
+            let pattern = BlockPattern::new(&self.dofs, pairs().chain(pressed()).chain(nodes(false)));
             let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
             self.system = Some(System { pattern, lu });
             self.contacts.timings.book(Kernel::Ordering, start);
@@ -198,6 +198,7 @@ impl<'a> Newton<'a> {
             &system.pattern,
             &self.dofs,
             &self.contacts,
+            &self.poses,
         );
         assembly::wall_stiffness_into(
             &mut self.values,

@@ -87,6 +87,11 @@ impl Neighbourhood {
         spread.try_inverse().map(|inverse| moved * inverse)
     }
 
+    /// Where the grains were [m].
+    pub fn positions(&self) -> Vec<Vec3> {
+        self.reference[..self.neighbours.len()].iter().map(|pose| pose.position).collect()
+    }
+
     /// What happened around each grain.
     pub fn local_strains(&self, poses: &[Pose]) -> Vec<LocalStrain> {
         let around = |i: usize| {

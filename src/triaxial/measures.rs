@@ -6,10 +6,14 @@ use serde::{Deserialize, Serialize};
 use crate::assembly::Contacts;
 use crate::model::BodyKind;
 use crate::tensor::{Pose, Vec3};
+use crate::triaxial::chains::{body_stresses, chained_fraction};
 use crate::triaxial::deformation::{LocalStrain, Neighbourhood, SLICES, Unevenness, slice_strains};
 use crate::triaxial::drive::Origin;
-use crate::triaxial::network::{Network, end_friction, mean_stress, pair_forces, sheet_stress};
+use crate::triaxial::network::{
+    Network, end_friction, mean_stress, outside_forces, pair_forces, sheet_stress,
+};
 use crate::triaxial::rig::Rig;
+use crate::triaxial::zones::Zones;
 
 /// Stresses and strains of an increment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -53,7 +57,10 @@ pub struct ContactStress {
 pub struct Picture {
     pub contact_stress: ContactStress,
     pub network: Network,
+    /// Share of the grains that are in force chains.
+    pub chained_fraction: f64,
     pub unevenness: Unevenness,
+    pub zones: Zones,
     /// Radial strain of slices of equal height, from the bottom.
     pub slices: [f64; SLICES],
     /// Angle of the top plate's axis to the specimen's [rad].
@@ -132,7 +139,8 @@ impl Picture {
     ) -> Self {
         let pairs = pair_forces(contacts);
         let volume = rig.volume(poses);
-        let stress = mean_stress(&rig.model, contacts, &pairs, poses, measures.confining_pressure, volume);
+        let outside = outside_forces(&rig.model, contacts, poses, measures.confining_pressure);
+        let stress = mean_stress(&rig.model, &pairs, &outside, poses, volume);
         let (axial, radial) = (stress[(2, 2)], 0.5 * (stress[(0, 0)] + stress[(1, 1)]));
         let end_friction = end_friction(&pairs, &[rig.bottom, rig.top], volume);
         let sheet = rig.model.membrane.as_ref();
@@ -141,6 +149,12 @@ impl Picture {
             .abs()
             .max((radial - measures.confining_pressure - end_friction - membrane).abs());
         let is_grain: Vec<bool> = rig.model.bodies.iter().map(|body| body.kind == BodyKind::Grain).collect();
+        let volumes: Vec<Option<f64>> = (rig.model.bodies.iter())
+            .map(|body| (body.kind == BodyKind::Grain).then(|| body.nominal.volume()))
+            .collect();
+        let positions: Vec<Vec3> = poses[..volumes.len()].iter().map(|pose| pose.position).collect();
+        let stresses = body_stresses(&pairs, &outside, &positions, &volumes);
+        let radius = (zero.volume / (std::f64::consts::PI * zero.height)).sqrt();
         let upright = poses[rig.top].rotation * Vec3::z();
         Picture {
             contact_stress: ContactStress {
@@ -151,7 +165,9 @@ impl Picture {
                 disagreement: off / measures.mean_stress.abs(),
             },
             network: Network::of(&pairs, &is_grain),
+            chained_fraction: chained_fraction(&pairs, &stresses, &positions, &volumes),
             unevenness: Unevenness::of(local_strains),
+            zones: Zones::of(&zero.neighbourhood.positions(), local_strains, zero.height, radius),
             slices: slice_strains(&zero.areas, &section_areas(rig, poses)),
             tilt: upright.angle(&Vec3::z()),
         }

@@ -1,6 +1,7 @@
 //! The triaxial rig: a specimen between plates under a cover, its stages, its measures and its
 //! energy ledger. Measures count compression positive; forces and poses underneath do not.
 
+pub mod chains;
 pub mod deformation;
 mod drive;
 mod fidelity;
@@ -14,6 +15,7 @@ pub mod stage;
 mod starts;
 pub mod summary;
 pub mod test;
+pub mod zones;
 
 pub use deformation::LocalStrain;
 pub use fidelity::FidelityCounts;

@@ -147,25 +147,33 @@ pub fn membrane_forces(
     contacts.points().map(on_body).chain(glued).collect()
 }
 
-/// Mean stress in the cover's `volume` [m^3] from contact forces [Pa], compression positive. The
+/// What presses on the grains from outside: cover, rubber membrane or wall under `pressure` [Pa].
+pub fn outside_forces(
+    model: &Model,
+    contacts: &Contacts,
+    poses: &[Pose],
+    pressure: f64,
+) -> Vec<OutsideForce> {
+    match (&model.membrane, &model.wall) {
+        (Some(membrane), _) => membrane_forces(model, membrane, contacts, poses, pressure),
+        (None, Some(_)) => contacts.wall.iter().map(OutsideForce::of_wall).collect(),
+        (None, None) => cover_forces(model, poses, pressure),
+    }
+}
+
+/// Mean stress in the cover's `volume` [m^3] from contact forces and those from `outside` [Pa], compression positive. The
 /// part of the pressure that the cover's rims hand to the plates counts where it acts sideways: it
 /// confines the volume as much as the rest. Under a rubber membrane its contacts stand for the cover; the
 /// hoop tension then comes on top of the pressure.
 pub fn mean_stress(
     model: &Model,
-    contacts: &Contacts,
     pairs: &[PairForce],
+    outside: &[OutsideForce],
     poses: &[Pose],
-    pressure: f64,
     volume: f64,
 ) -> Mat3 {
-    let outside = match (&model.membrane, &model.wall) {
-        (Some(membrane), _) => membrane_forces(model, membrane, contacts, poses, pressure),
-        (None, Some(_)) => contacts.wall.iter().map(OutsideForce::of_wall).collect(),
-        (None, None) => cover_forces(model, poses, pressure),
-    };
     let is_grain = |body: usize| model.bodies[body].kind == BodyKind::Grain;
-    let mut sum = stress_moment(pairs, &outside, is_grain, |body| poses[body].position);
+    let mut sum = stress_moment(pairs, outside, is_grain, |body| poses[body].position);
     for rim in outside.iter().filter(|outside| !is_grain(outside.body)) {
         let arm = rim.point - poses[rim.body].position;
         for i in 0..2 {

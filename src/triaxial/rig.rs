@@ -161,6 +161,9 @@ impl Rig {
         if !fractures.is_empty() {
             self.contacts.forget_bodies();
         }
+        for fracture in &fractures {
+            tracing::debug!(?fracture);
+        }
         Ok(Some(fractures.iter().map(|fracture| fracture.lost_energy).sum()))
     }
 
@@ -257,6 +260,14 @@ impl Rig {
     pub fn condense(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
         for (body, (grain, damaged)) in self.model.bodies.iter_mut().zip(grains) {
             (body.grain, body.damaged) = (Some(grain), damaged);
+        }
+        self.model.begin_damage();
+    }
+
+    /// Lets rigid grains break, in their order; before anything has moved.
+    pub fn let_break(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
+        for (body, (_, damaged)) in self.model.bodies.iter_mut().zip(grains) {
+            body.damaged = damaged;
         }
         self.model.begin_damage();
     }

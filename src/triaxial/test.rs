@@ -62,7 +62,9 @@ const LANDING_TRIALS: usize = 8;
 /// Where a stage is over and grains broke in its last increment, the tolerances of the dwell are those of an increment of this share.
 const DWELL_SHARE: f64 = 1e-3;
 /// Rough balances that a dwell gets where it does not find a fine one.
-const MOST_SETTLINGS: usize = 20;
+const MOST_SETTLINGS: usize = 10;
+/// Increments in a row that may be accepted in rough balance.
+const MOST_ROUGH: usize = 50;
 /// Times that an increment is repeated since a grain ought to have been condensed in it.
 const MOST_REPEATS: usize = 3;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
@@ -105,6 +107,8 @@ struct UnderWay {
     dwells: bool,
     /// Rough balances that the dwell has been given so far.
     settlings: usize,
+    /// Increments accepted in rough balance, one after the other.
+    rough: usize,
     /// Times that the increment at hand has been repeated with more condensed grains.
     #[serde(skip)]
     repeats: usize,
@@ -135,6 +139,19 @@ pub(super) struct Last {
     share: f64,
     pressure: f64,
     deviatoric_stress: f64,
+}
+
+/// An increment that found no balance.
+struct Miss {
+    reason: String,
+    /// What it came to, where it came to anything.
+    report: Option<Box<IncrementReport>>,
+}
+
+impl Miss {
+    fn without_report(reason: String) -> Self {
+        Miss { reason, report: None }
+    }
 }
 
 /// An increment tried, not committed.
@@ -207,24 +224,33 @@ impl Test {
                 (false, Some(share)) => (share, way.pace.after(share)),
                 (false, None) => break,
             };
-            let mut report = match self.attempt(rig, &way.drive, share, to, way.last.as_ref()) {
-                Ok(report) => report,
+            let mut report = match self.attempt(rig, &way, share, to) {
+                Ok(report) => {
+                    way.rough = 0;
+                    report
+                }
                 Err(_) if rig.settings.stop.is_raised() => {
                     self.under_way = Some(way);
                     return StageEnd::Interrupted;
                 }
-                Err(_) if way.dwells && way.settlings < MOST_SETTLINGS => {
-                    self.settle(rig, &way, share, to);
-                    way.settlings += 1;
-                    continue;
-                }
-                Err(reason) if way.dwells => return StageEnd::Stopped { reason },
-                Err(_) if way.watch.gives_up_landing() => continue,
-                Err(_) if way.pace.cut(share) => continue,
-                Err(reason) => {
-                    let limit = way.drive.asked_stress().map(|asked| self.describe_limit(rig, &way, asked));
-                    return StageEnd::Stopped { reason: limit.unwrap_or_default() + &reason };
-                }
+                Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
+                Err(miss) => match miss.report.filter(|report| report.is_rough(&rig.settings)) {
+                    Some(report) if way.rough < MOST_ROUGH => {
+                        way.rough += 1;
+                        *report
+                    }
+                    Some(_) | None if way.dwells && way.settlings < MOST_SETTLINGS => {
+                        self.settle(rig, &way, share, to);
+                        way.settlings += 1;
+                        continue;
+                    }
+                    Some(_) | None if way.dwells => return StageEnd::Stopped { reason: miss.reason },
+                    Some(_) | None => {
+                        let limit = way.drive.asked_stress();
+                        let limit = limit.map(|asked| self.describe_limit(rig, &way, asked));
+                        return StageEnd::Stopped { reason: limit.unwrap_or_default() + &miss.reason };
+                    }
+                },
             };
             let pressure = way.drive.pressure(to, report.factor);
             let verdict = rig.judge(&report, pressure);
@@ -333,6 +359,7 @@ impl Test {
             last: None,
             dwells: false,
             settlings: 0,
+            rough: 0,
             repeats: 0,
             woken: 0,
         })
@@ -385,7 +412,7 @@ impl Test {
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);
         rig.model.take_damage(&report.damage.grains);
-        rig.failing = report.damage.failing();
+        rig.failing = report.damage.failing(&rig.model);
         rig.pressure = trial.pressure;
         self.ledger = trial.ledger;
         self.ram = trial.ram;
@@ -460,11 +487,11 @@ impl Test {
     fn attempt(
         &self,
         rig: &mut Rig,
-        drive: &Drive,
+        way: &UnderWay,
         share: f64,
         to: f64,
-        last: Option<&Last>,
-    ) -> std::result::Result<IncrementReport, String> {
+    ) -> std::result::Result<IncrementReport, Miss> {
+        let (drive, last) = (&way.drive, way.last.as_ref());
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let continued = |now: f64, before: fn(&Last) -> f64| {
             last.map_or(now, |last| now + (now - before(last)) * (share / last.share))
@@ -487,7 +514,7 @@ impl Test {
             };
             let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
             counters.add(&report.counters);
-            if !report.converged() {
+            if !report.converged() && !way.dwells {
                 // Once more with care, from the plainest start, before the increment is cut.
                 let settings = rig.settings.cautious();
                 let careful = Increment { settings: &settings, ..increment };
@@ -496,13 +523,15 @@ impl Test {
             }
             if !report.converged() {
                 rig.dossier = Some(Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings));
-                return Err(describe(rig, &report, drive.pressure(to, report.factor)));
+                let reason = describe(rig, &report, drive.pressure(to, report.factor));
+                report.counters = counters;
+                return Err(Miss { reason, report: Some(Box::new(report)) });
             }
             let pressure = drive.pressure(to, report.factor);
             if pressure < LEAST_PRESSURE * drive.origin.pressure {
-                return Err(format!(
+                return Err(Miss::without_report(format!(
                     "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
-                ));
+                )));
             }
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
             let depends = loads.applied[rig.top].z != 0.0
@@ -515,7 +544,7 @@ impl Test {
             guess.deviatoric_stress = report.factor;
             starts = vec![report.poses.into()];
         }
-        Err(format!("the cross-section did not settle in {AREA_TRIALS} trials"))
+        Err(Miss::without_report(format!("the cross-section did not settle in {AREA_TRIALS} trials")))
     }
 
     /// What a stage can depend on, in the configuration `poses`.
