@@ -53,7 +53,9 @@ fn write_made_run(path: &Path, outcome: Outcome) {
             displacement: &moved,
             damage: &[0.0, 0.4],
             failed: &[false, false],
+            fragment: &[0, 1],
             stress: &[[0.0; 6]; 2],
+            fidelity: &[0, 1],
         };
         writer.save_state(&fields).expect("a state");
         let contacts = [

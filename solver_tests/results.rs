@@ -66,7 +66,9 @@ struct Fields {
     displacement: Vec<Vec3>,
     damage: Vec<f64>,
     failed: Vec<bool>,
+    fragment: Vec<i32>,
     stress: Vec<[f64; 6]>,
+    fidelity: Vec<u8>,
 }
 
 impl Fields {
@@ -79,6 +81,8 @@ impl Fields {
             displacement,
             damage: (0..cells).map(|c| 0.1 * share + 1e-3 * c as f64).collect(),
             failed: (0..cells).map(|c| state > 0 && c == 0).collect(),
+            fragment: (0..cells).map(|c| (10 * state + c) as i32).collect(),
+            fidelity: (0..cells).map(|c| (c % 2) as u8).collect(),
             stress: (0..cells).map(|c| [-1e6 * share, 0.0, 0.0, 0.0, 0.0, c as f64]).collect(),
         }
     }
@@ -90,7 +94,9 @@ impl Fields {
             displacement: &self.displacement,
             damage: &self.damage,
             failed: &self.failed,
+            fragment: &self.fragment,
             stress: &self.stress,
+            fidelity: &self.fidelity,
         }
     }
 }
@@ -122,6 +128,7 @@ fn grain_row(grain: usize, state: usize) -> GrainRow {
         local_shear_strain: 0.01,
         local_volumetric_strain: -0.001,
         turn: 0.1,
+        level: 1,
     }
 }
 
@@ -240,6 +247,7 @@ for state in range(3):
     assert (abs(u[:, 2] + 1e-3 * state) < 1e-15).all()
     assert abs(u[-1, 1] - 1e-6 * (points - 1)) < 1e-12
     assert abs(array('damage')[7] - (0.1 * state + 7e-3)) < 1e-6
+    assert array('fragment')[7] == 10 * state + 7
     assert list(array('failed')) == [int(state > 0)] + [0] * (cells - 1)
     stress = array('stress')
     assert stress.shape == (cells, 6)
@@ -477,6 +485,25 @@ fn summary_and_csv_say_what_is_in_the_file() {
     assert!(lines[0].starts_with("stage [1],increment [1],time [1],axial_strain [1]"), "{}", lines[0]);
     let strain: f64 = lines[12].split(',').nth(3).expect("column").parse().expect("number");
     assert_eq!(strain, history_row(12).axial_strain);
+}
+
+/// Later versions add columns; what an earlier one wrote is still read.
+#[test]
+fn file_without_the_newest_columns_is_read() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("older.h5");
+    write_small_file(&path);
+    hdf5::File::open_rw(&path).and_then(|file| file.unlink("history/energy_gap")).expect("column taken out");
+    let reader = Reader::open(&path).expect("opens");
+    assert_eq!(reader.increments().expect("rows"), 12);
+    assert!(reader.history("energy_gap").expect("column").iter().all(|value| value.is_nan()));
+    assert_eq!(reader.history("energy_gap").expect("column").len(), 12);
+    assert!(reader.history("energy_gape").is_err());
+    assert!(Summary::of(&reader).expect("summary").last.iter().all(|last| last.name != "energy_gap"));
+    let mut csv = Vec::new();
+    write_history_csv(&reader, &mut csv, Path::new("-")).expect("export");
+    let csv = String::from_utf8(csv).expect("text");
+    assert!(csv.lines().all(|line| line.split(',').count() == riprap::results::HISTORY.len() - 1));
 }
 
 #[test]

@@ -26,7 +26,7 @@ import matplotlib.ticker
 import numpy
 
 # Okabe & Ito (2008), told apart by marker as well.
-LOOKS = {"rigid": ("#0072B2", "o"), "condensed": ("#D55E00", "s"), "full": ("#009E73", "^")}
+LOOKS = {"rigid": ("#0072B2", "o"), "condensed": ("#D55E00", "s"), "full": ("#009E73", "^"), "auto": ("#CC79A7", "D")}
 REFERENCE = "full, reference"
 ERRORS = ["q", "volume strain", "contact forces", "dissipation"]
 

@@ -45,6 +45,13 @@ CONDENSED = {
     "gap tolerance 1e-6": {"/solver/gap_tolerance": 1e-6},
     "gap tolerance 1e-7": {"/solver/gap_tolerance": 1e-7},
 }
+CHOSEN = {
+    "accuracy 0.02": {"/solver/accuracy": 0.02},
+    "accuracy 0.05": {"/solver/accuracy": 0.05},
+    "accuracy 0.1": {"/solver/accuracy": 0.1},
+    "accuracy 0.02, increments x4": {"/solver/accuracy": 0.02, "increments": 4},
+    "accuracy 0.1, increments x4": {"/solver/accuracy": 0.1, "increments": 4},
+}
 CELLS = {"12 cells": {"/specimen/cells_per_grain": 12}, "100 cells": {"/specimen/cells_per_grain": 100}}
 REFERENCE = {"reference": {"increments": 4, "/solver/force_tolerance": 1e-5, "/solver/gap_tolerance": 1e-8}}
 
@@ -62,6 +69,7 @@ def plan(scene):
     if specimen:
         yield from (("condensed", name, settings) for name, settings in CELLS.items())
     yield from (("rigid", name, settings) for name, settings in COMMON.items())
+    yield from (("auto", name, settings) for name, settings in CHOSEN.items())
 
 
 def increments_of(scene, factor):
@@ -140,7 +148,7 @@ def main():
         case = os.path.join(HERE, "cases", scene + ".json")
         for seed in seeds if scene.startswith("specimen") else [1]:
             with tempfile.TemporaryDirectory() as folder:
-                only = os.environ.get("ONLY", "full,condensed,rigid").split(",")
+                only = os.environ.get("ONLY", "full,condensed,rigid,auto").split(",")
                 wanted = [row for row in plan(scene) if row[0] in only or f"{row[0]} {row[1]}" in only]
                 for fidelity, variant, settings in wanted:
                     path = os.path.join(folder, "run.h5")

@@ -75,6 +75,28 @@ fn a_killed_scene_of_full_bodies_goes_on_to_the_same_bits() {
 }
 
 #[test]
+fn a_choice_of_fidelities_goes_on_to_the_same_bits() {
+    // Which grains rest, and what gaps are ahead of the geometry since one was woken, are part of the restart point.
+    let place = Place::new();
+    let command = |out: &'static str| {
+        let sets = ["/solver/accuracy=0.05", "/stages/1/increment=5e-5"];
+        let run = ["run", "specimen.json", "--out", out, "--resume"];
+        run.into_iter().chain(sets.into_iter().flat_map(|set| ["--set", set])).collect::<Vec<_>>()
+    };
+    place.ends_with(0, &command("whole.h5"));
+    let whole = place.open("whole.h5");
+    let condensed = whole.history("condensed_bodies").expect("counts");
+    assert!(condensed.iter().any(|&count| count > 0.0 && count < 16.0), "{condensed:?}");
+    for after in [4, 17] {
+        let mut running = place.start(&command("killed.h5"));
+        assert!(running.reaches(after), "ended before it was killed");
+        running.kill();
+    }
+    place.ends_with(0, &command("killed.h5"));
+    assert_same_bits(&whole, &place.open("killed.h5"));
+}
+
+#[test]
 #[ignore = "minutes: fifty kills; scripts/kill_test.sh runs it"]
 fn fifty_kills_change_no_bit() {
     for (case, stride) in [("specimen", 45), ("scene", 70)] {

@@ -1,5 +1,7 @@
 //! The triaxial rig on a specimen of sixteen grains: stages, covers, stresses and energies.
 
+mod breaking;
+mod chosen;
 mod hundred;
 mod ledger;
 mod ready;

@@ -14,7 +14,7 @@ pub const HELD: f64 = 1e-3;
 /// A rig and its test, consolidated, with the rows of the consolidation.
 type Ready = (Rig, Test, Vec<Row>);
 
-fn specimen() -> &'static Specimen {
+pub fn specimen() -> &'static Specimen {
     static SPECIMEN: OnceLock<Specimen> = OnceLock::new();
     SPECIMEN.get_or_init(|| {
         let specimen = SpecimenParameters {

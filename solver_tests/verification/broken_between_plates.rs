@@ -124,3 +124,39 @@ fn a_rejected_trial_leaves_no_trace_and_a_stored_state_goes_on_to_the_same_bits(
         assert!(fresh.committed == whole.committed);
     }
 }
+
+/// A bar that is rigid until a point of it is at half its damage threshold: the strains that tell are those of the condensed bar under the same
+/// forces, so it breaks under the same force, to what the force rises by in an increment (a fourteenth of its peak here; one more is allowed
+/// for the snap that a peak may hide in). It moves by less until it is condensed.
+#[test]
+fn a_resting_bar_is_condensed_before_it_damages() {
+    let mut value: serde_json::Value =
+        serde_json::from_str(include_str!("../../cases/crushing/bent_bar.json")).expect("JSON");
+    value["scene"]["bodies"][2].as_object_mut().expect("a body").remove("fidelity");
+    value["solver"] = serde_json::json!({ "accuracy": 1.0 });
+    value["stages"][0]["increments"] = serde_json::json!(80);
+    let chosen = RawCase::parse(Path::new("bar.json"), &value.to_string()).expect("parses");
+    let mut resting = scene(&chosen.check().expect("a sound case"));
+    // Error is no reason here.
+    resting.settings.accuracy = Some(1e9);
+    let (found, _) = rows(&mut resting, 22);
+    value["solver"] = serde_json::json!({ "fidelity": "condensed" });
+    let condensed = RawCase::parse(Path::new("bar.json"), &value.to_string()).expect("parses");
+    let (expected, _) = rows(&mut scene(&condensed.check().expect("a sound case")), 22);
+    for row in &found {
+        let force = row.bodies[3].contact_force.z;
+        println!(
+            "{} condensed, at {:.3} of the threshold, {force:.0} N",
+            row.fidelity.condensed, row.fidelity.utilisation
+        );
+        assert!(row.fidelity.utilisation < 1.0 && row.fidelity.jump < 1e-9, "{:?}", row.fidelity);
+    }
+    let last = &found[found.len() - 1];
+    assert!(
+        found[0].fidelity.condensed == 0 && last.fidelity.condensed >= 1 && last.damage.failed_points > 0,
+        "{last:?}"
+    );
+    let peaks = [peak(&found), peak(&expected)];
+    println!("peak forces {peaks:?} N");
+    assert!((peaks[0] / peaks[1] - 1.0).abs() < 2.0 / 14.0, "{peaks:?}");
+}

@@ -14,6 +14,7 @@ mod crushed_bodies;
 mod cube_on_cube;
 mod damage_law;
 mod damaged_grain;
+mod fidelity_changes;
 mod full_grain;
 mod grain_meshes;
 mod hertz;

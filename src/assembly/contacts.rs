@@ -11,7 +11,7 @@ use crate::contact::law::Weakening;
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{ContactShape, Corner, Feature, Site};
-use crate::grain::CondensedGrain;
+use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::wall::WallContact;
 use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
@@ -39,12 +39,18 @@ const SKIN: f64 = 0.6;
 /// Least margin for elastic displacements, over the smallest rounding radius.
 const ELASTIC_MARGIN: f64 = 0.1;
 
+/// The least that damage leaves of a brittle body's share of a contact's spring. Below it the overlap that a force takes would no longer fit
+/// into the rounding; what is worth less than this fails.
+const LEAST_FIRMNESS: f64 = 0.1;
+
 /// One contact point in the present configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactPoint {
     pub site: Site,
     pub state: PointState,
     pub evaluation: Evaluation,
+    /// What damage of the rock below has left of the contact's spring.
+    pub firmness: f64,
 }
 
 /// A pair of bodies: what it carries, and its contact points now.
@@ -96,6 +102,11 @@ impl PairWork {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }
 
+    /// Stiffness of its contacts' own springs [N/m].
+    pub fn spring(&self) -> f64 {
+        self.stiffness
+    }
+
     pub fn spot(&self, feature: Feature) -> Option<&Spot> {
         self.spots.iter().find(|s| s.feature == feature)
     }
@@ -115,7 +126,7 @@ impl PairWork {
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
-        let View { kinematics, corners, poses, grains, fields, committed, first_scale } = *view;
+        let View { kinematics, corners, poses, grains, trial, fields, committed, first_scale } = *view;
         let PairWork { features, stiffness, friction, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
@@ -125,15 +136,22 @@ impl PairWork {
         let (a, b) = (features.a as usize, features.b as usize);
         let shapes = [&model.shapes[a], &model.shapes[b]];
         let side = |body: usize| Side {
-            surface: model.bodies[body].surface(),
+            surface: model.bodies[body].stressed_surface(),
             grain: grains[body].as_deref(),
             pose: &poses[body],
             now: &fields[body],
             committed: committed.get(body).map_or(&[], |field| &field[..]),
         };
+        let brittle = model.bodies[a].is_brittle() || model.bodies[b].is_brittle();
+        let firm = |body: usize, place: &Option<SurfacePoint>| match (place, trial.grain(model, body)) {
+            (Some(place), Some(grain)) if model.bodies[body].is_brittle() => {
+                grain.firmness(place.facet).max(LEAST_FIRMNESS)
+            }
+            (Some(_) | None, _) => 1.0,
+        };
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
         let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
-        let reach = if elastic { features.margin() } else { 0.0 };
+        let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
         *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
             let memory = carried.point(site.feature);
@@ -154,21 +172,35 @@ impl PairWork {
                 corners: facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine)),
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
+                lead: memory.map_or(0.0, |m| m.lead),
             };
-            if elastic {
+            let mut firmness = 1.0;
+            if elastic || brittle {
                 let last = held.iter().find(|h| h.feature == site.feature);
                 let known = spots.iter().position(|s| s.feature == site.feature);
                 let place = known.unwrap_or_else(|| {
                     let (point, normal) = force::place(&site, &sites, state.radius_difference);
                     let scale = last.map_or(first_scale, |h| h.scale);
-                    spots.push(Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale));
+                    let mut spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale);
+                    if brittle {
+                        let left = model.softened_share([a, b], [firm(a, &spot.on_a), firm(b, &spot.on_b)]);
+                        spot.firmness = memory.map_or(left, |memory| memory.firmness.min(left));
+                    }
+                    spots.push(spot);
                     spots.len() - 1
                 });
-                let spot = &mut spots[place];
+                firmness = spots[place].firmness;
+                if firmness != 1.0 {
+                    (state.spring, state.stiffness) = (spring * firmness, spring * firmness);
+                }
+            }
+            if elastic {
+                let last = held.iter().find(|h| h.feature == site.feature);
+                let Some(spot) = spots.iter_mut().find(|s| s.feature == site.feature) else { return };
                 if full {
                     spot.follow([side(a), side(b)]);
                 }
-                state.stiffness = 1.0 / (1.0 / spring + spot.compliance);
+                state.stiffness = 1.0 / (1.0 / state.spring + spot.compliance);
                 state.elastic = spot.elastic;
                 state.elastic_change = spot.change;
                 if let Some(held) = last {
@@ -178,7 +210,7 @@ impl PairWork {
             }
             let evaluation =
                 force::evaluate(&model.law, &site, &sites, &kinematics[a], &kinematics[b], &state);
-            points.push(ContactPoint { site, state, evaluation });
+            points.push(ContactPoint { site, state, evaluation, firmness });
         });
     }
 }
@@ -190,6 +222,7 @@ struct View<'a> {
     corners: &'a [Vec<Vec3>],
     poses: &'a [Pose],
     grains: &'a [Option<Arc<CondensedGrain>>],
+    trial: &'a Trial,
     /// Surface displacements, now and as committed.
     fields: &'a [SurfaceField],
     committed: &'a [SurfaceField],
@@ -200,13 +233,13 @@ struct View<'a> {
 /// [m]: zero for two rigid bodies.
 fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
     let elastic = [a, b].iter().any(|&body| model.bodies[body as usize].is_elastic());
-    if elastic { (2.0 * needed).max(ELASTIC_MARGIN * model.smallest_rounding()) } else { 0.0 }
+    if elastic || needed > 0.0 { (2.0 * needed).max(ELASTIC_MARGIN * model.smallest_rounding()) } else { 0.0 }
 }
 
 /// How far elastic displacements and offsets may bring a contact forward [m].
 fn elastic_reach(pair: &PairWork, reach: &[f64]) -> f64 {
     let offset = pair.points.iter().map(|p| p.state.offset).fold(0.0, f64::max);
-    reach[pair.a()] + reach[pair.b()] + offset
+    reach[pair.a()] + reach[pair.b()] + offset + pair.carried.lead()
 }
 
 fn site_points(
@@ -346,10 +379,10 @@ impl Contacts {
             start += begun.elapsed();
         }
         let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
-        let (reach, grains) = (&self.reach, &self.grains);
+        let (reach, grains, trial) = (&self.reach, &self.grains, &self.trial);
         let first_scale = self.first_scale;
         let committed = &committed.fields;
-        let view = View { kinematics, corners, poses, grains, fields, committed, first_scale };
+        let view = View { kinematics, corners, poses, grains, trial, fields, committed, first_scale };
         self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, reach);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
@@ -465,6 +498,11 @@ impl Contacts {
         self.pairs.iter().all(|pair| pair.a().max(pair.b()) < bodies)
     }
 
+    /// Forgets where contacts lie on the bodies' surfaces, and so how firm they are there. Evaluate anew afterwards.
+    pub fn forget_places(&mut self) {
+        self.pairs.iter_mut().for_each(|pair| pair.spots.clear());
+    }
+
     /// Every active contact point with its pair.
     pub fn active(&self) -> impl Iterator<Item = (&PairWork, &ContactPoint)> {
         self.pairs.iter().flat_map(|pair| pair.active().map(move |point| (pair, point)))
@@ -503,7 +541,13 @@ impl Contacts {
                     traction,
                     bound: e.coefficient * e.load,
                     tangential_energy: e.tangential_energy,
+                    lead: point.state.lead,
+                    neglected: pair
+                        .carried
+                        .point(point.site.feature)
+                        .map_or_else(Vec3::zeros, |m| m.neglected),
                     scale: held.map_or(self.first_scale, |h| h.scale),
+                    firmness: point.firmness,
                 });
             }
             if !points.is_empty() {

@@ -14,7 +14,7 @@ use crate::assembly::elastic::SurfaceLoads;
 use crate::assembly::timings::Kernel;
 use crate::error::Result;
 use crate::grain::{DamageChange, DamagedGrain};
-use crate::model::Model;
+use crate::model::{Body, Model};
 use crate::tensor::Vec3;
 
 /// Grains with trial damage, by body; empty until damage is asked for.
@@ -33,6 +33,8 @@ pub struct DamageStep {
     /// Points whose cracks open and close in turn.
     pub flipping: usize,
     pub newly_failed: usize,
+    /// Cells of brittle bodies without a working point: they are to be deleted before anything else breaks.
+    pub failed_cells: usize,
     /// Bodies that got a new factor.
     pub factored: usize,
 }
@@ -42,7 +44,8 @@ pub struct DamageStep {
 pub struct Damages {
     /// The committed grains, by body; `None` for those that cannot break.
     pub grains: Vec<Option<Arc<DamagedGrain>>>,
-    /// Energy that damage set free in the increment [J].
+    /// Energy that damage set free in the increment [J], as contacts and bodies store it: of a brittle body that is what its contacts lose as they
+    /// get softer.
     pub dissipated: f64,
     /// Elastic energy that left with points that failed [J]: part of `dissipated`.
     pub removed: f64,
@@ -80,12 +83,24 @@ impl Failing {
     }
 }
 
+impl Trial {
+    /// The grain of a body with its trial damage; the committed one where none has moved yet.
+    pub fn grain<'a>(&'a self, model: &'a Model, body: usize) -> Option<&'a DamagedGrain> {
+        let trial = self.grains.get(body).and_then(Option::as_ref);
+        trial.or_else(|| model.bodies.get(body)?.damaged.as_deref())
+    }
+}
+
 impl Damages {
     /// What is to be broken up; nothing where no point has failed.
-    pub fn failing(&self) -> Failing {
+    pub fn failing(&self, model: &Model) -> Failing {
         let failed = self.grains.iter().enumerate().filter_map(|(body, grain)| {
             let grain = grain.as_ref().filter(|grain| grain.failed_cells() > 0)?;
-            Some((body as u32, Displacements(grain.displaced().to_vec())))
+            let displaced = match model.bodies[body].is_brittle() {
+                true => vec![Vec3::zeros(); grain.mesh().nodes.len()],
+                false => grain.displaced().to_vec(),
+            };
+            Some((body as u32, Displacements(displaced)))
         });
         match self.newly_failed {
             0 => Failing::default(),
@@ -104,7 +119,9 @@ impl Contacts {
         let start = Instant::now();
         let grains = &mut self.trial.grains;
         if grains.is_empty() {
-            grains.extend(model.bodies.iter().map(|body| body.damaged.as_deref().cloned()));
+            // Resting bodies have no loads here.
+            let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.grain.is_some()).cloned();
+            grains.extend(model.bodies.iter().map(breaks));
         }
         let step = |(grain, loads): (&mut Option<DamagedGrain>, &SurfaceLoads)| -> Result<_> {
             let Some(grain) = grain else { return Ok(None) };
@@ -120,8 +137,11 @@ impl Contacts {
             total.held_back = total.held_back.max(change.held_back);
             total.flipping += change.flipping;
             total.newly_failed += change.newly_failed;
-            if let (true, Some(grain)) = (fresh, &self.trial.grains[body]) {
-                total.factored += 1;
+            if model.bodies[body].is_brittle() {
+                total.failed_cells += change.failed_cells;
+            }
+            total.factored += usize::from(fresh);
+            if let (true, Some(grain), Some(_)) = (fresh, &self.trial.grains[body], &self.grains[body]) {
                 grain.condensed().surface_field_into(&mut self.fields[body], &self.surface_loads[body]);
                 self.grains[body] = Some(grain.condensed().clone());
             }
@@ -131,6 +151,24 @@ impl Contacts {
         }
         self.timings.book(Kernel::Damage, start);
         Ok(total)
+    }
+
+    /// Energy that the contacts of brittle bodies have set free since the committed state by getting softer [J]: work of the trapezoidal rule
+    /// less the energy gained, `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose stiffness goes from k1 to k2 and its force from f1 to f2.
+    fn softened(&self, model: &Model) -> f64 {
+        let mut freed = 0.0;
+        for (pair, point) in self.active() {
+            let Some(memory) = pair.carried.point(point.site.feature) else { continue };
+            if memory.firmness == point.firmness || memory.load <= 0.0 {
+                continue;
+            }
+            let e = &point.evaluation;
+            let gained = (1.0 - point.firmness / memory.firmness) / point.state.spring;
+            let weight = 0.5 * (e.weight + memory.pressure / memory.load);
+            let tangential = memory.traction.dot(&e.friction) / e.weight / model.law.tangential_ratio;
+            freed += 0.5 * gained * weight * (memory.load * e.load + tangential);
+        }
+        freed
     }
 
     /// The damage that goes with the accepted configuration; empty where nothing can break.
@@ -143,9 +181,8 @@ impl Contacts {
         }
         let commit = |(body, loads): (usize, &SurfaceLoads)| -> Result<_> {
             let trial = self.trial.grains.get(body).and_then(Option::as_ref);
-            let Some(mut grain) = trial.or(model.bodies[body].damaged.as_deref()).cloned() else {
-                return Ok(None);
-            };
+            let own = model.bodies[body].damaged.as_deref().filter(|_| model.bodies[body].grain.is_some());
+            let Some(mut grain) = trial.or(own).cloned() else { return Ok(None) };
             let mut kept = grain.commit(loads)?;
             if kept.newly_failed > 0 {
                 let lost = grain.crumble();
@@ -157,11 +194,13 @@ impl Contacts {
         };
         let kept: Vec<_> =
             self.surface_loads.par_iter().enumerate().map(commit).collect::<Result<Vec<_>>>()?;
-        let mut damages = Damages::default();
-        for grain in kept {
+        let mut damages = Damages { dissipated: self.softened(model), ..Damages::default() };
+        for (grain, body) in kept.into_iter().zip(&model.bodies) {
             damages.grains.push(grain.map(|(kept, grain)| {
-                damages.dissipated += kept.dissipated;
-                damages.removed += kept.removed;
+                if !body.is_brittle() {
+                    damages.dissipated += kept.dissipated;
+                    damages.removed += kept.removed;
+                }
                 damages.newly_failed += kept.newly_failed;
                 damages.failed_cells += kept.failed_cells;
                 grain

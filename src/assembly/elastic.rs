@@ -25,7 +25,11 @@ pub type SurfaceField = Vec<Vec3>;
 /// A contact's compliance in the solve over the bodies' own flexibilities there. Other contacts of the
 /// same grain push as well: with 1 the augmentations swing and end nowhere, with 1.5 to 3 they
 /// converge, far above they creep.
-const OVERESTIMATE: f64 = 2.5;
+pub const OVERESTIMATE: f64 = 2.5;
+
+/// A force on a brittle body is spread over the facets within this share of the body's size, as wide as the patch whose compliance the contact
+/// has: a force on the tip of a coarse cell would crush it whatever the rock.
+const PATCH: f64 = 0.1;
 
 /// What one augmentation knows of a contact's place.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +45,8 @@ pub struct Spot {
     pub change: Vec3,
     /// Compliance in place of the bodies' flexibility [m/N].
     pub compliance: f64,
+    /// What damage of brittle bodies leaves of the contact's spring.
+    pub firmness: f64,
 }
 
 /// Force of the last augmentation.
@@ -86,7 +92,7 @@ impl Held {
 /// A body at a place in space: its grain (where it is condensed), pose, and surface displacement now and as committed.
 #[derive(Clone, Copy)]
 pub struct Side<'a> {
-    /// Its surface, where it deforms.
+    /// Its surface, where it deforms or breaks.
     pub surface: Option<&'a Surface>,
     pub grain: Option<&'a CondensedGrain>,
     pub pose: &'a Pose,
@@ -105,7 +111,7 @@ impl Side<'_> {
     }
 }
 
-fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
+pub(super) fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
     let value =
         |(&node, &weight): (&u32, &f64)| field.get(node as usize).map_or(Vec3::zeros(), |u| u * weight);
     place.nodes.iter().zip(&place.weights).map(value).sum()
@@ -124,6 +130,7 @@ impl Spot {
             elastic: Vec3::zeros(),
             change: Vec3::zeros(),
             compliance: scale * OVERESTIMATE * (along(on_a) + along(on_b)),
+            firmness: 1.0,
         };
         spot.follow([a, b]);
         spot
@@ -162,35 +169,56 @@ pub fn reach(field: &[Vec3]) -> f64 {
     field.iter().map(|u| u.norm_squared()).fold(0.0, f64::max).sqrt()
 }
 
-/// Calls `visit(body, place, force)` for each node of a cover that is glued to elastic bodies, with its
+/// Calls `visit(body, place, force)` for each node of a cover that is glued to bodies that deform or break, with its
 /// share of `pressure` [N], in space. Under a membrane the cover's nodes are the membrane's: none.
 pub(super) fn for_each_cover_force(
     model: &Model,
     poses: &[Pose],
     pressure: f64,
+    visit: impl FnMut(usize, SurfacePoint, Vec3),
+) {
+    if model.has_elastic() || model.can_break() {
+        let surface = |body: usize| model.bodies[body].stressed_surface();
+        for_each_cover_force_on(model, poses, pressure, surface, visit);
+    }
+}
+
+/// As [`for_each_cover_force`], for the bodies that `surface` gives one for.
+pub(super) fn for_each_cover_force_on<'a>(
+    model: &'a Model,
+    poses: &[Pose],
+    pressure: f64,
+    surface: impl Fn(usize) -> Option<&'a Surface>,
     mut visit: impl FnMut(usize, SurfacePoint, Vec3),
 ) {
-    if !model.has_elastic() || model.membrane.is_some() {
+    if model.membrane.is_some() {
         return;
     }
     let Some(cover) = &model.cover else { return };
     let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
     cover.node_forces_into(&mut forces, poses, pressure);
     for (node, force) in cover.nodes().iter().zip(forces) {
-        if let Some(surface) = model.bodies[node.body].surface() {
+        if let Some(surface) = surface(node.body) {
             visit(node.body, surface.locate(&node.point), force);
         }
     }
 }
 
 impl Contacts {
-    /// Forces on the surfaces of all elastic bodies in the configuration last evaluated [N], the
+    /// Forces on the surfaces of all bodies that deform or break in the configuration last evaluated [N], the
     /// cover's included.
     pub(super) fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
         let mut all = vec![SurfaceLoads::new(); model.bodies.len()];
         let mut put = |body: usize, place: Option<SurfacePoint>, turn: &Rotation, force: Vec3| {
-            if let Some(place) = place {
-                all[body].push((place, turn.inverse() * force));
+            let Some(place) = place else { return };
+            let force = turn.inverse() * force;
+            let owner = &model.bodies[body];
+            match owner.stressed_surface().filter(|_| owner.is_brittle()) {
+                Some(surface) => {
+                    let shares = surface.spread(&place, PATCH * 2.0 * owner.rotation_scale);
+                    all[body].extend(shares.into_iter().map(|(place, share)| (place, force * share)));
+                }
+                None => all[body].push((place, force)),
             }
         };
         for (pair, point) in self.active() {
@@ -209,7 +237,7 @@ impl Contacts {
             for point in &list.points {
                 let force = Vec3::from_column_slice(&point.force.on_body[..3]);
                 let at = pose.to_body(&point.force.point);
-                let surface = model.bodies[list.body].surface();
+                let surface = model.bodies[list.body].stressed_surface();
                 put(list.body, surface.map(|surface| surface.locate(&at)), &pose.rotation, force);
             }
         }
@@ -217,6 +245,11 @@ impl Contacts {
             put(body, Some(place), &poses[body].rotation, force)
         });
         all
+    }
+
+    /// Notes the forces of the configuration last evaluated, for damage to follow, where nothing deforms.
+    pub fn note_loads(&mut self, model: &Model, loads: &Loads, poses: &[Pose]) {
+        self.surface_loads = self.surface_loads(model, loads, poses);
     }
 
     /// Takes the forces of the configuration last evaluated as those of a new augmentation. Evaluate
@@ -307,6 +340,6 @@ impl Contacts {
     }
 }
 
-fn force_on_b(point: &ContactPoint) -> Vec3 {
+pub(super) fn force_on_b(point: &ContactPoint) -> Vec3 {
     point.evaluation.normal * point.evaluation.pressure + point.evaluation.friction
 }

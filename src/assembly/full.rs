@@ -46,6 +46,20 @@ impl Contacts {
         self.recentre_nodes(model);
     }
 
+    /// Displaces the nodes of full bodies to `fields` [m], by body, where those fit.
+    pub fn place_nodes(&mut self, model: &Model, fields: &[SurfaceField]) {
+        let full = model.bodies.iter().zip(fields).zip(&mut self.fields);
+        for ((_, wanted), field) in full.filter(|((body, _), _)| body.full.is_some()) {
+            if wanted.len() == field.len() {
+                field.clone_from(wanted);
+            }
+        }
+        if !fields.is_empty() {
+            self.recentre_nodes(model);
+            self.update_reach();
+        }
+    }
+
     /// Makes the present displacements of full bodies those from which [`Self::move_nodes`] counts.
     pub fn recentre_nodes(&mut self, model: &Model) {
         let Frames { multipliers, centre } = &mut self.frames;

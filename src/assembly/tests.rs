@@ -27,6 +27,7 @@ fn block(kind: BodyKind, size: [f64; 3]) -> (Body, ContactShape) {
         grain: None,
         full: None,
         damaged: None,
+        resting: None,
         nominal,
     };
     (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))

@@ -24,7 +24,8 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             let breaks = |body: &BodyCase| {
                 let rock = body.rock.as_ref().unwrap_or(&case.rock);
                 let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
-                rock.damage.is_some() && fidelity == Fidelity::Condensed
+                let chosen = fidelity == Fidelity::Auto && case.solver.accuracy.is_some();
+                rock.damage.is_some() && (fidelity == Fidelity::Condensed || chosen)
             };
             if case.rock.damage.is_some() && !scene.bodies.iter().any(breaks) {
                 let problem = "damage needs a body that deforms, and none does";
@@ -43,13 +44,13 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
 /// What does not go together with grains that break.
 fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     let fidelity = match case.fidelity_of_grains() {
-        Fidelity::Condensed => None,
-        Fidelity::Auto | Fidelity::Rigid => Some("\"rigid\""),
+        Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed => None,
         Fidelity::Full => Some("\"full\""),
     };
     if let Some(fidelity) = fidelity {
-        let problem = "grains damage where they are condensed";
-        refuse("$.solver.fidelity", fidelity, problem, "\"auto\", \"condensed\", or \"damage\": null");
+        let problem = "grains damage where they are rigid or condensed";
+        let accepted = "\"auto\", \"rigid\", \"condensed\", or \"damage\": null";
+        refuse("$.solver.fidelity", fidelity, problem, accepted);
     }
     let membrane = match case.membrane {
         MembraneCase::Pressure => None,
@@ -71,6 +72,7 @@ fn wall(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
         refuse("$.plates.tilting", "\"free\"", problem, accepted);
     }
     let fidelity = match case.solver.fidelity {
+        Fidelity::Auto if case.solver.accuracy.is_some() => Some("\"auto\" with an accuracy"),
         Fidelity::Auto | Fidelity::Rigid => None,
         Fidelity::Condensed => Some("\"condensed\""),
         Fidelity::Full => Some("\"full\""),

@@ -473,7 +473,18 @@ static SOLVER: &[Key] = &[
         "\"auto\"",
         "How grains deform; auto chooses for each.",
     ),
+    Key::optional(
+        "accuracy",
+        Quantity(Dimension::None, positive(1.0)),
+        "Relative error of contact forces, and so of q, that fidelity \"auto\" may cause: each body is condensed where it has to be, and where it nears damage. Without it \"auto\" is rigid for all, condensed where rock damages.",
+    ),
     Key::default("force_tolerance", TOLERANCE, "1e-3", "Out-of-balance force over the mean contact force."),
+    Key::default(
+        "rough_tolerance",
+        Nullable(&TOLERANCE),
+        "null",
+        "Out-of-balance force over the mean contact force at which an increment of a specimen that finds no better balance, cut to the smallest or while broken grains come to rest, is accepted all the same (out_of_balance in the history says so); null: the run stops there.",
+    ),
     Key::default(
         "gap_tolerance",
         TOLERANCE,

@@ -31,12 +31,12 @@ pub struct Case {
 }
 
 impl Case {
-    /// How the grains of a specimen deform: rock that damages needs condensed grains, any other does with rigid ones.
+    /// How the grains of a specimen deform: chosen for each where an accuracy is asked for, else not at all.
     pub fn fidelity_of_grains(&self) -> Fidelity {
-        match (self.solver.fidelity, &self.rock.damage) {
-            (Fidelity::Auto, Some(_)) => Fidelity::Condensed,
-            (Fidelity::Auto, None) => Fidelity::Rigid,
-            (given @ (Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full), _) => given,
+        match self.solver.fidelity {
+            Fidelity::Auto if self.solver.accuracy.is_some() => Fidelity::Auto,
+            Fidelity::Auto => Fidelity::Rigid,
+            given @ (Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full) => given,
         }
     }
 }
@@ -317,6 +317,13 @@ pub enum RubberLawCase {
     Gent,
 }
 
+impl SolverCase {
+    /// The accuracy, where fidelities are chosen for it.
+    pub fn chosen_accuracy(&self) -> Option<f64> {
+        self.accuracy.filter(|_| self.fidelity == Fidelity::Auto)
+    }
+}
+
 /// One stage. Pressures [Pa] and axial strains (shortening) are positive in compression.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -445,8 +452,13 @@ pub struct BodyLoad {
 #[serde(deny_unknown_fields)]
 pub struct SolverCase {
     pub fidelity: Fidelity,
+    /// Relative error that fidelity `auto` may cause; `None`: `auto` is one fidelity for all bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// Out-of-balance force over the mean contact force.
     pub force_tolerance: f64,
+    /// As `force_tolerance`, of increments that find no better balance; `None`: the run stops there.
+    pub rough_tolerance: Option<f64>,
     /// Overlap of an accepted state over the grain size.
     pub gap_tolerance: f64,
     /// Before an increment is cut.

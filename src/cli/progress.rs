@@ -175,6 +175,7 @@ impl Observer for Progress {
     }
 
     fn seated(&mut self, out_of_balance: f64, factorisations: usize) {
+        self.begun = Instant::now();
         self.tell(
             || format!("{:<15} balanced to {out_of_balance:.0e}, {factorisations} factorisations", "seating"),
             || {
@@ -186,7 +187,6 @@ impl Observer for Progress {
     }
 
     fn stage_begun(&mut self, stage: &PlannedStage) {
-        self.begun = Instant::now();
         if let Display::Bar(bar) = &self.display {
             bar.set_prefix(stage.kind);
             if stage.index == 0 {

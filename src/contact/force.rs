@@ -52,6 +52,8 @@ pub struct PointState {
     pub elastic: Vec3,
     /// The part of it that came since the last accepted increment [m].
     pub elastic_change: Vec3,
+    /// Overlap besides [m]; see [`crate::contact::memory::PointMemory::lead`].
+    pub lead: f64,
 }
 
 impl PointState {
@@ -239,7 +241,7 @@ fn wrench<T: Real>(
     let distance = difference.norm();
     let normal = difference.times(T::constant(1.0) / distance);
     let elastic = Vector::constant(&state.elastic) + *displaced;
-    let overlap = T::constant(state.radii) - distance - normal.dot(elastic);
+    let overlap = T::constant(state.radii) - distance - normal.dot(elastic) + T::constant(state.lead);
     // Halfway between the rounded surfaces, not between the cores.
     let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
     let lines = is_edge_pair.then(|| LinePair::new(a, b));
@@ -441,6 +443,7 @@ mod tests {
             corners: None,
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
+            lead: 0.0,
         }
     }
 

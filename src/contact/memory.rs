@@ -32,8 +32,16 @@ pub struct PointMemory {
     pub bound: f64,
     /// Energy stored in the stretch [J].
     pub tangential_energy: f64,
+    /// By how much the bodies overlap more than geometry and elastic displacements say [m]: what keeps the force where the fidelity
+    /// of a body changed (`assembly::fidelity`).
+    pub lead: f64,
+    /// What the bodies' fidelities neglect here that a change of fidelity has kept, or made up for [m], in space.
+    #[serde(with = "crate::tensor::stored")]
+    pub neglected: Vec3,
     /// The contact's compliance in a solve over the first guess, as far as it adapted.
     pub scale: f64,
+    /// What damage of the rock below has left of the contact's spring; it never gets firmer again.
+    pub firmness: f64,
 }
 
 /// Memory of a pair of bodies.
@@ -46,6 +54,11 @@ pub struct PairMemory {
 }
 
 impl PairMemory {
+    /// How far contacts may be ahead of the geometry [m].
+    pub fn lead(&self) -> f64 {
+        self.points.iter().map(|p| p.lead).fold(0.0, f64::max)
+    }
+
     pub fn point(&self, feature: Feature) -> Option<&PointMemory> {
         self.points.binary_search_by(|p| p.feature.cmp(&feature)).ok().map(|i| &self.points[i])
     }

@@ -33,7 +33,7 @@ pub struct HalfSpace {
 const COPLANAR: f64 = 1e-9;
 
 /// Vertex merging distances over the body's size, tried in turn until the surface closes.
-const MERGE: [f64; 6] = [1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6];
+const MERGE: [f64; 9] = [1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3];
 
 impl RoundedBody {
     /// The body whose facets are those of `nominal` and whose edges are rounded with `radius` [m].
@@ -90,43 +90,75 @@ pub fn facet_planes(shape: &Polyhedron) -> Vec<HalfSpace> {
     planes
 }
 
-/// Corners of a cut body closer than this, over its size, are one.
-const SAME_CORNER: f64 = 1e-8;
+/// Planes of a hull or a cut body closer than this (angle in rad, offset over the body's size) are one.
+const SAME_PLANE: f64 = 1e-7;
+/// Height over its base below which three points are on a line, over the size of the body.
+const COLLINEAR: f64 = 1e-6;
 
-/// The part of a convex polyhedron inside all `planes`: the hull of its corners inside and of the points where its edges
-/// cross, plane after plane.
+/// The part of a convex polyhedron inside all `planes`.
 ///
 /// # Errors
 /// `Error::Mesh` where nothing is left that has volume.
 pub fn intersection(shape: &Polyhedron, planes: &[HalfSpace]) -> Result<Polyhedron> {
     let size = shape.vertices.iter().map(|v| (v - shape.vertices[0]).norm()).fold(0.0, f64::max);
-    let mut rest = shape.clone();
+    let mut all = facet_planes(shape);
     for plane in planes {
-        let heights: Vec<f64> = rest.vertices.iter().map(|v| plane.normal.dot(v) - plane.offset).collect();
-        if heights.iter().all(|h| *h <= SAME_CORNER * size) {
-            continue;
-        }
-        let inside = rest.vertices.iter().zip(&heights).filter(|(_, h)| **h <= 0.0).map(|(v, _)| *v);
-        let crossings = rest.edges.iter().filter_map(|edge| {
-            let ([a, b], [p, q]) =
-                (edge.vertices.map(|v| rest.vertices[v]), edge.vertices.map(|v| heights[v]));
-            (p * q < 0.0).then(|| a + (b - a) * (p / (p - q)))
-        });
-        let mut corners: Vec<Vec3> = vec![];
-        for corner in inside.chain(crossings) {
-            if corners.iter().all(|other| (other - corner).norm() > SAME_CORNER * size) {
-                corners.push(corner);
-            }
-        }
-        if corners.len() < 4 {
-            return Err(fault("nothing is left on one side of a plane".into()));
-        }
-        rest = Polyhedron::convex_hull(&corners)?;
-        if !(rest.volume() > (SAME_CORNER * size).powi(3)) {
-            return Err(fault("what is left on one side of a plane has no volume".into()));
+        let outside = |v: &Vec3| plane.normal.dot(v) - plane.offset > SAME_PLANE * size;
+        if shape.vertices.iter().any(outside) {
+            add_plane(&mut all, *plane, size);
         }
     }
-    Ok(rest)
+    polytope(&all, shape.vertices[0], size).map_err(fault)
+}
+
+/// The convex hull of `points` [m] with nothing but true corners: points inside of facets and edges are dropped, and no facet is a
+/// sliver. By trying the plane through any three points, so for tens of points.
+///
+/// # Errors
+/// `Error::Mesh` where they have no volume.
+pub fn plain_hull(points: &[Vec3]) -> Result<Polyhedron> {
+    let first = *points.first().ok_or_else(|| fault("a hull of no points".into()))?;
+    let size = points.iter().map(|v| (v - first).norm()).fold(0.0, f64::max);
+    let mut planes: Vec<HalfSpace> = vec![];
+    for (i, a) in points.iter().enumerate() {
+        for (j, b) in points.iter().enumerate().skip(i + 1) {
+            for c in &points[j + 1..] {
+                let (along, across) = (b - a, c - a);
+                let normal = along.cross(&across);
+                let longest = along.norm().max(across.norm()).max((c - b).norm());
+                if !(normal.norm() > COLLINEAR * size * longest) {
+                    continue;
+                }
+                let normal = normal.normalize();
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                for height in points.iter().map(|p| normal.dot(&(p - a))) {
+                    (low, high) = (low.min(height), high.max(height));
+                    if low < -SAME_PLANE * size && high > SAME_PLANE * size {
+                        break;
+                    }
+                }
+                if high <= SAME_PLANE * size {
+                    add_plane(&mut planes, HalfSpace { normal, offset: normal.dot(a) + high }, size);
+                } else if low >= -SAME_PLANE * size {
+                    let offset = -normal.dot(a) - low;
+                    add_plane(&mut planes, HalfSpace { normal: -normal, offset }, size);
+                }
+            }
+        }
+    }
+    polytope(&planes, first, size).map_err(fault)
+}
+
+/// Adds a plane, or moves the one that is there already inwards to it.
+fn add_plane(planes: &mut Vec<HalfSpace>, plane: HalfSpace, size: f64) {
+    let known = planes.iter_mut().find(|p| {
+        (p.normal - plane.normal).norm() < 100.0 * SAME_PLANE
+            && (p.offset - plane.offset).abs() < 100.0 * SAME_PLANE * size
+    });
+    match known {
+        Some(known) => known.offset = known.offset.min(plane.offset),
+        None => planes.push(plane),
+    }
 }
 
 /// The bounded polytope of `planes`, which lies within `size` [m] of `near`.
@@ -282,6 +314,19 @@ mod tests {
         let rest = intersection(&shape, &[HalfSpace { normal, offset: corner - 0.3 }]).expect("a part");
         assert!((24.0 - rest.volume() - (0.3 * 3.0_f64.sqrt()).powi(3) / 6.0).abs() < 1e-12);
         assert!(intersection(&shape, &[HalfSpace { normal: Vec3::x(), offset: -1.5 }]).is_err());
+    }
+
+    #[test]
+    fn a_plain_hull_has_true_corners_only() {
+        // A box with points all over its faces and edges, turned so that nothing is exact.
+        let turn = crate::tensor::Rotation::from_scaled_axis(Vec3::new(0.3, 1.0, -0.4));
+        let steps = |k: usize| [-0.5, -0.2, 0.1, 0.5][k];
+        let points: Vec<Vec3> =
+            (0..64).map(|k| turn * Vec3::new(steps(k % 4), steps(k / 4 % 4), steps(k / 16))).collect();
+        let hull = plain_hull(&points).expect("a hull");
+        assert_eq!((hull.vertices.len(), hull.facets.len()), (8, 12));
+        assert!((hull.volume() - 1.0).abs() < 1e-12);
+        assert!(plain_hull(&points[..4]).is_err() && plain_hull(&[]).is_err());
     }
 
     #[test]

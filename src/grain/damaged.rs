@@ -56,6 +56,8 @@ pub struct DamageChange {
     pub flipping: usize,
     /// Points that failed in this proposal.
     pub newly_failed: usize,
+    /// Cells without a working point, all of them since the last commit.
+    pub failed_cells: usize,
 }
 
 /// What a commit kept.
@@ -331,6 +333,13 @@ impl DamagedGrain {
         &self.ancestry
     }
 
+    /// What is left of the stiffness of the rock below a facet of the surface, with the trial damage: the mean of `1 - d` over the points of
+    /// its cell. 1 for sound rock.
+    pub fn firmness(&self, facet: u32) -> f64 {
+        let cell = self.mesh().surface[facet as usize].cell;
+        self.trial.intact[cell.index()].iter().sum::<f64>() / POINT_COUNT as f64
+    }
+
     /// Energy that damage has set free in all commits since this body exists [J].
     pub const fn dissipated(&self) -> f64 {
         self.dissipated
@@ -398,6 +407,7 @@ impl DamagedGrain {
                 self.trial.states[cell][point] = new;
                 self.trial.intact[cell][point] = after;
             }
+            change.failed_cells += usize::from(self.trial.states[cell].iter().all(|state| state.failed));
         }
         Ok(change)
     }

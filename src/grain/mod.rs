@@ -11,6 +11,7 @@ mod held;
 pub mod hulls;
 pub mod local;
 pub mod mass;
+mod nearness;
 pub mod stiffness;
 pub mod stored;
 pub mod surface;

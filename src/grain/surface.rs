@@ -219,6 +219,27 @@ impl Surface {
         l.iter().all(|l| *l >= -1e-9).then_some((travel, l))
     }
 
+    /// A force at `at` spread over the facets that come closer than `radius` [m] to it: places and their shares, which sum to one. A facet takes
+    /// its share as a uniform pressure does, by its middle nodes alone; shares go with the area and fall linearly with the distance.
+    pub fn spread(&self, at: &SurfacePoint, radius: f64) -> Vec<(SurfacePoint, f64)> {
+        let mut shares: Vec<(SurfacePoint, f64)> = Vec::new();
+        for (number, facet) in self.facets.iter().enumerate() {
+            let nearest = interpolate(&facet.corners, &closest_on_triangle(&facet.corners, &at.position));
+            let near = 1.0 - (nearest - at.position).norm() / radius;
+            if near > 0.0 {
+                let mut place = self.point(number as u32, &[1.0 / 3.0; 3]);
+                place.weights = [0.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0];
+                shares.push((place, near * self.facet_area(number as u32)));
+            }
+        }
+        let sum: f64 = shares.iter().map(|(_, share)| share).sum();
+        if !(sum > 0.0) {
+            return vec![(*at, 1.0)];
+        }
+        shares.iter_mut().for_each(|(_, share)| *share /= sum);
+        shares
+    }
+
     fn point(&self, facet: u32, l: &[f64; 3]) -> SurfacePoint {
         let &Facet { corners, normal, nodes } = &self.facets[facet as usize];
         let weights = [
@@ -312,6 +333,24 @@ mod tests {
                 .sum();
             assert!((again - found.position).norm() < 1e-14);
         }
+    }
+
+    #[test]
+    fn a_spread_force_is_the_force_and_stays_near() {
+        let surface = Surface::new(&cuboid_mesh([1.0, 1.0, 1.0], 0.25).expect("a mesh"));
+        let corner = surface.locate(&Vec3::repeat(1.0));
+        let shares = surface.spread(&corner, 0.1);
+        assert!((shares.iter().map(|(_, share)| share).sum::<f64>() - 1.0).abs() < 1e-14);
+        // The facets at the corner of the three faces and no others.
+        assert!(
+            shares.len() >= 3
+                && shares.iter().all(|(place, _)| (place.position - corner.position).norm() < 0.25)
+        );
+        assert!(shares.iter().all(|(place, _)| (place.weights.iter().sum::<f64>() - 1.0).abs() < 1e-14));
+        // In the middle of a face: as much on either side.
+        let shares = surface.spread(&surface.locate(&Vec3::new(0.0, 0.0, 1.0)), 0.4);
+        let middle: Vec3 = shares.iter().map(|(place, share)| place.position * *share).sum();
+        assert!((middle - Vec3::new(0.0, 0.0, 0.5)).norm() < 0.02, "{middle}");
     }
 
     #[test]

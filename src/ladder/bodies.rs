@@ -26,6 +26,7 @@ pub fn body(name: &str, shape: SceneShape, position: [f64; 3], rotation: [f64; 3
         grain: None,
         full: None,
         damaged: None,
+        rests: false,
         fixed: false,
     }
 }

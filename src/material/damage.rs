@@ -254,6 +254,20 @@ impl DamageLaw {
         DamageState { strain: *strain, tension, compression, failed }
     }
 
+    /// How near a strain brings sound rock to its first damage: the larger of the effective strains over their peak strains, or
+    /// `enough` where it is certainly below that.
+    pub fn utilisation(&self, strain: &Vector6<f64>, enough: f64) -> f64 {
+        let e = strain;
+        let squared =
+            e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
+        let bound = squared.sqrt() / self.tension.onset.min(self.compression.onset);
+        if bound <= enough {
+            return enough;
+        }
+        let at = self.principal(strain);
+        (at.theta_t / self.tension.onset).max(at.theta_c / self.compression.onset)
+    }
+
     /// Growth of `d_t` or `d_c`, the larger, that a strain asks for.
     pub fn growth(&self, strain: &Vector6<f64>, old: &DamageState) -> f64 {
         if old.failed || self.cannot_damage(strain, old) {

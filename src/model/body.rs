@@ -34,8 +34,11 @@ pub struct Body {
     pub grain: Option<Arc<CondensedGrain>>,
     /// Its mesh, where all its nodes are unknowns; then it is not condensed.
     pub full: Option<Arc<FullGrain>>,
-    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility.
+    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility where it is condensed. A resting body
+    /// is sound. A rigid body with damage that does not rest is brittle: it is stressed by the forces on it and breaks, but bends no gap.
     pub damaged: Option<Arc<DamagedGrain>>,
+    /// Its own flexibility, where it is rigid for now and may become condensed; then it is in no gap.
+    pub resting: Option<Arc<CondensedGrain>>,
     /// Its own friction, where it has one.
     pub friction: Option<Friction>,
     /// [kg]
@@ -53,7 +56,54 @@ impl Body {
         condensed.or_else(|| self.full.as_ref().map(|grain| grain.surface()))
     }
 
+    /// The meshed surface that forces stress: that of a body that deforms, or that breaks.
+    pub fn stressed_surface(&self) -> Option<&Surface> {
+        let brittle = self.damaged.as_ref().filter(|_| self.is_brittle());
+        self.surface().or_else(|| brittle.map(|grain| grain.condensed().surface()))
+    }
+
     pub fn is_elastic(&self) -> bool {
         self.grain.is_some() || self.full.is_some()
+    }
+
+    /// Whether it breaks and is rigid otherwise.
+    pub fn is_brittle(&self) -> bool {
+        self.damaged.is_some() && !self.is_elastic() && self.resting.is_none()
+    }
+
+    /// Its flexibility, whether or not it is in the gaps now.
+    pub fn flexibility(&self) -> Option<&Arc<CondensedGrain>> {
+        self.grain.as_ref().or(self.resting.as_ref())
+    }
+
+    /// Makes a resting body condensed; says whether it was resting.
+    pub fn wake(&mut self) -> bool {
+        let rested = self.resting.take();
+        let woken = rested.is_some();
+        self.grain = rested.or(self.grain.take());
+        woken
+    }
+
+    /// Makes a condensed body rigid for a while, unless damage has changed it; says whether it did.
+    pub fn rest(&mut self) -> bool {
+        let can = self.grain.is_some() && self.is_sound();
+        if can {
+            self.resting = self.grain.take();
+        }
+        can
+    }
+
+    /// Whether its rock is as generated.
+    pub fn is_sound(&self) -> bool {
+        self.damaged.as_ref().is_none_or(|grain| grain.is_sound())
+    }
+
+    /// How it deforms, as results files number it: 0 rigid, 1 condensed, 2 full.
+    pub fn level(&self) -> u8 {
+        match (&self.grain, &self.full) {
+            (_, Some(_)) => 2,
+            (Some(_), None) => 1,
+            (None, None) => 0,
+        }
     }
 }

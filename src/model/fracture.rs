@@ -9,17 +9,19 @@ use std::sync::Arc;
 
 use crate::contact::ContactShape;
 use crate::element::POINT_COUNT;
-use crate::error::Result;
-use crate::geometry::Polyhedron;
-use crate::geometry::rounded::{facet_planes, intersection};
+use crate::error::{Error, Result};
+use crate::geometry::rounded::{HalfSpace, facet_planes, intersection, plain_hull};
 use crate::geometry::separation::separating_axis;
+use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::hulls::{self, contact_shapes};
 use crate::grain::{DamagedGrain, Fragment};
 use crate::model::{Body, BodyKind, Committed, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
 /// Hulls that differ by less than this share of their volume are the same.
-const SAME_VOLUME: f64 = 1e-9;
+const SAME_VOLUME: f64 = 1e-6;
+/// Cores of a new part and a neighbour are at least this share of their roundings apart.
+const DEEPEST: f64 = 0.6;
 /// Corners closer than this share of the body's size are the same.
 const SAME_CORNER: f64 = 1e-9;
 
@@ -116,7 +118,7 @@ impl Model {
     pub fn take_damage(&mut self, grains: &[Option<Arc<DamagedGrain>>]) {
         for (body, grain) in self.bodies.iter_mut().zip(grains) {
             if let Some(grain) = grain {
-                if !grain.is_sound() {
+                if !grain.is_sound() && body.grain.is_some() {
                     body.grain = Some(grain.condensed().clone());
                 }
                 body.damaged = Some(grain.clone());
@@ -139,6 +141,7 @@ impl Model {
         for index in 0..self.bodies.len() {
             let Some(grain) = self.bodies[index].damaged.clone() else { continue };
             let Some(displacements) = displacements.get(index).filter(|u| !u.is_empty()) else { continue };
+            let brittle = self.bodies[index].is_brittle();
             let least = least_share * grain.origin_volume();
             let Some(broken) = grain.break_up_from(displacements, index as u32, least)? else { continue };
             let mut fracture = Fracture {
@@ -195,6 +198,10 @@ impl Model {
                 }
             }
             self.glue_anew(&fracture, &points, &committed.poses)?;
+            if brittle {
+                // A rigid body stores nothing.
+                fracture.lost_energy = 0.0;
+            }
             fractures.push(fracture);
         }
         Ok(fractures)
@@ -214,25 +221,37 @@ impl Model {
         let centroid = fragment.grain.condensed().mass_properties().centroid;
         let point = if alone { Vec3::zeros() } else { centroid };
         // What was cut off before stays off.
-        let mut nominal = intersection(&shape.nominal, &facet_planes(old))?;
+        let mut nominal = match intersection(&shape.nominal, &facet_planes(old)) {
+            Ok(nominal) => nominal,
+            Err(_) if alone => old.clone(),
+            Err(error) => return Err(error),
+        };
         let unchanged = alone && (nominal.volume() - old.volume()).abs() < SAME_VOLUME * old.volume();
+        let too_thin = hulls::rounded(&nominal, self.shapes[index].rounded.radius)
+            .is_ok_and(|rounded| rounded.radius < self.shapes[index].rounded.radius);
         let shape = if unchanged {
             nominal = old.clone();
             self.shapes[index].clone()
         } else {
-            nominal = self.trimmed(index, nominal, poses)?.translated(&-point);
-            let shape = hulls::ContactShape { nominal: nominal.clone(), ..shape };
-            ContactShape::new(shape.rounded(self.shapes[index].rounded.radius)?)
+            match self.trimmed(index, nominal, poses).and_then(|trimmed| self.fitted(index, trimmed, poses)) {
+                Ok((fitted, rounded)) => {
+                    nominal = fitted.translated(&-point);
+                    ContactShape::new(RoundedBody { core: rounded.core.translated(&-point), ..rounded })
+                }
+                // What no smaller shape can be made for keeps the one it had.
+                Err(_) if alone && !too_thin => {
+                    nominal = old.clone();
+                    self.shapes[index].clone()
+                }
+                Err(error) => return Err(error),
+            }
         };
         let grain = if alone { fragment.grain.clone() } else { fragment.grain.moved_to(&point)? };
         let turn = Rotation::from_scaled_axis(fragment.rotation);
         let moved = centroid + fragment.translation + turn * (point - centroid);
         let back = turn.inverse();
-        let field = grain
-            .condensed()
-            .surface()
-            .nodes()
-            .iter()
+        let nodes = grain.condensed().surface().nodes().iter().filter(|_| !self.bodies[index].is_brittle());
+        let field = nodes
             .map(|node| {
                 let x = fragment.grain.mesh().nodes[node.index()];
                 let u = displacements[fragment.nodes[node.index()].index()];
@@ -272,7 +291,45 @@ impl Model {
                 }
             }
         }
-        if corners == nominal.vertices { Ok(nominal) } else { Polyhedron::convex_hull(&corners) }
+        if corners == nominal.vertices { Ok(nominal) } else { plain_hull(&corners) }
+    }
+
+    /// `nominal` of body `index` rounded, cut where it would reach further into a neighbour than contact can carry: along the plane
+    /// that touches the neighbour.
+    fn fitted(
+        &self,
+        index: usize,
+        mut nominal: Polyhedron,
+        poses: &[Pose],
+    ) -> Result<(Polyhedron, RoundedBody)> {
+        let radius = self.shapes[index].rounded.radius;
+        let thin =
+            || Error::Mesh { name: self.bodies[index].name.clone(), message: "a part is too thin".into() };
+        let mut rounded = hulls::rounded(&nominal, radius)?;
+        for (other, body) in self.bodies.iter().enumerate() {
+            let shape = &self.shapes[other];
+            let reach = nominal.bounding_radius() + shape.bounding_radius + shape.rounded.radius;
+            let far = (poses[other].position - poses[index].position).norm() > reach;
+            let plate = body.kind == BodyKind::Plate;
+            if other == index
+                || body.kind == BodyKind::Gone
+                || (far && !plate)
+                || shape.rounded.core.facets.is_empty()
+            {
+                continue;
+            }
+            let axis = separating_axis(&rounded.core, &poses[index], &shape.rounded.core, &poses[other]);
+            let radii = radius + shape.rounded.radius;
+            if axis.gap < DEEPEST * radii {
+                let normal = poses[index].rotation.inverse() * axis.direction;
+                let support =
+                    rounded.core.vertices.iter().map(|v| normal.dot(v)).fold(f64::NEG_INFINITY, f64::max);
+                let plane = HalfSpace { normal, offset: support + radius - (radii - axis.gap) };
+                nominal = intersection(&nominal, &[plane])?;
+                rounded = hulls::rounded(&nominal, radius)?;
+            }
+        }
+        if rounded.radius < radius { Err(thin()) } else { Ok((nominal, rounded)) }
     }
 
     fn body_of(&self, index: usize, number: usize, grain: DamagedGrain, nominal: Polyhedron) -> Body {
@@ -288,9 +345,10 @@ impl Model {
             mass: mass.mass,
             centre_of_mass: mass.centroid,
             rotation_scale: 0.5 * size,
-            grain: Some(grain.condensed().clone()),
+            grain: old.grain.as_ref().map(|_| grain.condensed().clone()),
             damaged: Some(Arc::new(grain)),
             full: None,
+            resting: None,
             nominal,
         }
     }
@@ -309,7 +367,8 @@ impl Model {
         }
         let bodies = &self.bodies;
         let distance = |body: usize, x: &Vec3| {
-            bodies[body].grain.as_ref().map_or(f64::INFINITY, |grain| (grain.locate(x).position - x).norm())
+            let surface = bodies[body].stressed_surface();
+            surface.map_or(f64::INFINITY, |surface| (surface.locate(x).position - x).norm())
         };
         let nearest = |candidates: &mut dyn Iterator<Item = (usize, Vec3)>| {
             candidates.min_by(|(a, x), (b, y)| distance(*a, x).total_cmp(&distance(*b, y)).then(a.cmp(b)))

@@ -67,6 +67,20 @@ impl Model {
         1.0 / (compliance(a) + compliance(b))
     }
 
+    /// What is left of [`Self::contact_spring`] where the two bodies' rock has kept the shares `firmness` of its stiffness.
+    pub fn softened_share(&self, [a, b]: [usize; 2], firmness: [f64; 2]) -> f64 {
+        if firmness == [1.0; 2] {
+            return 1.0;
+        }
+        let compliance = |body: usize| 1.0 / self.bodies[body].stiffness;
+        (compliance(a) + compliance(b)) / (compliance(a) / firmness[0] + compliance(b) / firmness[1])
+    }
+
+    /// Whether any body breaks and is rigid otherwise.
+    pub fn has_brittle(&self) -> bool {
+        self.bodies.iter().any(Body::is_brittle)
+    }
+
     /// Whether any body deforms, condensed or full.
     pub fn has_elastic(&self) -> bool {
         self.bodies.iter().any(Body::is_elastic)

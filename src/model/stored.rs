@@ -9,7 +9,7 @@ use crate::contact::ContactShape;
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{DamagedGrain, StoredGrain};
-use crate::model::{BodyKind, Model};
+use crate::model::{Body, BodyKind, Model};
 use crate::tensor::Vec3;
 
 /// The bodies that can break, and the cover's nodes; empty where nothing can.
@@ -21,6 +21,8 @@ pub struct StoredBodies<'a> {
     glued: Vec<u32>,
     #[serde(with = "crate::tensor::stored")]
     points: Vec<Vec3>,
+    /// The bodies that rest.
+    resting: Vec<u32>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -40,8 +42,10 @@ struct StoredBody<'a> {
 impl Model {
     /// What [`Model::restore_bodies`] takes.
     pub fn stored_bodies(&self) -> StoredBodies<'_> {
+        let rests = |(index, body): (usize, &Body)| body.resting.is_some().then_some(index as u32);
+        let resting = self.bodies.iter().enumerate().filter_map(rests).collect();
         if !self.can_break() {
-            return StoredBodies::default();
+            return StoredBodies { resting, ..StoredBodies::default() };
         }
         let stored = self.bodies.iter().zip(&self.shapes).map(|(body, shape)| {
             let grain = body.damaged.as_ref().map(|grain| grain.stored());
@@ -62,6 +66,7 @@ impl Model {
             bodies: stored.collect(),
             glued: nodes.iter().map(|node| node.body as u32).collect(),
             points: nodes.iter().map(|node| node.point).collect(),
+            resting,
         }
     }
 
@@ -70,6 +75,19 @@ impl Model {
     /// # Errors
     /// [`crate::error::Error::Mesh`] where a grain cannot be made anew.
     pub fn restore_bodies(&mut self, stored: StoredBodies<'_>) -> Result<bool> {
+        let resting = stored.resting.clone();
+        let woken = self.bodies.iter_mut().map(Body::wake).filter(|woken| *woken).count();
+        if !self.restore_breakable(stored)? {
+            return Ok(false);
+        }
+        let mut fits = resting.is_empty() || woken > 0;
+        for index in resting {
+            fits &= self.bodies.get_mut(index as usize).is_some_and(Body::rest);
+        }
+        Ok(fits)
+    }
+
+    fn restore_breakable(&mut self, stored: StoredBodies<'_>) -> Result<bool> {
         if !self.can_break() || stored.bodies.is_empty() {
             return Ok(self.can_break() != stored.bodies.is_empty());
         }
@@ -107,8 +125,10 @@ impl Model {
             body.centre_of_mass = stored.centre_of_mass;
             match grain {
                 Some(grain) => {
-                    // A sound grain keeps what it was condensed to.
-                    body.grain = Some(grain.condensed().clone());
+                    // A sound grain keeps what it was condensed to, a rigid one has nothing.
+                    if body.grain.is_some() {
+                        body.grain = Some(grain.condensed().clone());
+                    }
                     body.damaged = Some(grain);
                 }
                 None => (body.kind, body.grain, body.damaged) = (BodyKind::Gone, None, None),

@@ -37,6 +37,8 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
     }
     for (number, curve) in laboratory.iter().enumerate() {
         let colour = MEASURED[number % MEASURED.len()];
+        // Larger marks where the greys begin anew.
+        let radius = 3.0 + 1.5 * (number / MEASURED.len()) as f64;
         let label = format!("laboratory, {}", curve.label);
         for (panel, values, factor) in
             [(&mut top, &curve.deviatoric_stress, 1e-6), (&mut bottom, &curve.volumetric_strain, 100.0)]
@@ -46,7 +48,7 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
                 let stroke = Stroke { width: 0.8, ..Stroke::thin(colour) };
                 let line = Layer::Curve { label: String::new(), points: points.clone(), stroke };
                 panel.layers.push(line);
-                panel.layers.push(Layer::Points { label: label.clone(), points, colour, radius: 3.0 });
+                panel.layers.push(Layer::Points { label: label.clone(), points, colour, radius });
             }
         }
     }

@@ -109,8 +109,12 @@ pub struct FieldState<'a> {
     pub damage: &'a [f64],
     /// Cells that have been deleted.
     pub failed: &'a [bool],
+    /// The body that carries each cell: its grain, or a part that came off it; -1 for none.
+    pub fragment: &'a [i32],
     /// Mean Cauchy stress of each cell, xx yy zz xy yz xz, tension positive [Pa].
     pub stress: &'a [[f64; 6]],
+    /// How the body of each cell deforms: 0 rigid, 1 condensed, 2 full.
+    pub fidelity: &'a [u8],
 }
 
 /// Von Mises stress of a stress xx yy zz xy yz xz: sqrt(3/2 s:s) with the deviator s.

@@ -25,10 +25,12 @@ pub struct GrainRow {
     pub local_volumetric_strain: f64,
     /// Angle by which the grain has turned since strains count [rad].
     pub turn: f64,
+    /// How it deforms: 0 rigid, 1 condensed, 2 full.
+    pub level: i64,
 }
 
 /// The per-state datasets of `/grains`: the first two of shape (states, grains, 3), the others (states, grains).
-pub const GRAIN_QUANTITIES: [Quantity; 9] = [
+pub const GRAIN_QUANTITIES: [Quantity; 10] = [
     Quantity { name: "position", units: "m", long_name: "position of the reference point", integer: false },
     Quantity {
         name: "rotation",
@@ -77,5 +79,11 @@ pub const GRAIN_QUANTITIES: [Quantity; 9] = [
         units: "rad",
         long_name: "angle by which the grain has turned since strains count",
         integer: false,
+    },
+    Quantity {
+        name: "level",
+        units: "1",
+        long_name: "how the grain deforms: 0 rigid with local compliance, 1 condensed, 2 full",
+        integer: true,
     },
 ];

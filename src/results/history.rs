@@ -130,6 +130,13 @@ history! {
     failed_points: i64, "1", "integration points that have failed, so far";
     deleted_cells: i64, "1", "cells that have been deleted, so far";
     fragments: i64, "1", "fragments split off by deletion, so far";
+    condensed_bodies: i64, "1", "bodies that are condensed, behind this increment";
+    promoted: i64, "1", "bodies made condensed in this increment or behind it, where fidelity is chosen";
+    demoted: i64, "1", "bodies made rigid behind this increment, where fidelity is chosen";
+    repeats: i64, "1", "times this increment was repeated with more condensed bodies";
+    fidelity_error: f64, "1", "estimated relative error of the contact forces by rigid bodies, where fidelity is chosen";
+    resting_utilisation: f64, "1", "largest effective strain in a rigid body over its damage threshold, where fidelity is chosen";
+    transition_jump: f64, "1", "largest change of a contact force by changes of fidelity, over the mean contact force";
     augmentations: i64, "1", "augmentations in this increment";
     newton_iterations: i64, "1", "Newton iterations in this increment";
     factorisations: i64, "1", "factorisations in this increment";

@@ -22,7 +22,17 @@ pub(super) enum Access {
 /// A lock on a file, held until it is dropped. On file systems without locks it holds nothing.
 #[derive(Debug)]
 pub(super) struct Lock {
-    _file: Option<File>,
+    file: Option<File>,
+}
+
+impl Drop for Lock {
+    /// Given up by name: a process that is being started at this moment has a copy of the handle until it runs, and closing ours alone
+    /// would leave the file locked as long.
+    fn drop(&mut self) {
+        if let Some(file) = &self.file {
+            let _ = file.unlock(); // closing the handle does the rest
+        }
+    }
 }
 
 impl Lock {
@@ -36,17 +46,17 @@ impl Lock {
         let file = options.open(path).map_err(|e| Error::io("open", path, e))?;
         if hdf5_locks_by_itself() {
             // The environment forces HDF5's own locks, which ours would block.
-            return Ok(Some(Lock { _file: None }));
+            return Ok(Some(Lock { file: None }));
         }
         let locked = match access {
             Access::Read => file.try_lock_shared(),
             Access::Write => file.try_lock(),
         };
         match locked {
-            Ok(()) => Ok(Some(Lock { _file: Some(file) })),
+            Ok(()) => Ok(Some(Lock { file: Some(file) })),
             Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(e)) if e.kind() == ErrorKind::Unsupported => {
-                Ok(Some(Lock { _file: None }))
+                Ok(Some(Lock { file: None }))
             }
             Err(TryLockError::Error(e)) => Err(Error::io("lock", path, e)),
         }
@@ -71,4 +81,22 @@ pub fn check_unused(path: &Path) -> Result<()> {
 fn hdf5_locks_by_itself() -> bool {
     std::env::var("HDF5_USE_FILE_LOCKING")
         .is_ok_and(|value| ["TRUE", "1", "BEST_EFFORT"].contains(&value.to_uppercase().as_str()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As in a process that is forked from this one: a copy of the handle lives on.
+    #[test]
+    fn lock_ends_with_its_holder_whoever_has_a_copy() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let path = dir.path().join("locked.h5");
+        let lock = Lock::for_writing(&path).expect("locked");
+        let copy = lock.file.as_ref().map(|file| file.try_clone().expect("copy"));
+        assert!(Lock::acquire(&path, Access::Read).expect("asked").is_none());
+        drop(lock);
+        assert!(Lock::acquire(&path, Access::Read).expect("asked").is_some());
+        drop(copy);
+    }
 }

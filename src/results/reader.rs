@@ -11,7 +11,7 @@ use ndarray::IxDyn;
 
 use crate::error::{Error, Result};
 
-use super::history::HISTORY;
+use super::history::{HISTORY, Quantity};
 use super::journal;
 use super::lock::{Access, Lock};
 use super::record::{Outcome, Status};
@@ -200,18 +200,27 @@ impl Reader {
         self.named(group, members)
     }
 
+    /// The columns of `/history` that the file has: all but those that came after the version that wrote it.
+    pub fn columns(&self) -> impl Iterator<Item = &'static Quantity> {
+        HISTORY.iter().filter(|quantity| self.has(&column(quantity.name)))
+    }
+
     /// Rows of `/history`: those that every column has.
     pub fn increments(&self) -> Result<usize> {
-        let mut rows = usize::MAX;
-        for quantity in HISTORY {
-            rows = rows.min(self.dataset(&format!("history/{}", quantity.name))?.size());
+        let mut rows = self.dataset(&column(HISTORY[0].name))?.size();
+        for quantity in self.columns() {
+            rows = rows.min(self.dataset(&column(quantity.name))?.size());
         }
         Ok(rows)
     }
 
-    /// A column of `/history`.
+    /// A column of `/history`. One that an older version did not write is not a number in every row.
     pub fn history(&self, name: &str) -> Result<Vec<f64>> {
-        self.floats(&format!("history/{name}"))
+        let known = HISTORY.iter().any(|quantity| quantity.name == name);
+        if known && !self.has(&column(name)) {
+            return Ok(vec![f64::NAN; self.increments()?]);
+        }
+        self.floats(&column(name))
     }
 
     pub fn status(&self) -> Result<Status> {
@@ -305,6 +314,11 @@ impl Reader {
     pub(super) fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
         result.map_err(|e| failure(&self.path, name, explain(&e)))
     }
+}
+
+/// The dataset of a column of `/history`.
+fn column(name: &str) -> String {
+    format!("history/{name}")
 }
 
 /// A text of the file, which may be damaged: what is no UTF-8 is shown as U+FFFD.

@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
-use super::history::HISTORY;
 use super::reader::Reader;
 
 /// A number with its name and unit.
@@ -69,7 +68,7 @@ impl Summary {
         let status = reader.status()?;
         let increments = reader.increments()?;
         let mut last = Vec::new();
-        for quantity in HISTORY {
+        for quantity in reader.columns() {
             let value = increments.checked_sub(1).map(|row| {
                 let column = reader.history(quantity.name)?;
                 Ok::<_, Error>(column.get(row).copied().filter(|value| value.is_finite()))

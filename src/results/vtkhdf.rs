@@ -65,6 +65,13 @@ const DISPLACEMENT: Field = Field {
 };
 const DAMAGE: Field = on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], 4);
 const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], 1);
+const FRAGMENT: Field = on_cells(
+    "fragment",
+    "1",
+    "number of the body that the cell is on: that of its grain, or of a part that came off; -1 for none",
+    &[],
+    4,
+);
 const STRESS: Field = on_cells(
     "stress",
     "Pa",
@@ -74,7 +81,15 @@ const STRESS: Field = on_cells(
 );
 const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], 4);
 
-const FIELDS: [&Field; 5] = [&DISPLACEMENT, &DAMAGE, &FAILED, &STRESS, &VON_MISES];
+const FIDELITY: Field = on_cells(
+    "fidelity",
+    "1",
+    "how the body deforms: 0 rigid with local compliance, 1 condensed, 2 full",
+    &[],
+    1,
+);
+
+const FIELDS: [&Field; 7] = [&DISPLACEMENT, &DAMAGE, &FAILED, &FRAGMENT, &STRESS, &VON_MISES, &FIDELITY];
 
 /// Cell data that do not change: written once, every step points at them.
 const STATIC_FIELDS: [Field; 3] = [
@@ -155,6 +170,7 @@ impl VtkHdf {
             let made = match field.name {
                 "displacement" => store.growing::<f64>(&field.path(), field.width, layout)?,
                 "failed" => store.growing::<u8>(&field.path(), field.width, layout)?,
+                "fragment" => store.growing::<i32>(&field.path(), field.width, layout)?,
                 _ => store.growing::<f32>(&field.path(), field.width, layout)?,
             };
             store.describe(&made.dataset, field.units, field.long_name)?;
@@ -242,8 +258,10 @@ impl VtkHdf {
         self.put(store, &DISPLACEMENT, displacement.as_flattened())?;
         self.put(store, &DAMAGE, &damage)?;
         self.put(store, &FAILED, &failed)?;
+        self.put(store, &FRAGMENT, state.fragment)?;
         self.put(store, &STRESS, stress.as_flattened())?;
         self.put(store, &VON_MISES, &equivalent)?;
+        self.put(store, &FIDELITY, state.fidelity)?;
         for field in &STATIC_FIELDS {
             store.grown(&field.offsets())?.put(store, self.states, &[0_i64])?;
         }
@@ -269,7 +287,9 @@ impl VtkHdf {
             ("displacement", state.displacement.len(), self.points),
             ("damage", state.damage.len(), self.cells),
             ("failed", state.failed.len(), self.cells),
+            ("fragment", state.fragment.len(), self.cells),
             ("stress", state.stress.len(), self.cells),
+            ("fidelity", state.fidelity.len(), self.cells),
         ] {
             if found != expected {
                 return Err(store.fail(name, format!("has {found} entries, the mesh has {expected}")));

@@ -307,6 +307,7 @@ impl Writer {
             local_shear_strain,
             local_volumetric_strain,
             turn,
+            level,
         ] = &self.grains[..]
         else {
             return Err(self.store.fail("grains", "is incomplete"));
@@ -323,6 +324,7 @@ impl Writer {
         local_shear_strain.append(&self.store, &numbers(|g| g.local_shear_strain))?;
         local_volumetric_strain.append(&self.store, &numbers(|g| g.local_volumetric_strain))?;
         turn.append(&self.store, &numbers(|g| g.turn))?;
+        level.append(&self.store, &grains.iter().map(|g| g.level).collect::<Vec<i64>>())?;
         self.fixed_changed = true;
         Ok(())
     }

@@ -40,13 +40,14 @@ pub fn fault(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Option<Strin
 }
 
 /// The deepest overlap of any two bodies at `poses`; `None` if there are no two. Where even the cores
-/// overlap, the depth is theirs and both radii. Pairs of bodies that never move are left out.
+/// overlap, the depth is theirs and both radii. Pairs of bodies that never move are left out, and what is no more.
 pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
     let still = |i: usize| matches!(model.bodies[i].kind, BodyKind::Fixed | BodyKind::Plate);
+    let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
     let mut deepest: Option<Overlap> = None;
     for b in 0..model.bodies.len() {
         for a in 0..b {
-            if still(a) && still(b) {
+            if (still(a) && still(b)) || gone(a) || gone(b) {
                 continue;
             }
             let [(core_a, radius_a), (core_b, radius_b)] =

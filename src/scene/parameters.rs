@@ -42,6 +42,8 @@ pub struct SceneBody {
     pub full: Option<Arc<FullGrain>>,
     /// The same with its damage, where it can break.
     pub damaged: Option<Arc<DamagedGrain>>,
+    /// Whether it is rigid until it needs its flexibility, as far as it has one.
+    pub rests: bool,
     /// Never moves.
     pub fixed: bool,
 }

@@ -3,7 +3,7 @@
 use crate::model::{Counters, DamageCounts};
 use crate::solver::{Balance, ContactMeasures};
 use crate::tensor::Vec3;
-use crate::triaxial::Ledger;
+use crate::triaxial::{FidelityCounts, Ledger};
 
 /// An accepted increment.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,7 @@ pub struct Row {
     /// Since the start of the scene. External work is that of prescriptions, applied forces and gravity.
     pub ledger: Ledger,
     pub damage: DamageCounts,
+    pub fidelity: FidelityCounts,
     /// [m/s^2]
     pub gravity: Vec3,
     pub balance: Balance,

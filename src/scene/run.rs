@@ -14,11 +14,13 @@ use crate::model::{Body, BodyKind, Committed, Loads, Model, StoredBodies};
 use crate::scene::parameters::{LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::sweep;
+use crate::solver::fidelity::{change, judge};
 use crate::solver::{
-    Dossier, Increment, IncrementReport, Pace, Settings, StepStatus, advance, motion_between,
+    Dossier, Increment, IncrementReport, Pace, Settings, Start, StepStatus, Transition, Verdict, advance,
+    continued_fields, continued_poses, motion_between,
 };
 use crate::tensor::{Pose, Rotation, Vec3, Vector6};
-use crate::triaxial::{Ledger, StageEnd};
+use crate::triaxial::{FidelityCounts, Ledger, StageEnd};
 
 /// A body's share of a contact's stiffness over `E / (1 - nu^2)` times its size, the diameter of the
 /// ball of its volume.
@@ -27,6 +29,9 @@ const STIFFNESS_RATIO: f64 = 0.1;
 /// the smallest rounding radius.
 const ONSET: f64 = 4e-3;
 const FADE: f64 = 1.0;
+
+/// Times that an increment is repeated since a body ought to have been condensed in it.
+const MOST_REPEATS: usize = 3;
 
 /// A scene in progress.
 #[derive(Debug, Clone)]
@@ -45,6 +50,8 @@ pub struct Scene {
     /// Loads in force, prescribed components and what holds them included.
     pub(super) loads: Loads,
     pub(super) reaction: Vec<Vector6<f64>>,
+    /// What changes of fidelity have added to the elastic energy that bodies and contacts are said to hold [J].
+    elastic_shift: f64,
     /// Of the increment that stopped the last run; not stored.
     pub dossier: Option<Dossier>,
     /// Stages that are done.
@@ -62,10 +69,19 @@ pub struct Scene {
 pub(super) struct UnderWay {
     pub(super) drive: Drive,
     pace: Pace,
-    /// The poses before the last increment, and its share.
-    last: Option<(Vec<Pose>, f64)>,
+    last: Option<Last>,
     /// Whether bodies broke and are not in balance yet.
     pub(super) dwells: bool,
+}
+
+/// What the last increment came from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Last {
+    poses: Vec<Pose>,
+    /// Displacements of nodes [m]; empty where no body is full.
+    #[serde(with = "crate::tensor::stored")]
+    fields: Vec<Vec<Vec3>>,
+    share: f64,
 }
 
 /// What a stage drives and where to.
@@ -95,6 +111,7 @@ pub struct SceneState<'a> {
     loads: Cow<'a, Loads>,
     #[serde(with = "crate::tensor::stored")]
     reaction: Vec<Vector6<f64>>,
+    elastic_shift: f64,
     stages_done: usize,
     under_way: Cow<'a, Option<UnderWay>>,
     bodies: StoredBodies<'a>,
@@ -161,6 +178,7 @@ impl Scene {
             increments: 0,
             loads,
             reaction,
+            elastic_shift: 0.0,
             dossier: None,
             stages_done: 0,
             under_way: None,
@@ -185,6 +203,7 @@ impl Scene {
             increments,
             loads,
             reaction,
+            elastic_shift,
             dossier: _,
             stages_done,
             under_way,
@@ -200,6 +219,7 @@ impl Scene {
             increments: *increments,
             loads: Cow::Borrowed(loads),
             reaction: reaction.clone(),
+            elastic_shift: *elastic_shift,
             stages_done: *stages_done,
             under_way: Cow::Borrowed(under_way),
             bodies: model.stored_bodies(),
@@ -236,6 +256,7 @@ impl Scene {
             self.increments = state.increments;
             self.loads = state.loads.into_owned();
             self.reaction = state.reaction;
+            self.elastic_shift = state.elastic_shift;
             self.stages_done = state.stages_done;
             self.under_way = state.under_way.into_owned();
         }
@@ -285,6 +306,7 @@ impl Scene {
                 let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
                 UnderWay { drive: self.drive(stage), pace, last: None, dwells: false }
             });
+        let (mut repeats, mut woken) = (0, 0);
         loop {
             match self.break_up(&mut drive) {
                 Ok(true) => (dwells, last) = (true, None),
@@ -297,19 +319,15 @@ impl Scene {
             let loads = drive.loads_at(to);
             let driven = drive.driven(&self.committed.poses, &self.committed.poses, share, to);
             let mut starts = Vec::new();
-            if let Some((previous, old_share)) = &last {
-                let continued: Vec<Pose> = previous
-                    .iter()
-                    .zip(&self.committed.poses)
-                    .map(|(old, now)| {
-                        let (shift, turn) = motion_between(old, now);
-                        now.moved(&(shift * (share / old_share)), &(turn * (share / old_share)))
-                    })
-                    .collect();
-                starts.push(drive.driven(&continued, &self.committed.poses, share, to));
+            if let Some(last) = &last {
+                let ratio = share / last.share;
+                let continued = continued_poses(&last.poses, &self.committed.poses, ratio);
+                let poses = drive.driven(&continued, &self.committed.poses, share, to);
+                let fields = continued_fields(&last.fields, &self.committed.fields, ratio);
+                starts.push(Start { poses, fields });
             }
-            starts.push(driven);
-            starts.retain(|start| sweep::is_clear(&self.model, &self.committed.poses, start));
+            starts.push(driven.into());
+            starts.retain(|start| sweep::is_clear(&self.model, &self.committed.poses, &start.poses));
             let increment = Increment {
                 model: &self.model,
                 committed: &self.committed,
@@ -328,11 +346,22 @@ impl Scene {
                 self.dossier = Some(Dossier::of(&self.model, &self.contacts, &report, &self.settings));
                 return StageEnd::Stopped { reason: self.describe(&report, pace.done()) };
             }
+            let verdict = self.judge(&report, &loads);
+            if verdict.urgent && repeats < MOST_REPEATS {
+                repeats += 1;
+                woken += self.change_fidelity([&verdict.wake, &[]]).woken;
+                continue;
+            }
             if !dwells {
                 report.counters.cuts = pace.accept(share, report.history.len());
-                last = Some((self.committed.poses.clone(), share));
+                let fields = if self.model.has_full() { self.committed.fields.clone() } else { Vec::new() };
+                last = Some(Last { poses: self.committed.poses.clone(), fields, share });
             }
             let row = self.commit(index, pace.done(), &report, loads, dwells);
+            let early = [std::mem::take(&mut repeats), std::mem::take(&mut woken)];
+            let transition = self.change_fidelity([&verdict.wake, &verdict.rest]);
+            let fidelity = FidelityCounts::of(&self.model, &verdict, &transition, early);
+            let row = Row { fidelity, ..row };
             dwells = false;
             self.under_way =
                 Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone(), dwells });
@@ -371,6 +400,19 @@ impl Scene {
             self.contacts.forget_bodies();
         }
         Ok(true)
+    }
+
+    /// Judges fidelities in the balanced state that `report` holds, driven bodies held where they are.
+    fn judge(&self, report: &IncrementReport, loads: &Loads) -> Verdict {
+        let (poses, memory, fields) = (report.poses.clone(), report.memory.clone(), report.fields.clone());
+        judge(&self.model, &Committed { poses, memory, fields }, loads, &self.settings, &self.contacts)
+    }
+
+    /// Wakes and rests bodies in the committed state; elastic energy counts on from what it was.
+    fn change_fidelity(&mut self, changes: [&[usize]; 2]) -> Transition {
+        let transition = change(&mut self.model, &mut self.committed, &mut self.contacts, 0.0, changes);
+        self.elastic_shift += transition.energy;
+        transition
     }
 
     fn drive(&self, stage: &LoadStage) -> Drive {
@@ -454,7 +496,7 @@ impl Scene {
                 reaction_moment: about(&reaction),
             });
         }
-        self.ledger.elastic = report.energy.elastic;
+        self.ledger.elastic = report.energy.elastic - self.elastic_shift;
         self.ledger.friction += report.energy.friction;
         self.ledger.damage += report.damage.dissipated;
         if dwelt || report.is_snap() {
@@ -464,7 +506,7 @@ impl Scene {
         self.committed.memory.clone_from(&report.memory);
         self.committed.fields.clone_from(&report.fields);
         self.model.take_damage(&report.damage.grains);
-        self.failing = report.damage.failing();
+        self.failing = report.damage.failing(&self.model);
         self.increments += 1;
         let gravity = loads.gravity;
         self.loads = loads;
@@ -475,6 +517,7 @@ impl Scene {
             bodies,
             ledger: self.ledger,
             damage: self.model.damage_counts(),
+            fidelity: FidelityCounts::default(),
             gravity,
             balance: report.balance,
             measures: report.measures,
@@ -565,7 +608,7 @@ fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> 
     };
     let size = (6.0 * volume / std::f64::consts::PI).cbrt();
     let modulus = body.youngs_modulus / (1.0 - body.poissons_ratio.powi(2));
-    let placed = Body {
+    let mut placed = Body {
         name: body.name.clone(),
         kind: if body.fixed { BodyKind::Fixed } else { BodyKind::Placed },
         stiffness: STIFFNESS_RATIO * modulus * size,
@@ -575,8 +618,12 @@ fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> 
         grain: body.grain.clone(),
         full: body.full.clone(),
         damaged: body.damaged.clone(),
+        resting: None,
         rotation_scale: 0.5 * size,
         nominal,
     };
+    if body.rests {
+        placed.rest();
+    }
     Ok((placed, shape))
 }

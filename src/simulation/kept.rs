@@ -25,6 +25,8 @@ pub struct State {
     /// Of the grains that can break.
     pub cells: Vec<CellStates>,
     pub grains: Vec<GrainState>,
+    /// How each body deforms: 0 rigid, 1 condensed, 2 full.
+    pub levels: Vec<u8>,
 }
 
 impl State {
@@ -46,6 +48,7 @@ impl State {
             contacts: ContactTable::of(&contacts, &committed.memory, grains),
             cells: cell_states(&rig.model),
             grains: grain_states(&rig.model),
+            levels: rig.levels(),
         }
     }
 }

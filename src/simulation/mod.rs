@@ -294,11 +294,11 @@ fn begun_test(
     let specimen = &origin.specimen;
     profile.book_since("rig", start);
     let start = Instant::now();
-    recorder.begin(case, &rig, specimen, &meshes)?;
-    profile.book_since("output", start);
-    let start = Instant::now();
     condense(case, &mut rig, &meshes)?;
     profile.book_since("condensation", start);
+    let start = Instant::now();
+    recorder.begin(case, &rig, specimen, &meshes)?;
+    profile.book_since("output", start);
     let test = Test::new(&rig);
     recorder.hold(&test, &rig)?;
     recorder.keep()?;
@@ -383,7 +383,14 @@ fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<R
 
 fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
     match case.fidelity_of_grains() {
-        Fidelity::Auto | Fidelity::Rigid => {}
+        Fidelity::Rigid if case.rock.damage.is_some() => {
+            rig.let_break(rock::condensed_grains(&case.rock, meshes, case.seed)?);
+        }
+        Fidelity::Rigid => {}
+        Fidelity::Auto => {
+            rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?);
+            rig.rest_all();
+        }
         Fidelity::Condensed => rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?),
         Fidelity::Full => rig.resolve(rock::grains(&case.rock, meshes, case.seed, rock::full)?),
     }

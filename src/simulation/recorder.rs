@@ -190,6 +190,7 @@ impl Recorder {
             contacts: ContactTable::default(),
             cells: Vec::new(),
             grains: Vec::new(),
+            levels: rig.levels(),
         };
         self.begin_with(first, case, rig, specimen, meshes)
     }
@@ -263,6 +264,7 @@ impl Recorder {
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
             cells: cell_states(&rig.model),
             grains: grain_states(&rig.model),
+            levels: rig.levels(),
         };
         let position = report.row.progress * stage.axial_strain().unwrap_or(1.0);
         self.append(&row, &[], state, position, report.row.progress)?;
@@ -429,12 +431,16 @@ impl Recorder {
         let time = if self.states > 0 { state.time.max(self.sums.saved.next_up()) } else { state.time };
         self.sums.saved = time;
         let (damage, failed, carriers) = self.points.cells_of(&state.cells);
+        let level = |body: usize| state.levels.get(body).copied().unwrap_or(0);
+        let fidelity: Vec<u8> = carriers.iter().map(|body| body.map_or(0, level)).collect();
         let saved = self.writer.save_state(&FieldState {
+            fidelity: &fidelity,
             time,
             increment: state.increment,
             displacement: &self.points.displacements(&state.poses, &carriers),
             damage: &damage,
             failed: &failed,
+            fragment: &carriers.iter().map(|body| body.map_or(-1, |body| body as i32)).collect::<Vec<_>>(),
             stress: &self.points.cell_stresses(&state.stress, &carriers),
         })?;
         let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
@@ -451,6 +457,7 @@ impl Recorder {
                 local_shear_strain: local.shear,
                 local_volumetric_strain: local.volumetric,
                 turn: local.rotation,
+                level: level(index).into(),
             }
         };
         if self.grains > 0 {
@@ -526,6 +533,13 @@ impl Recorder {
             failed_points: row.damage.failed_points as i64,
             deleted_cells: row.damage.deleted_cells as i64,
             fragments: row.damage.fragments as i64,
+            condensed_bodies: row.fidelity.condensed as i64,
+            promoted: row.fidelity.promoted as i64,
+            demoted: row.fidelity.demoted as i64,
+            repeats: row.fidelity.repeats as i64,
+            fidelity_error: row.fidelity.error.unwrap_or(f64::NAN),
+            resting_utilisation: row.fidelity.utilisation,
+            transition_jump: row.fidelity.jump,
             augmentations: counters.augmentations as i64,
             newton_iterations: counters.newton_iterations as i64,
             factorisations: counters.factorisations as i64,

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::file::read_mesh;
 use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
+use crate::model::Body;
 use crate::results::{BodyRow, HistoryRow};
 use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
 use crate::simulation::rock;
@@ -60,6 +61,7 @@ impl Recorder {
             contacts: ContactTable::default(),
             cells: Vec::new(),
             grains: Vec::new(),
+            levels: scene.model.bodies.iter().map(Body::level).collect(),
         };
         self.begin_fields(mesh, points, first)
     }
@@ -87,6 +89,7 @@ impl Recorder {
             contacts: ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
             cells: cell_states(&scene.model),
             grains: Vec::new(),
+            levels: scene.model.bodies.iter().map(Body::level).collect(),
         };
         self.append(&history, &body_rows(row), state, row.progress, row.progress)?;
         self.hold_scene(scene)?;
@@ -167,6 +170,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
+        accuracy: solver.chosen_accuracy(),
         damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
         ..Settings::default()
     }
@@ -184,6 +188,13 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         failed_points: count(row.damage.failed_points),
         deleted_cells: count(row.damage.deleted_cells),
         fragments: count(row.damage.fragments),
+        condensed_bodies: count(row.fidelity.condensed),
+        promoted: count(row.fidelity.promoted),
+        demoted: count(row.fidelity.demoted),
+        repeats: count(row.fidelity.repeats),
+        fidelity_error: row.fidelity.error.unwrap_or(f64::NAN),
+        resting_utilisation: row.fidelity.utilisation,
+        transition_jump: row.fidelity.jump,
         augmentations: count(row.counters.augmentations),
         newton_iterations: count(row.counters.newton_iterations),
         factorisations: count(row.counters.factorisations),
@@ -240,10 +251,13 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         let rounding = body.rounding.unwrap_or(case.contact.rounding * smallest);
         SceneShape::Polyhedron { nominal, rounding }
     };
-    let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
+    let fidelity = match (body.fidelity.unwrap_or(case.solver.fidelity), case.solver.accuracy) {
+        (Fidelity::Auto, None) => Fidelity::Rigid,
+        (given, _) => given,
+    };
     let mesh = match fidelity {
-        Fidelity::Auto | Fidelity::Rigid => None,
-        Fidelity::Condensed | Fidelity::Full => Some(body_mesh(body, folder)?),
+        Fidelity::Rigid => None,
+        Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => Some(body_mesh(body, folder)?),
     };
     let shape = match &body.shape {
         ShapeCase::Box(size) => rounded(Polyhedron::cuboid(*size)?),
@@ -270,7 +284,7 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
     };
     let (mut grain, mut full) = (None, None);
     match (fidelity, mesh) {
-        (Fidelity::Condensed, Some(mesh)) => {
+        (Fidelity::Auto | Fidelity::Condensed, Some(mesh)) => {
             grain = Some(rock::condensed(rock, &body.name, index, mesh, case.seed)?);
         }
         (Fidelity::Full, Some(mesh)) => full = Some(rock::full(rock, &body.name, index, mesh, case.seed)?),
@@ -286,6 +300,7 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         grain,
         full,
         damaged,
+        rests: fidelity == Fidelity::Auto,
         pose: Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation))),
         density: rock.density,
         youngs_modulus: rock.youngs_modulus.mean,

@@ -1,6 +1,6 @@
 //! `/grains` and `/specimen`: the grains as generated, and what the specimen is like.
 
-use crate::case::Case;
+use crate::case::{Case, Fidelity};
 use crate::mesh::{Mesh, QualityReport};
 use crate::results::Column;
 use crate::specimen::Specimen;
@@ -17,6 +17,11 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> 
         axes
     });
     let rock = &case.rock;
+    let level = match case.fidelity_of_grains() {
+        Fidelity::Auto | Fidelity::Rigid => 0,
+        Fidelity::Condensed => 1,
+        Fidelity::Full => 2,
+    };
     vec![
         Column::floats("mass", "kg", "mass", volumes.iter().map(|v| rock.density * v).collect()),
         Column::floats("volume", "m3", "volume of the nominal polyhedron", volumes),
@@ -70,7 +75,11 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> 
             "Poisson's ratio of the grain, mean over its cells",
             vec![rock.poissons_ratio.mean; count],
         ),
-        Column::integers("fidelity", "0 rigid with local compliance, 1 condensed, 2 full", vec![0; count]),
+        Column::integers(
+            "fidelity",
+            "how the grain deforms at first: 0 rigid with local compliance, 1 condensed, 2 full",
+            vec![level; count],
+        ),
     ]
 }
 

@@ -77,7 +77,8 @@ fn binding(completed: &Value) -> Value {
     let kept = |key: &&str| completed.get(*key).map(|value| (key.to_string(), value.clone()));
     let mut keys: Map<String, Value> = BINDING.iter().filter_map(kept).collect();
     if let Some(fidelity) = completed["solver"].get("fidelity") {
-        keys.insert("solver".into(), serde_json::json!({ "fidelity": fidelity }));
+        let accuracy = completed["solver"].get("accuracy");
+        keys.insert("solver".into(), serde_json::json!({ "fidelity": fidelity, "accuracy": accuracy }));
     }
     Value::Object(keys)
 }

@@ -46,6 +46,8 @@ pub struct DamageWatch {
     can_break: bool,
     gap_floor: f64,
     moves: usize,
+    /// Whether cells of brittle bodies have failed. The force on them would go on to break what is behind: they are taken out first.
+    ripe: bool,
 }
 
 impl DamageWatch {
@@ -56,6 +58,7 @@ impl DamageWatch {
             can_break: settings.damage.moves && model.can_break(),
             gap_floor: if is_damaged { GAP_FLOOR * model.typical_size() } else { 0.0 },
             moves: 0,
+            ripe: false,
         }
     }
 
@@ -65,9 +68,19 @@ impl DamageWatch {
         self.gap_floor
     }
 
+    /// Whether there is any damage to follow.
+    pub fn follows(&self) -> bool {
+        self.can_break
+    }
+
     /// How often damage moved.
     pub fn moves(&self) -> usize {
         self.moves
+    }
+
+    /// Whether damage is to move under forces that miss their tolerances by the factor `off`.
+    pub fn is_due(&self, off: f64, settings: &Settings) -> bool {
+        self.can_break && !self.ripe && off <= settings.damage.readiness
     }
 
     /// Moves damage if the forces are worth it: `off` is by what factor they miss their tolerances. Says whether it has settled.
@@ -81,14 +94,15 @@ impl DamageWatch {
         settings: &Settings,
         off: f64,
     ) -> Result<bool> {
-        let DamageSettings { max_change, tolerance, readiness, max_moves, .. } = settings.damage;
-        if !self.can_break {
+        let DamageSettings { max_change, tolerance, max_moves, .. } = settings.damage;
+        if !self.can_break || self.ripe {
             return Ok(true);
         }
-        if !(off <= readiness) {
+        if !self.is_due(off, settings) {
             return Ok(false);
         }
         let step = contacts.move_damage(model, max_change)?;
+        self.ripe = step.failed_cells > 0;
         let settled = step.applied <= tolerance && step.held_back <= tolerance;
         tracing::trace!(
             applied = step.applied,
@@ -98,8 +112,9 @@ impl DamageWatch {
             factored = step.factored,
             "damage"
         );
-        if !settled && self.moves < max_moves {
-            self.moves += 1;
+        if !settled {
+            contacts.forget_places();
+            self.moves += usize::from(self.moves < max_moves);
         }
         Ok(settled)
     }

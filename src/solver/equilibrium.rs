@@ -68,16 +68,22 @@ impl Newton<'_> {
             history.push(balance.out_of_balance);
             let mut converged = balance.out_of_balance < tolerance && self.control_is_met();
             let mut surface_energy = 0.0;
-            if elastic && (converged || fresh) {
-                let yielding = balance.reference_force / self.typical_stiffness;
-                let gap_tolerance = gap_tolerance.min((GAP_SHARE * yielding).max(damage.gap_floor()));
-                let Relaxed { mismatch, energy } =
-                    self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
-                tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");
-                surface_energy = energy;
-                converged &= mismatch < gap_tolerance;
+            if (elastic || damage.follows()) && (converged || fresh) {
+                let mut off = balance.out_of_balance / tolerance;
+                if elastic {
+                    let yielding = balance.reference_force / self.typical_stiffness;
+                    let gap_tolerance = gap_tolerance.min((GAP_SHARE * yielding).max(damage.gap_floor()));
+                    let Relaxed { mismatch, energy } =
+                        self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
+                    let out_of_balance = balance.out_of_balance;
+                    tracing::trace!(out_of_balance, mismatch, gap_tolerance, "elastic");
+                    surface_energy = energy;
+                    converged &= mismatch < gap_tolerance;
+                    off = off.max(mismatch / gap_tolerance);
+                } else if converged || damage.is_due(off, settings) {
+                    self.contacts.note_loads(self.model, &self.loads, &self.poses);
+                }
                 fresh = false;
-                let off = (balance.out_of_balance / tolerance).max(mismatch / gap_tolerance);
                 match damage.step(&mut self.contacts, self.model, settings, off) {
                     Ok(settled) => converged &= settled,
                     Err(problem) => {

@@ -6,6 +6,7 @@ use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::equilibrium::Balance;
 use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
+use crate::solver::start::Start;
 use crate::tensor::{Pose, Vector6};
 
 /// An increment to attempt.
@@ -67,6 +68,12 @@ impl IncrementReport {
         self.status == StepStatus::Converged
     }
 
+    /// Whether it found no balance but a rough one that the settings let pass.
+    pub fn is_rough(&self, settings: &Settings) -> bool {
+        matches!(self.status, StepStatus::OutOfBalance { .. })
+            && self.balance.out_of_balance < settings.rough_tolerance
+    }
+
     /// Whether the solver had to relax through an instability (a snap of the force chains): more
     /// augmentations than a steady increment takes.
     pub fn is_snap(&self) -> bool {
@@ -101,7 +108,7 @@ pub struct ContactMeasures {
 /// does not overlap. `contacts` lends its buffers and gets them back.
 pub fn advance(
     increment: &Increment<'_>,
-    starts: Vec<Vec<Pose>>,
+    starts: Vec<impl Into<Start>>,
     contacts: &mut Contacts,
 ) -> IncrementReport {
     let Increment { model, committed, loads, settings } = *increment;
@@ -110,7 +117,7 @@ pub fn advance(
     let searches = lent.searches;
     let mut newton = None;
     let mut last_start = committed.poses.clone();
-    for start in starts {
+    for start in starts.into_iter().map(Into::<Start>::into) {
         match Newton::new(model, committed, loads, settings, lent, start.clone()) {
             Ok(ready) => {
                 newton = Some(ready);
@@ -119,7 +126,7 @@ pub fn advance(
             }
             Err(back) => {
                 lent = *back;
-                last_start = start;
+                last_start = start.poses;
             }
         }
     }
@@ -142,7 +149,8 @@ pub fn advance(
         };
     };
     let outcome = newton.equilibrate();
-    let takes_damage = outcome.converged && settings.damage.moves;
+    let passes = outcome.converged || outcome.balance.out_of_balance < settings.rough_tolerance;
+    let takes_damage = passes && settings.damage.moves;
     let damage = if takes_damage { newton.contacts.damages(model) } else { Ok(Damages::default()) };
     let status = if outcome.converged && damage.is_ok() {
         StepStatus::Converged

@@ -6,19 +6,23 @@ pub mod damage;
 pub mod dossier;
 pub mod drape;
 pub mod equilibrium;
+pub mod fidelity;
 pub mod increment;
 pub mod newton;
 pub mod pace;
 pub mod settings;
+pub mod start;
 pub mod stop;
 
 pub use damage::DamageSettings;
 pub use dossier::{ContactReport, Dossier};
 pub use drape::{Drape, drape};
 pub use equilibrium::{Balance, Equilibrium};
+pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
 pub use pace::{Pace, motion_between};
 pub use settings::Settings;
+pub use start::{Start, continued_fields, continued_poses};
 pub use stop::StopSignal;
 
 #[cfg(test)]

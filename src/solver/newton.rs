@@ -9,6 +9,7 @@ use crate::linalg::lu::SolveFailure;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
+use crate::solver::start::Start;
 use crate::tensor::Pose;
 use std::time::Instant;
 
@@ -52,17 +53,19 @@ pub enum NewtonEnd {
 }
 
 impl<'a> Newton<'a> {
-    /// Evaluates the model at `poses`; `None` if bodies are too close there.
+    /// Evaluates the model at `start`; the contacts come back if bodies are too close there.
     pub fn new(
         model: &'a Model,
         committed: &'a Committed,
         loads: &Loads,
         settings: &'a Settings,
         mut contacts: Contacts,
-        poses: Vec<Pose>,
+        start: impl Into<Start>,
     ) -> Result<Self, Box<Contacts>> {
+        let Start { poses, fields } = start.into();
         let dofs = Dofs::new(model, loads);
         contacts.start(model, committed);
+        contacts.place_nodes(model, &fields);
         if contacts.evaluate(model, committed, &poses).is_err() {
             return Err(Box::new(contacts));
         }
@@ -238,6 +241,12 @@ impl<'a> Newton<'a> {
         }
         self.contacts.timings.book(Kernel::Solve, start);
         solved.ok().map(|()| step)
+    }
+
+    /// Turns forces on the unknowns into the motion that they cause, by the factor of the last [`Self::step`].
+    pub(super) fn respond(&mut self, forces: &mut [f64]) -> Option<()> {
+        let system = self.system.as_mut()?;
+        system.lu.solve_in_place(&self.values, forces).ok().map(|_| ())
     }
 
     /// The largest share of `step` that moves no body further than the cap, nor any pair further

@@ -8,6 +8,9 @@ use crate::solver::stop::StopSignal;
 pub struct Settings {
     /// Largest force out of balance on a body over the mean contact force.
     pub force_tolerance: f64,
+    /// As `force_tolerance`, for a specimen's increment that finds no balance at its smallest size or in a dwell: it is accepted all the
+    /// same if it misses by less than this. Zero: never.
+    pub rough_tolerance: f64,
     /// Largest change of a multiplier in an augmentation, as an overlap over the typical grain size.
     pub gap_tolerance: f64,
     /// First penalty of a contact of condensed bodies over the default; each adapts. Only the number
@@ -36,6 +39,9 @@ pub struct Settings {
     pub max_cuts: usize,
     /// For bodies that can break.
     pub damage: DamageSettings,
+    /// Error of the contact forces, relative, that bodies whose fidelity is chosen may cause by resting (`solver::fidelity`); `None`: no
+    /// fidelity is chosen.
+    pub accuracy: Option<f64>,
     /// Has increments given up between augmentations.
     pub stop: StopSignal,
 }
@@ -44,6 +50,7 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             force_tolerance: 1e-3,
+            rough_tolerance: 0.0,
             gap_tolerance: 1e-5,
             first_penalty: 1.0,
             max_augmentations: 600,
@@ -59,6 +66,7 @@ impl Default for Settings {
             merit_memory: 4,
             max_cuts: 6,
             damage: DamageSettings::default(),
+            accuracy: None,
             stop: StopSignal::default(),
         }
     }

@@ -28,6 +28,7 @@ fn block(name: &str, size: [f64; 3]) -> (Body, ContactShape) {
         grain: None,
         full: None,
         damaged: None,
+        resting: None,
         rotation_scale: 0.05,
         nominal,
     };

@@ -4,6 +4,7 @@
 pub mod chains;
 pub mod deformation;
 mod drive;
+mod fidelity;
 pub mod ledger;
 pub mod measures;
 pub mod network;
@@ -11,11 +12,13 @@ pub mod response;
 pub mod rig;
 pub mod rubber;
 pub mod stage;
+mod starts;
 pub mod summary;
 pub mod test;
 pub mod zones;
 
 pub use deformation::LocalStrain;
+pub use fidelity::FidelityCounts;
 pub use ledger::{EnergyGate, Ledger};
 pub use measures::{Measures, Picture};
 pub use rig::{Cover, Rig, RigParameters, RigState};

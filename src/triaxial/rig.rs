@@ -161,6 +161,9 @@ impl Rig {
         if !fractures.is_empty() {
             self.contacts.forget_bodies();
         }
+        for fracture in &fractures {
+            tracing::debug!(?fracture);
+        }
         Ok(Some(fractures.iter().map(|fracture| fracture.lost_energy).sum()))
     }
 
@@ -185,6 +188,7 @@ impl Rig {
                 grain: None,
                 full: None,
                 damaged: None,
+                resting: None,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -209,6 +213,7 @@ impl Rig {
                 grain: None,
                 full: None,
                 damaged: None,
+                resting: None,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
@@ -259,6 +264,14 @@ impl Rig {
         self.model.begin_damage();
     }
 
+    /// Lets rigid grains break, in their order; before anything has moved.
+    pub fn let_break(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
+        for (body, (_, damaged)) in self.model.bodies.iter_mut().zip(grains) {
+            body.damaged = damaged;
+        }
+        self.model.begin_damage();
+    }
+
     /// Puts a rigid wall around the grains, touching the outermost.
     fn enclose(&mut self) {
         let mut reach: f64 = 0.0;
@@ -297,11 +310,8 @@ impl Rig {
         for (body, Elasticity { grain, full, damaged }) in self.model.bodies.iter_mut().zip(elasticity) {
             (body.grain, body.full, body.damaged) = (grain, full, damaged);
         }
-        self.committed.memory.clear();
-        self.committed.fields.clear();
         // Pairs know the stiffness of their bodies.
-        let timings = std::mem::take(&mut self.contacts).timings;
-        self.contacts.timings = timings;
+        self.begin_contacts_anew();
     }
 
     /// Lays a new cover over the grains where they are now. Its rims are circles of the radius

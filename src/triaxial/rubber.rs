@@ -161,6 +161,7 @@ mod tests {
                 grain: None,
                 full: None,
                 damaged: None,
+                resting: None,
                 nominal,
             };
             let shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });

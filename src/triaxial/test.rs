@@ -5,18 +5,17 @@ use serde::{Deserialize, Serialize};
 use crate::assembly::pressure_loads_into;
 use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
-use crate::solver::{
-    DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, StepStatus, advance,
-    motion_between,
-};
+use crate::solver::{DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, advance};
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
+use crate::triaxial::fidelity::FidelityCounts;
 use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd, Until};
+use crate::triaxial::starts::{describe, starts};
 
 /// What is known after each accepted increment.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +25,7 @@ pub struct Row {
     pub response: Response,
     pub ledger: Ledger,
     pub damage: DamageCounts,
+    pub fidelity: FidelityCounts,
     /// Energy of the increment that no row of the ledger accounts for, over the work that ram and
     /// pressure exchanged in it.
     pub energy_gap: f64,
@@ -62,7 +62,11 @@ const LANDING_TRIALS: usize = 8;
 /// Where a stage is over and grains broke in its last increment, the tolerances of the dwell are those of an increment of this share.
 const DWELL_SHARE: f64 = 1e-3;
 /// Rough balances that a dwell gets where it does not find a fine one.
-const MOST_SETTLINGS: usize = 20;
+const MOST_SETTLINGS: usize = 10;
+/// Increments in a row that may be accepted in rough balance.
+const MOST_ROUGH: usize = 50;
+/// Times that an increment is repeated since a grain ought to have been condensed in it.
+const MOST_REPEATS: usize = 3;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
 const LEAST_PRESSURE: f64 = 1e-3;
 /// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
@@ -103,6 +107,14 @@ struct UnderWay {
     dwells: bool,
     /// Rough balances that the dwell has been given so far.
     settlings: usize,
+    /// Increments accepted in rough balance, one after the other.
+    rough: usize,
+    /// Times that the increment at hand has been repeated with more condensed grains.
+    #[serde(skip)]
+    repeats: usize,
+    /// Grains that were made condensed for it.
+    #[serde(skip)]
+    woken: usize,
 }
 
 impl UnderWay {
@@ -119,11 +131,27 @@ impl UnderWay {
 
 /// An accepted increment, for the next one to go on from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Last {
-    poses: Vec<Pose>,
+pub(super) struct Last {
+    pub(super) poses: Vec<Pose>,
+    /// Displacements of nodes [m]; empty where no grain is full.
+    #[serde(with = "crate::tensor::stored")]
+    pub(super) fields: Vec<Vec<Vec3>>,
     share: f64,
     pressure: f64,
     deviatoric_stress: f64,
+}
+
+/// An increment that found no balance.
+struct Miss {
+    reason: String,
+    /// What it came to, where it came to anything.
+    report: Option<Box<IncrementReport>>,
+}
+
+impl Miss {
+    fn without_report(reason: String) -> Self {
+        Miss { reason, report: None }
+    }
 }
 
 /// An increment tried, not committed.
@@ -196,25 +224,43 @@ impl Test {
                 (false, Some(share)) => (share, way.pace.after(share)),
                 (false, None) => break,
             };
-            let mut report = match self.attempt(rig, &way.drive, share, to, way.last.as_ref()) {
-                Ok(report) => report,
+            let mut report = match self.attempt(rig, &way, share, to) {
+                Ok(report) => {
+                    way.rough = 0;
+                    report
+                }
                 Err(_) if rig.settings.stop.is_raised() => {
                     self.under_way = Some(way);
                     return StageEnd::Interrupted;
                 }
-                Err(_) if way.dwells && way.settlings < MOST_SETTLINGS => {
-                    self.settle(rig, &way, share, to);
-                    way.settlings += 1;
-                    continue;
-                }
-                Err(reason) if way.dwells => return StageEnd::Stopped { reason },
-                Err(_) if way.watch.gives_up_landing() => continue,
-                Err(_) if way.pace.cut(share) => continue,
-                Err(reason) => {
-                    let limit = way.drive.asked_stress().map(|asked| self.describe_limit(rig, &way, asked));
-                    return StageEnd::Stopped { reason: limit.unwrap_or_default() + &reason };
-                }
+                Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
+                Err(miss) => match miss.report.filter(|report| report.is_rough(&rig.settings)) {
+                    Some(report) if way.rough < MOST_ROUGH => {
+                        way.rough += 1;
+                        *report
+                    }
+                    Some(_) | None if way.dwells && way.settlings < MOST_SETTLINGS => {
+                        self.settle(rig, &way, share, to);
+                        way.settlings += 1;
+                        continue;
+                    }
+                    Some(_) | None if way.dwells => return StageEnd::Stopped { reason: miss.reason },
+                    Some(_) | None => {
+                        let limit = way.drive.asked_stress();
+                        let limit = limit.map(|asked| self.describe_limit(rig, &way, asked));
+                        return StageEnd::Stopped { reason: limit.unwrap_or_default() + &miss.reason };
+                    }
+                },
             };
+            let pressure = way.drive.pressure(to, report.factor);
+            let verdict = rig.judge(&report, pressure);
+            if verdict.urgent && way.repeats < MOST_REPEATS {
+                way.repeats += 1;
+                let transition = rig.change_fidelity([&verdict.wake, &[]]);
+                self.start_elastic += transition.energy;
+                way.woken += transition.woken;
+                continue;
+            }
             let trial = self.weigh(rig, &way, &report, share, to);
             if !way.dwells && way.watch.overshoots(share, &trial.measures) {
                 continue;
@@ -244,6 +290,7 @@ impl Test {
                 response,
                 ledger: trial.ledger,
                 damage: DamageCounts::default(),
+                fidelity: FidelityCounts::default(),
                 energy_gap: trial.energy_gap,
                 poorly_closed: trial.poorly_closed,
                 control_error: trial.control_error,
@@ -257,8 +304,12 @@ impl Test {
             let last = self.commit(rig, &way.drive, &report, &trial, share);
             way.last = Some(last).filter(|_| !way.dwells);
             (way.dwells, way.settlings) = (false, 0);
+            let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
+            let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
+            self.start_elastic += transition.energy;
             self.under_way = Some(way);
-            let row = Row { damage: rig.model.damage_counts(), ..row };
+            let fidelity = FidelityCounts::of(&rig.model, &verdict, &transition, early);
+            let row = Row { damage: rig.model.damage_counts(), fidelity, ..row };
             let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
             let goes_on = observe(rig, &step);
             match self.under_way.take() {
@@ -300,7 +351,18 @@ impl Test {
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
         let watch = Watch::new(&stage.until, origin.deviatoric_stress);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
-        Some(UnderWay { drive, pace, watch, curve, last: None, dwells: false, settlings: 0 })
+        Some(UnderWay {
+            drive,
+            pace,
+            watch,
+            curve,
+            last: None,
+            dwells: false,
+            settlings: 0,
+            rough: 0,
+            repeats: 0,
+            woken: 0,
+        })
     }
 
     /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
@@ -345,11 +407,12 @@ impl Test {
             pressure: rig.pressure,
             deviatoric_stress: -self.ram / area(rig),
             poses: std::mem::replace(&mut rig.committed.poses, report.poses.clone()),
+            fields: if rig.model.has_full() { std::mem::take(&mut rig.committed.fields) } else { Vec::new() },
         };
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);
         rig.model.take_damage(&report.damage.grains);
-        rig.failing = report.damage.failing();
+        rig.failing = report.damage.failing(&rig.model);
         rig.pressure = trial.pressure;
         self.ledger = trial.ledger;
         self.ram = trial.ram;
@@ -424,11 +487,11 @@ impl Test {
     fn attempt(
         &self,
         rig: &mut Rig,
-        drive: &Drive,
+        way: &UnderWay,
         share: f64,
         to: f64,
-        last: Option<&Last>,
-    ) -> std::result::Result<IncrementReport, String> {
+    ) -> std::result::Result<IncrementReport, Miss> {
+        let (drive, last) = (&way.drive, way.last.as_ref());
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let continued = |now: f64, before: fn(&Last) -> f64| {
             last.map_or(now, |last| now + (now - before(last)) * (share / last.share))
@@ -439,7 +502,7 @@ impl Test {
             deviatoric_stress: continued(now.deviatoric_stress, |last| last.deviatoric_stress),
         };
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
-        let mut starts = starts(rig, last.map(|last| (&last.poses, share / last.share)), lift, now.height);
+        let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let mut counters = Counters::default();
         for _ in 0..AREA_TRIALS {
             let loads = drive.loads(rig, share, to, &guess);
@@ -451,7 +514,7 @@ impl Test {
             };
             let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
             counters.add(&report.counters);
-            if !report.converged() {
+            if !report.converged() && !way.dwells {
                 // Once more with care, from the plainest start, before the increment is cut.
                 let settings = rig.settings.cautious();
                 let careful = Increment { settings: &settings, ..increment };
@@ -460,13 +523,15 @@ impl Test {
             }
             if !report.converged() {
                 rig.dossier = Some(Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings));
-                return Err(describe(rig, &report, drive.pressure(to, report.factor)));
+                let reason = describe(rig, &report, drive.pressure(to, report.factor));
+                report.counters = counters;
+                return Err(Miss { reason, report: Some(Box::new(report)) });
             }
             let pressure = drive.pressure(to, report.factor);
             if pressure < LEAST_PRESSURE * drive.origin.pressure {
-                return Err(format!(
+                return Err(Miss::without_report(format!(
                     "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
-                ));
+                )));
             }
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
             let depends = loads.applied[rig.top].z != 0.0
@@ -477,9 +542,9 @@ impl Test {
             }
             guess.area = area;
             guess.deviatoric_stress = report.factor;
-            starts = vec![report.poses];
+            starts = vec![report.poses.into()];
         }
-        Err(format!("the cross-section did not settle in {AREA_TRIALS} trials"))
+        Err(Miss::without_report(format!("the cross-section did not settle in {AREA_TRIALS} trials")))
     }
 
     /// What a stage can depend on, in the configuration `poses`.
@@ -623,66 +688,5 @@ impl Watch {
                 self.before
             ),
         }
-    }
-}
-
-/// Starting configurations in order of preference: the last motion continued, an affine
-/// squeeze, the driven plate alone. `lift` [m] is the motion of a driven top plate.
-fn starts(rig: &Rig, last: Option<(&Vec<Pose>, f64)>, lift: Option<f64>, height: f64) -> Vec<Vec<Pose>> {
-    let now = &rig.committed.poses;
-    let mut plain = now.clone();
-    plain[rig.top].position.z += lift.unwrap_or(0.0);
-    let mut starts = Vec::new();
-    if let Some((previous, ratio)) = last {
-        let mut predicted: Vec<Pose> = previous
-            .iter()
-            .zip(now)
-            .map(|(old, now)| {
-                let (shift, turn) = motion_between(old, now);
-                now.moved(&(shift * ratio), &(turn * ratio))
-            })
-            .collect();
-        if lift.is_some() {
-            predicted[rig.top].position.z = plain[rig.top].position.z;
-        }
-        predicted[rig.bottom] = plain[rig.bottom];
-        starts.push(predicted);
-    }
-    if let Some(lift) = lift.filter(|lift| *lift != 0.0) {
-        let mut squeezed = plain.clone();
-        let base = now[rig.bottom].position.z;
-        for (i, pose) in squeezed.iter_mut().enumerate() {
-            let is_wall = i >= rig.model.bodies.len() && !rig.model.is_node(i);
-            if i != rig.top && i != rig.bottom && !is_wall {
-                pose.position += Vec3::new(0.0, 0.0, lift * (pose.position.z - base) / height);
-            }
-        }
-        starts.push(squeezed);
-    }
-    starts.push(plain);
-    starts
-}
-
-fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> String {
-    match &report.status {
-        StepStatus::Converged => "converged".into(),
-        StepStatus::Abandoned => "abandoned".into(),
-        StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
-        StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
-        StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
-            "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \
-             augmentations; {}",
-            report.history.len(),
-            rig.membrane_trouble(pressure)
-        ),
-        StepStatus::OutOfBalance { body, out_of_balance } if *body >= rig.model.bodies.len() => format!(
-            "the wall is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
-            report.history.len()
-        ),
-        StepStatus::OutOfBalance { body, out_of_balance } => format!(
-            "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
-            rig.model.bodies[*body].name,
-            report.history.len()
-        ),
     }
 }

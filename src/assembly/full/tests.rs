@@ -31,6 +31,7 @@ fn pile() -> (Model, Committed, Loads) {
             stiffness: 1e8,
             grain: None,
             damaged: None,
+            resting: None,
             full: (index > 0).then(|| Arc::new(full)),
             friction: None,
             mass: 0.07,

@@ -1,0 +1,87 @@
+//! Rigid grains that break. Reference: a strength that nothing reaches gives the bits of rigid grains that cannot break. Weak rock crushes
+//! on, dwell after dwell, without a stop: every accepted state is in balance, no bodies overlap but as contacts know, and the energy is
+//! accounted for; a run that goes on from a stored state has the bits of one that was not interrupted.
+
+use std::sync::Arc;
+
+use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
+use riprap::material::{DamageLaw, DamageParameters, Elastic};
+use riprap::mesh::grain_mesh;
+use riprap::model::DamageCounts;
+use riprap::scene::audit;
+use riprap::triaxial::{Cover, Lateral, Rig, RigState, Row, StageEnd, Test};
+
+use crate::ready::{consolidate, drive, rig, run, specimen};
+
+/// The rig around sixteen grains whose rock has this tensile strength [Pa], a tenth of that in compression.
+fn breakable(tensile: f64) -> Rig {
+    let parameters = DamageParameters { recovery_in_compression: 0.0, ..DamageParameters::default() };
+    let elastic = Elastic::new(3e10, 0.2).expect("allowed");
+    let law = DamageLaw::new(elastic, tensile, 10.0 * tensile, &parameters, 0.01).expect("a law");
+    let grains = specimen().grains.iter().enumerate().map(|(index, grain)| {
+        let mesh = grain_mesh(&grain.nominal, 38).expect("a mesh");
+        let cells = mesh.cells.len();
+        let condensed = Arc::new(CondensedGrain::new(mesh, &vec![elastic; cells], 2700.0).expect("a grain"));
+        let ancestry = Ancestry::of_grain(index as u32);
+        let damaged =
+            DamagedGrain::over(condensed.clone(), vec![law; cells], 2700.0, ancestry).expect("a grain");
+        (condensed, Some(Arc::new(damaged)))
+    });
+    let mut rig = rig(Cover::Pressure);
+    rig.let_break(grains.collect());
+    rig
+}
+
+#[test]
+fn grains_that_cannot_break_give_the_bits_of_rigid_ones() {
+    let mut results = [rig(Cover::Pressure), breakable(1e12)].map(|mut rig| {
+        let (mut test, mut rows) = consolidate(&mut rig, 6);
+        let (sheared, end) = run(&mut rig, &mut test, &drive(4e-4, Lateral::Pressure));
+        assert_eq!(end, StageEnd::Finished);
+        rows.extend(sheared);
+        (rows, rig.committed)
+    });
+    assert_eq!(results[1].0[7].damage, DamageCounts::default());
+    assert!(results[0] == results[1]);
+    results[0].1.poses.clear();
+    assert!(results[0] != results[1]);
+}
+
+/// What is lost of the weak specimen's work without an account: the issue asks for 1e-2.
+const CLOSED: f64 = 1e-2;
+
+#[test]
+fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
+    // Points fail from some 0.3 MPa on.
+    let mut whole = breakable(1.5e6);
+    let (mut test, mut rows) = consolidate(&mut whole, 6);
+    let stage = drive(1e-3, Lateral::Pressure);
+    let mut stored: Option<(Vec<u8>, Test, usize)> = None;
+    let end = test.run(&mut whole, &stage, &mut |rig, step| {
+        rows.push(step.row.clone());
+        let fault = audit::fault(&rig.model, &rig.contacts, &rig.committed.poses);
+        assert!(fault.is_none(), "{fault:?}");
+        if stored.is_none() && !rig.failing.is_empty() {
+            let bytes = postcard::to_allocvec(&rig.state()).expect("bytes");
+            stored = Some((bytes, step.test.clone(), rows.len()));
+        }
+        true
+    });
+    assert_eq!(end, StageEnd::Finished);
+    let last: &Row = &rows[rows.len() - 1];
+    assert!(last.damage.deleted_cells >= 10, "{:?}", last.damage);
+    for row in &rows {
+        assert!(row.out_of_balance < 1e-3 && row.max_penetration < 1e-3, "{row:?}");
+    }
+    assert!(last.ledger.error().abs() < CLOSED * last.ledger.external.abs(), "{:?}", last.ledger);
+    assert!(last.ledger.damage > 0.0, "{:?}", last.ledger);
+
+    let (bytes, mut test, done) = stored.expect("cells failed in the shear");
+    let mut fresh = breakable(1.5e6);
+    let state: RigState<'_> = postcard::from_bytes(&bytes).expect("a state");
+    assert!(fresh.restore(state).expect("grains"), "another specimen");
+    let (rest, end) = run(&mut fresh, &mut test, &stage);
+    assert_eq!(end, StageEnd::Finished);
+    assert_eq!(rest, rows[done..]);
+    assert!(fresh.committed == whole.committed);
+}

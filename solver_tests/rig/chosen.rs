@@ -1,0 +1,82 @@
+//! Fidelity chosen for an accuracy, on sixteen grains consolidated and sheared.
+//!
+//! Reference: all grains condensed, the same increments. Asked is that q keeps within the accuracy of it: root of the mean square over the
+//! shear, over the largest q, as the charts of work against precision measure it. Nothing here is fitted: the choice sees its own estimate
+//! alone. All changes of fidelity leave contact forces as they are, to a thousandth of the mean force.
+
+use std::sync::Arc;
+
+use riprap::grain::CondensedGrain;
+use riprap::material::Elastic;
+use riprap::mesh::grain_mesh;
+use riprap::triaxial::{Cover, Lateral, Rig, Row, Test};
+
+use crate::ready::{PRESSURE, consolidate_seated, drive, finished, rig, run};
+
+fn condensed(rig: &mut Rig) {
+    let rock = Elastic::new(3e10, 0.2).expect("allowed");
+    let grains = rig.model.bodies[..16].iter().map(|body| {
+        let mesh = grain_mesh(&body.nominal, 38).expect("a mesh");
+        let rock = vec![rock; mesh.cells.len()];
+        (Arc::new(CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain")), None)
+    });
+    let grains = grains.collect();
+    rig.condense(grains);
+}
+
+fn seated(rig: &mut Rig, test: &mut Test) {
+    for _ in 0..8 {
+        if test.seat(rig, PRESSURE).converged() {
+            break;
+        }
+    }
+}
+
+/// The rows of the shear; grains are seated rigid first, as `simulation::seating` does it.
+fn sheared(accuracy: Option<f64>) -> Vec<Row> {
+    let mut rig = rig(Cover::Pressure);
+    condensed(&mut rig);
+    let mut test = Test::new(&rig);
+    if accuracy.is_some() {
+        rig.rest_all();
+        rig.settings.accuracy = accuracy;
+        seated(&mut rig, &mut test);
+        rig.wake_seated();
+    } else {
+        let elasticity = rig.stiffen().expect("condensed grains");
+        seated(&mut rig, &mut test);
+        rig.soften(elasticity);
+    }
+    let before = consolidate_seated(&mut rig, &mut test, 6);
+    let (rows, end) = run(&mut rig, &mut test, &drive(1e-3, Lateral::Pressure));
+    finished(&rows, &end, 20);
+    for row in before.iter().chain(&rows) {
+        assert!(row.fidelity.jump < 1e-3, "{:?}", row.fidelity);
+    }
+    rows
+}
+
+#[test]
+fn q_keeps_within_the_accuracy() {
+    let stress =
+        |rows: &[Row]| -> Vec<f64> { rows.iter().map(|row| row.measures.deviatoric_stress).collect() };
+    let reference = stress(&sheared(None));
+    let largest = reference.iter().copied().fold(0.0, f64::max);
+    let mut condensed = Vec::new();
+    for accuracy in [0.02, 0.05, 0.1, 1.0] {
+        let rows = sheared(Some(accuracy));
+        let q = stress(&rows);
+        assert_eq!(q.len(), reference.len());
+        let square: f64 = q.iter().zip(&reference).map(|(q, r)| (q - r).powi(2)).sum();
+        let error = (square / q.len() as f64).sqrt() / largest;
+        let counts = rows[rows.len() - 1].fidelity;
+        let estimate = rows.iter().filter_map(|row| row.fidelity.error).fold(0.0, f64::max);
+        println!(
+            "asked {accuracy}: {error:.4}, at most {estimate:.4} estimated, {} condensed",
+            counts.condensed
+        );
+        assert!(error < accuracy, "{error}, asked for {accuracy}");
+        condensed.push(counts.condensed);
+    }
+    assert!(condensed[0] >= condensed[2] && condensed[0] > condensed[3], "{condensed:?}");
+}

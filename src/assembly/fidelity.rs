@@ -1,0 +1,251 @@
+//! What the elasticity of bodies comes to that a solve leaves out, and how contacts go on where a body's fidelity changes.
+//!
+//! A body that rests is rigid: each of its contacts yields by its own force times one local compliance. Its flexibility `W` is known all the
+//! same, so that under given forces its displacements, and from them its strains, are exact. What a contact would yield besides, were
+//! the body condensed, is `W f` at its place with the shell's compliance, less the local compliance: the displacement that is neglected.
+//! The same number, the other way round, is what a condensed body would neglect if it rested.
+
+use rayon::prelude::*;
+
+use crate::assembly::Dofs;
+use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::assembly::elastic::{
+    SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
+};
+use crate::contact::Memory;
+use crate::grain::{CondensedGrain, SurfacePoint};
+use crate::model::{BodyKind, Committed, Model, SHELL_STIFFNESS};
+use crate::tensor::{Pose, Vec3};
+
+/// Elastic fields of all bodies whose flexibility is known, resting or not, under the forces of a configuration.
+#[derive(Debug, Clone, Default)]
+pub struct Recovery {
+    /// Forces on each body's surface [N], in its own frame; none on a body without a flexibility.
+    pub loads: Vec<SurfaceLoads>,
+    /// Displacement of its surface nodes under them [m].
+    pub fields: Vec<SurfaceField>,
+    /// Of each active contact in order: the place on each side.
+    places: Vec<[Option<SurfacePoint>; 2]>,
+    /// Displacement of `b`'s surface relative to `a`'s that is neglected where `a` rests, and where `b` does [m], in space; zero for a
+    /// body that is not free to change.
+    neglected: Vec<[Vec3; 2]>,
+    /// What changes of fidelity have kept, by contact [m].
+    kept: Vec<Vec3>,
+}
+
+/// How the force between two bodies would change, by what is neglected in all contacts.
+#[derive(Debug, Clone, Copy)]
+pub struct ForceChange {
+    pub bodies: [usize; 2],
+    /// [N]
+    pub change: f64,
+    /// [N]
+    pub force: f64,
+}
+
+impl Recovery {
+    /// What is neglected in each active contact of `contacts` as the bodies are [m], in space: [`Self::neglected`] where they rest, with what
+    /// changes of fidelity have kept or made up for.
+    pub fn present(&self, contacts: &Contacts, model: &Model) -> Vec<Vec3> {
+        let resting: Vec<bool> = model.bodies.iter().map(|body| body.resting.is_some()).collect();
+        self.neglected(contacts, &resting).iter().zip(&self.kept).map(|(now, kept)| now + kept).collect()
+    }
+
+    /// What is neglected in each active contact of `contacts` [m], in space, where the bodies rest that `rests` says.
+    pub fn neglected(&self, contacts: &Contacts, rests: &[bool]) -> Vec<Vec3> {
+        let of = |((pair, _), sides): ((&PairWork, &ContactPoint), &[Vec3; 2])| {
+            let [a, b] = [pair.a(), pair.b()].map(|body| f64::from(u8::from(rests[body])));
+            sides[0] * a + sides[1] * b
+        };
+        contacts.active().zip(&self.neglected).map(of).collect()
+    }
+}
+
+fn flexibility(model: &Model, body: usize) -> Option<&CondensedGrain> {
+    model.bodies[body].flexibility().map(|grain| &**grain)
+}
+
+/// What an elastic body's contact yields less than a rigid one's, of its own, per force [m/N].
+fn spared(model: &Model, body: usize) -> f64 {
+    (1.0 - 1.0 / SHELL_STIFFNESS) / model.bodies[body].stiffness
+}
+
+impl Contacts {
+    /// The elastic fields under the forces of the configuration last evaluated, at `poses`, and `pressure` [Pa] on the cover.
+    pub fn recover(&self, model: &Model, poses: &[Pose], pressure: f64) -> Recovery {
+        let mut loads = vec![SurfaceLoads::new(); model.bodies.len()];
+        let active: Vec<(&PairWork, &ContactPoint)> = self.active().collect();
+        let look = |body: usize, x: &Vec3, outward: &Vec3| {
+            let back = poses[body].rotation.inverse();
+            let surface = flexibility(model, body)?.surface();
+            Some(surface.locate_along(&(back * (x - poses[body].position)), &(back * outward)))
+        };
+        let places: Vec<[Option<SurfacePoint>; 2]> = active
+            .par_iter()
+            .map(|(pair, point)| {
+                let e = &point.evaluation;
+                [look(pair.a(), &e.point, &e.normal), look(pair.b(), &e.point, &-e.normal)]
+            })
+            .collect();
+        let mut put = |body: usize, place: SurfacePoint, force: Vec3| {
+            loads[body].push((place, poses[body].rotation.inverse() * force));
+        };
+        for ((pair, point), [on_a, on_b]) in active.iter().zip(&places) {
+            let force = force_on_b(point);
+            on_a.iter().for_each(|place| put(pair.a(), *place, -force));
+            on_b.iter().for_each(|place| put(pair.b(), *place, force));
+        }
+        for list in &self.membrane.bodies {
+            let Some(grain) = flexibility(model, list.body) else { continue };
+            for point in &list.points {
+                let at = poses[list.body].to_body(&point.force.point);
+                put(list.body, grain.locate(&at), Vec3::from_column_slice(&point.force.on_body[..3]));
+            }
+        }
+        let surface = |body: usize| Some(flexibility(model, body)?.surface());
+        for_each_cover_force_on(model, poses, pressure, surface, put);
+        let field = |(body, loads): (usize, &SurfaceLoads)| {
+            let mut field = SurfaceField::new();
+            if let Some(grain) = flexibility(model, body) {
+                grain.surface_field_into(&mut field, loads);
+            }
+            field
+        };
+        let fields: Vec<SurfaceField> = loads.par_iter().enumerate().map(field).collect();
+        let neglected = active
+            .iter()
+            .zip(&places)
+            .map(|((pair, point), places)| {
+                let e = &point.evaluation;
+                let sharpness = point.state.spring / pair.spring();
+                let own = e.normal * e.load + e.friction / (e.weight * model.law.tangential_ratio);
+                let side = |body: usize, place: &Option<SurfacePoint>, sign: f64| match place {
+                    Some(place) if model.bodies[body].is_sound() => {
+                        let displaced = poses[body].rotation * interpolate(place, &fields[body]);
+                        displaced * sign - own * (spared(model, body) / sharpness)
+                    }
+                    Some(_) | None => Vec3::zeros(),
+                };
+                [side(pair.a(), &places[0], -1.0), side(pair.b(), &places[1], 1.0)]
+            })
+            .collect();
+        let kept = active
+            .iter()
+            .map(|(pair, point)| {
+                pair.carried.point(point.site.feature).map_or_else(Vec3::zeros, |memory| memory.neglected)
+            })
+            .collect();
+        Recovery { loads, fields, places, neglected, kept }
+    }
+
+    /// Forces on the unknowns that the `neglected` displacements of the active contacts would cause [N], nothing else moving. (A
+    /// displacement of the surface acts as one of the whole body: what it changes of normals and weights is of second order.) Call
+    /// [`Contacts::update_tangents`] first.
+    pub fn neglected_forces(&self, dofs: &Dofs, neglected: &[Vec3]) -> Vec<f64> {
+        let mut forces = vec![0.0; dofs.count()];
+        let tangents = self.pairs.iter().flat_map(|pair| pair.tangents.iter().map(move |t| (pair, t)));
+        for ((pair, tangent), moved) in tangents.zip(neglected) {
+            let wrench: [f64; 12] =
+                std::array::from_fn(|row| (0..3).map(|c| tangent[row][c] * moved[c]).sum());
+            dofs.scatter(&mut forces, pair.a(), &wrench[..6]);
+            dofs.scatter(&mut forces, pair.b(), &wrench[6..]);
+        }
+        forces
+    }
+
+    /// How the forces between bodies change by the `neglected` displacements and the motion `step` of the unknowns. Of two bodies the sum over their
+    /// contact points: how these share it is of no consequence beyond the two.
+    pub fn force_changes(&self, dofs: &Dofs, step: &[f64], neglected: &[Vec3]) -> Vec<ForceChange> {
+        let mut neglected = neglected.iter();
+        let pairs = self.pairs.iter().filter(|pair| !pair.tangents.is_empty());
+        let changed = |pair: &PairWork| {
+            let [a, b] = [pair.a(), pair.b()].map(|body| dofs.motion(step, 1.0, body));
+            let (mut change, mut force) = (Vec3::zeros(), Vec3::zeros());
+            for ((tangent, point), moved) in pair.tangents.iter().zip(pair.active()).zip(&mut neglected) {
+                let shift = b.0 - a.0 + moved;
+                let motion = [shift.x, shift.y, shift.z, b.1.x, b.1.y, b.1.z, a.1.x, a.1.y, a.1.z];
+                let row = |row: usize| tangent[row].iter().zip(&motion).map(|(t, m)| t * m).sum::<f64>();
+                change += Vec3::new(row(6), row(7), row(8));
+                force += force_on_b(point);
+            }
+            ForceChange { bodies: [pair.a(), pair.b()], change: change.norm(), force: force.norm() }
+        };
+        pairs.map(changed).collect()
+    }
+
+    /// Elastic energy of the configuration last evaluated, which `recovery` is of: in the contacts and in condensed bodies [J].
+    pub fn stored_energy(&self, model: &Model, recovery: &Recovery) -> f64 {
+        let contacts = self.active().map(|(_, p)| p.evaluation.energy + p.evaluation.tangential_energy);
+        let bodies = model.bodies.iter().zip(&recovery.loads).zip(&recovery.fields);
+        let of_body = bodies.filter(|((body, _), _)| body.grain.is_some()).map(|((_, loads), field)| {
+            0.5 * loads.iter().map(|(place, force)| force.dot(&interpolate(place, field))).sum::<f64>()
+        });
+        contacts.sum::<f64>() + of_body.sum::<f64>()
+    }
+
+    /// Forces of the active contacts in the configuration last evaluated [N], on `b`, with their pair and feature.
+    pub fn forces(&self) -> Vec<(crate::contact::ContactKey, Vec3)> {
+        self.active().map(|(pair, point)| ((pair.key(), point.site.feature), force_on_b(point))).collect()
+    }
+
+    /// The memory with which the contacts go on with the same forces in `model`, where the fidelity of the `changed` bodies is new. The
+    /// configuration last evaluated is the committed one, in the model as it was, and `recovery` is of it; `committed` has the new
+    /// surface displacements already.
+    pub fn carried_over(
+        &self,
+        model: &Model,
+        committed: &Committed,
+        changed: &[bool],
+        recovery: &Recovery,
+    ) -> Memory {
+        let mut memory = committed.memory.clone();
+        let none = SurfaceField::new();
+        let of_contacts = recovery.places.iter().zip(&recovery.neglected).zip(&recovery.kept);
+        for ((pair, point), ((places, neglected), before)) in self.active().zip(of_contacts) {
+            let (a, b) = (pair.a(), pair.b());
+            let Some(pair_memory) = memory.get_mut(&pair.key()).filter(|_| changed[a] || changed[b]) else {
+                continue;
+            };
+            let Some(kept) = pair_memory.points.iter_mut().find(|kept| kept.feature == point.site.feature)
+            else {
+                continue;
+            };
+            let (e, state) = (&point.evaluation, &point.state);
+            let sharpness = state.spring / pair.spring();
+            let spring = model.contact_spring(a, b) * sharpness;
+            let displaced = |body: usize, place: &Option<SurfacePoint>| match place {
+                Some(place) if model.bodies[body].is_elastic() => {
+                    let field = committed.fields.get(body).unwrap_or(&none);
+                    committed.poses[body].rotation * interpolate(place, field)
+                }
+                Some(_) | None => Vec3::zeros(),
+            };
+            let elastic = displaced(b, &places[1]) - displaced(a, &places[0]);
+            let geometric = e.normal.dot(&state.elastic) - e.gap - state.lead;
+            kept.load = e.load;
+            kept.pressure = e.pressure;
+            kept.traction = e.friction / e.weight;
+            // The stretch of the contact's own spring, as `Contacts::memory` has it.
+            let behind = (1.0 / state.stiffness - 1.0 / state.spring) / model.law.tangential_ratio;
+            kept.stretch = e.stretch - kept.traction * behind;
+            kept.tangential_energy = e.tangential_energy;
+            kept.lead = model.law.overlap_for(e.load / spring) - geometric + e.normal.dot(&elastic);
+            let softer = state.spring / spring;
+            kept.stretch *= softer;
+            kept.tangential_energy *= softer;
+            kept.scale = 1.0;
+            kept.neglected = *before;
+            for (body, neglected) in [a, b].into_iter().zip(neglected).filter(|(body, _)| changed[*body]) {
+                // What was neglected stays, what is neglected from now on is made up for.
+                kept.neglected += if model.bodies[body].is_elastic() { *neglected } else { -neglected };
+            }
+        }
+        memory
+    }
+}
+
+/// Whether a body may change its fidelity.
+pub fn is_free_to_change(model: &Model, body: usize) -> bool {
+    let body = &model.bodies[body];
+    body.kind != BodyKind::Gone && body.flexibility().is_some() && body.is_sound()
+}

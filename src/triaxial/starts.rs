@@ -1,0 +1,60 @@
+//! Where an increment of a test starts from, and what is said of one that found no balance.
+
+use crate::solver::{IncrementReport, Start, StepStatus, continued_fields, continued_poses};
+use crate::tensor::{Pose, Vec3};
+use crate::triaxial::rig::Rig;
+use crate::triaxial::test::Last;
+
+/// Starting configurations in order of preference: the last motion continued, an affine
+/// squeeze, the driven plate alone. `lift` [m] is the motion of a driven top plate.
+pub(super) fn starts(rig: &Rig, last: Option<(&Last, f64)>, lift: Option<f64>, height: f64) -> Vec<Start> {
+    let now = &rig.committed.poses;
+    let mut plain: Vec<Pose> = now.clone();
+    plain[rig.top].position.z += lift.unwrap_or(0.0);
+    let mut starts = Vec::new();
+    if let Some((last, ratio)) = last {
+        let mut poses = continued_poses(&last.poses, now, ratio);
+        if lift.is_some() {
+            poses[rig.top].position.z = plain[rig.top].position.z;
+        }
+        poses[rig.bottom] = plain[rig.bottom];
+        starts.push(Start { poses, fields: continued_fields(&last.fields, &rig.committed.fields, ratio) });
+    }
+    if let Some(lift) = lift.filter(|lift| *lift != 0.0) {
+        let mut squeezed = plain.clone();
+        let base = now[rig.bottom].position.z;
+        for (i, pose) in squeezed.iter_mut().enumerate() {
+            let is_wall = i >= rig.model.bodies.len() && !rig.model.is_node(i);
+            if i != rig.top && i != rig.bottom && !is_wall {
+                pose.position += Vec3::new(0.0, 0.0, lift * (pose.position.z - base) / height);
+            }
+        }
+        starts.push(squeezed.into());
+    }
+    starts.push(plain.into());
+    starts
+}
+
+pub(super) fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> String {
+    match &report.status {
+        StepStatus::Converged => "converged".into(),
+        StepStatus::Abandoned => "abandoned".into(),
+        StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
+        StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
+        StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
+            "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \
+             augmentations; {}",
+            report.history.len(),
+            rig.membrane_trouble(pressure)
+        ),
+        StepStatus::OutOfBalance { body, out_of_balance } if *body >= rig.model.bodies.len() => format!(
+            "the wall is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
+            report.history.len()
+        ),
+        StepStatus::OutOfBalance { body, out_of_balance } => format!(
+            "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations",
+            rig.model.bodies[*body].name,
+            report.history.len()
+        ),
+    }
+}
