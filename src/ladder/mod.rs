@@ -15,6 +15,8 @@ pub mod damage;
 pub mod edges;
 pub mod finding;
 pub mod grains;
+pub mod membranes;
+pub mod rig;
 pub mod run;
 pub mod scenes;
 pub mod standing;
@@ -51,6 +53,18 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "damage_cell", problem: "damage law of one cell, uniaxial", climb: damage::uniaxial_cell },
     Rung { name: "softening_bar", problem: "bar pulled apart, crack band", climb: damage::softening_bar },
     Rung { name: "balloon", problem: "neo-Hookean balloon, limit point", climb: balloon::balloon },
+    Rung {
+        name: "membrane",
+        problem: "rubber cylinder: inflated, around a core",
+        climb: membranes::cylinder,
+    },
+    Rung {
+        name: "pressure",
+        problem: "follower pressure; membrane on a smooth core",
+        climb: membranes::pressed,
+    },
+    Rung { name: "rig_elastic", problem: "elastic specimens in the rig", climb: rig::elastic },
+    Rung { name: "rig", problem: "stages and energies of sixteen grains", climb: rig::stages },
     Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },
     Rung { name: "nafems_wedge", problem: "NAFEMS CGS-4: pushed up a slope", climb: wedges::up_a_slope },
     Rung { name: "wedge", problem: "wedge pressed between two walls", climb: wedges::between_walls },

@@ -169,14 +169,18 @@ impl Mesh {
         nodes
     }
 
-    /// Convex hull of the surface corners, for contact.
-    pub fn convex_hull(&self) -> Result<Polyhedron> {
+    /// Corners of the surface's facets [m].
+    pub fn surface_corners(&self) -> Vec<Vec3> {
         let mut corners: Vec<NodeId> =
             self.surface.iter().flat_map(|facet| [facet.nodes[0], facet.nodes[1], facet.nodes[2]]).collect();
         corners.sort_unstable();
         corners.dedup();
-        let points: Vec<Vec3> = corners.iter().map(|node| self.nodes[node.index()]).collect();
-        Polyhedron::convex_hull(&points)
+        corners.iter().map(|node| self.nodes[node.index()]).collect()
+    }
+
+    /// Convex hull of the surface corners, for contact.
+    pub fn convex_hull(&self) -> Result<Polyhedron> {
+        Polyhedron::convex_hull(&self.surface_corners())
     }
 
     /// Parts of the mesh that share facets, each a list of ascending cells; the part with the

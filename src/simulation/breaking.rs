@@ -93,13 +93,13 @@ pub fn breakage(model: &Model, sieves: &[f64]) -> Result<Breakage> {
     let fate =
         |(first, parts): (&std::sync::Arc<crate::grain::DamagedGrain>, &Vec<usize>)| -> Result<GrainFate> {
             let volume = first.origin_volume();
-            let before = Piece { size: sieve_size(&first.mesh().convex_hull()?), volume };
+            let before = Piece { size: sieve_size(&first.mesh().surface_corners()), volume };
             let mut fate = GrainFate { before, pieces: vec![], crushed_volume: 0.0, damaged_volume: 0.0 };
             for body in parts.iter().map(|part| &model.bodies[*part]) {
                 let Some(grain) = &body.damaged else { continue };
                 let volume = grain.mesh().volume();
                 let whole = grain.mesh().cells.len() == first.mesh().cells.len();
-                let size = if whole { before.size } else { sieve_size(&grain.mesh().convex_hull()?) };
+                let size = if whole { before.size } else { sieve_size(&grain.mesh().surface_corners()) };
                 fate.pieces.push(Piece { size, volume });
                 fate.damaged_volume += grain.summary().damaged_volume;
             }

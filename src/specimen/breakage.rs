@@ -15,8 +15,8 @@
 //! All three are evaluated on the pieces themselves, not on a curve drawn through sieves (Marsal's needs sieves by definition).
 
 use crate::error::{Error, Result};
-use crate::geometry::Polyhedron;
 use crate::specimen::shape::square_opening;
+use crate::tensor::Vec3;
 
 /// Size below which nothing breaks further, for Hardin's and Einav's indices [m].
 pub const FINEST: f64 = 0.074e-3;
@@ -104,9 +104,10 @@ pub struct Breakage {
     pub weibull: Option<Fit>,
 }
 
-/// Sieve size [m] of a convex body, the measure for grains and fragments here: the square opening that it passes.
-pub fn sieve_size(hull: &Polyhedron) -> f64 {
-    square_opening(hull)
+/// Sieve size [m] of a convex body with these corners [m], the measure for grains and fragments here: the square opening that it
+/// passes. Points inside the body, its edges or its facets change nothing.
+pub fn sieve_size(corners: &[Vec3]) -> f64 {
+    square_opening(corners)
 }
 
 /// The measures of a specimen over `sieves` [m].
@@ -397,8 +398,15 @@ mod tests {
 
     #[test]
     fn size_is_the_square_opening() {
-        let shape = Polyhedron::cuboid([0.03, 0.02, 0.05]).expect("a box");
-        assert!((sieve_size(&shape) / 0.03 - 1.0).abs() < 2e-3);
+        let mut corners = crate::geometry::Polyhedron::cuboid([0.03, 0.02, 0.05]).expect("a box").vertices;
+        assert!((sieve_size(&corners) / 0.03 - 1.0).abs() < 2e-3);
+        // As a mesh has them: on edges and facets, where a hull out of triangles has some without area.
+        corners.extend([
+            Vec3::new(0.0, 0.01, 0.025),
+            Vec3::new(0.005, 0.01, 0.025),
+            Vec3::new(0.015, 0.0, 0.0),
+        ]);
+        assert!((sieve_size(&corners) / 0.03 - 1.0).abs() < 2e-3);
     }
 
     #[test]

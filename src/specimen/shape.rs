@@ -144,9 +144,9 @@ fn inscribed(directions: &[Vec3], semi_axes: [f64; 3], rounding: f64, class: usi
     Ok(GrainShape { nominal, rounded, sieve_size, class, semi_axes })
 }
 
-/// Edge [m] of the smallest square hole through which the polyhedron passes without turning on the way:
+/// Edge [m] of the smallest square hole through which the convex hull of `points` [m] passes without turning on the way:
 /// the least bounding square of its projections, by a search over directions refined to about 0.1 %.
-pub fn square_opening(shape: &Polyhedron) -> f64 {
+pub fn square_opening(points: &[Vec3]) -> f64 {
     let mut best = (f64::INFINITY, Vec3::z());
     let golden = PI * (3.0 - 5.0f64.sqrt());
     let count = 200;
@@ -154,7 +154,7 @@ pub fn square_opening(shape: &Polyhedron) -> f64 {
         let z = 1.0 - (k as f64 + 0.5) / count as f64;
         let ring = (1.0 - z * z).sqrt();
         let direction = Vec3::new(ring * (golden * k as f64).cos(), ring * (golden * k as f64).sin(), z);
-        let side = projected_square(shape, &direction);
+        let side = projected_square(points, &direction);
         if side < best.0 {
             best = (side, direction);
         }
@@ -164,7 +164,7 @@ pub fn square_opening(shape: &Polyhedron) -> f64 {
         let (u, v) = perpendicular(&best.1);
         let trial = [u, -u, v, -v, u + v, u - v, v - u, -u - v]
             .map(|d| (best.1 + d * step).normalize())
-            .map(|d| (projected_square(shape, &d), d));
+            .map(|d| (projected_square(points, &d), d));
         let found = trial.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or(best);
         if found.0 < best.0 {
             best = found;
@@ -176,9 +176,9 @@ pub fn square_opening(shape: &Polyhedron) -> f64 {
 }
 
 /// Least side of a square around the projection along `direction`, over the square's turns.
-fn projected_square(shape: &Polyhedron, direction: &Vec3) -> f64 {
+fn projected_square(points: &[Vec3], direction: &Vec3) -> f64 {
     let (u, v) = perpendicular(direction);
-    let flat: Vec<[f64; 2]> = shape.vertices.iter().map(|p| [u.dot(p), v.dot(p)]).collect();
+    let flat: Vec<[f64; 2]> = points.iter().map(|p| [u.dot(p), v.dot(p)]).collect();
     let side = |angle: f64| {
         let (s, c) = angle.sin_cos();
         let extent = |x: f64, y: f64| {
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn square_opening_of_boxes() {
-        let opening = |size| square_opening(&Polyhedron::cuboid(size).expect("a box"));
+        let opening = |size| square_opening(&Polyhedron::cuboid(size).expect("a box").vertices);
         // The two smaller edges decide: across the hole, or turned by 45 degrees if one is thin.
         assert!((opening([3.0, 2.0, 1.9]) / 2.0 - 1.0).abs() < 0.01);
         assert!((opening([5.0, 1.0, 1.0]) - 1.0).abs() < 0.01);

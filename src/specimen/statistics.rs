@@ -160,7 +160,8 @@ pub fn measure(
         })
         .collect();
     let each = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..grains.len()).map(f).collect() };
-    let openings: Vec<f64> = grains.par_iter().map(|g| square_opening(&g.nominal) / g.sieve_size).collect();
+    let openings: Vec<f64> =
+        grains.par_iter().map(|g| square_opening(&g.nominal.vertices) / g.sieve_size).collect();
     let sphericity = |k: usize| {
         let shape = &grains[k].nominal;
         (36.0 * PI * shape.volume().powi(2)).cbrt() / shape.area()
