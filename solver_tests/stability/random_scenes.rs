@@ -237,6 +237,7 @@ fn random_scene(seed: u64) -> (usize, SceneParameters) {
         SceneParameters { friction, increment_range: [0.25, 1.0], ..scene(bodies, 0.0, stages) };
     // Scenes without an equilibrium are many: each is to be given up in good time.
     parameters.settings.max_augmentations = 100;
+    parameters.settings.max_dwell = 200;
     (kind, parameters)
 }
 

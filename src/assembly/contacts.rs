@@ -13,7 +13,7 @@ use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{ContactShape, Corner, Feature, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::wall::WallContact;
-use crate::model::{BodyKind, Committed, Model};
+use crate::model::{BodyKind, Committed, Model, Travel};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -84,6 +84,10 @@ pub struct PairWork {
     pub nearest: f64,
 }
 
+fn unlimited() -> f64 {
+    f64::INFINITY
+}
+
 fn frictionless() -> Weakening {
     Weakening::constant(0.0)
 }
@@ -100,6 +104,15 @@ impl PairWork {
     }
     pub fn active(&self) -> impl Iterator<Item = &ContactPoint> {
         self.points.iter().filter(|p| p.evaluation.is_active())
+    }
+
+    /// How near the two bodies may be to passing through each other [m]: the distance of their cores, as far as it is known.
+    pub fn room(&self, model: &Model, poses: &[Pose]) -> f64 {
+        if self.nearest.is_finite() {
+            return self.nearest;
+        }
+        let radii = model.shapes[self.a()].rounded.radius + model.shapes[self.b()].rounded.radius;
+        radii + self.features.room(&model.shapes, poses)
     }
 
     /// Stiffness of its contacts' own springs [N/m].
@@ -126,7 +139,8 @@ impl PairWork {
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
-        let View { kinematics, corners, poses, grains, trial, fields, committed, first_scale } = *view;
+        let View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength } =
+            *view;
         let PairWork { features, stiffness, friction, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
@@ -153,6 +167,7 @@ impl PairWork {
         let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
         let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
+        let yielding = shapes[0].yielding() + shapes[1].yielding();
         *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
             let memory = carried.point(site.feature);
             let sharpness = match site.feature {
@@ -160,7 +175,7 @@ impl PairWork {
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) => 1.0,
             };
             let sites = site_points(&site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
-            let spring = *stiffness * sharpness;
+            let spring = stiffness.min(strength / yielding) * sharpness;
             let mut state = PointState {
                 radii,
                 radius_difference: shapes[0].rounded.radius - shapes[1].rounded.radius,
@@ -227,6 +242,7 @@ struct View<'a> {
     fields: &'a [SurfaceField],
     committed: &'a [SurfaceField],
     first_scale: f64,
+    strength: f64,
 }
 
 /// How far beyond its radii a pair's features are listed for the sake of elastic displacements
@@ -296,6 +312,12 @@ pub struct Contacts {
     pub trial: Trial,
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
+    /// How far around bodies the search looks.
+    #[serde(skip)]
+    pub travel: Travel,
+    /// What presses a contact by all that its two bodies may yield ([`ContactShape::yielding`]), unless it is softer itself [N]. Infinite but in a dwell.
+    #[serde(skip, default = "unlimited")]
+    pub strength: f64,
     /// What full bodies need besides.
     #[serde(skip)]
     pub frames: Frames,
@@ -325,6 +347,8 @@ impl Default for Contacts {
             surface_loads: Vec::new(),
             trial: Trial::default(),
             first_scale: 1.0,
+            travel: Travel::default(),
+            strength: unlimited(),
             frames: Frames::default(),
             searches: 0,
             membrane: MembraneContacts::default(),
@@ -380,9 +404,10 @@ impl Contacts {
         }
         let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
         let (reach, grains, trial) = (&self.reach, &self.grains, &self.trial);
-        let first_scale = self.first_scale;
+        let (first_scale, strength) = (self.first_scale, self.strength);
         let committed = &committed.fields;
-        let view = View { kinematics, corners, poses, grains, trial, fields, committed, first_scale };
+        let view =
+            View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength };
         self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, reach);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
@@ -440,16 +465,16 @@ impl Contacts {
     }
 
     fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
-        let reach = BROAD_MARGIN * model.smallest_rounding();
+        let travel = self.travel.lengths(model);
+        let margins = travel.iter().map(|length| BROAD_MARGIN * length).collect();
         let held =
             |i: usize| !model.bodies[i].stiffness.is_finite() || model.bodies[i].kind == BodyKind::Fixed;
         let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
         let ignores = |a, b| (held(a) && held(b)) || gone(a) || gone(b);
-        self.neighbours = Neighbours::find(&model.shapes, poses, reach, ignores);
+        self.neighbours = Neighbours::find(&model.shapes, poses, margins, ignores);
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =
             std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
-        let skin = SKIN * model.smallest_rounding();
         self.pairs = self
             .neighbours
             .pairs
@@ -459,6 +484,7 @@ impl Contacts {
                     return pair.clone();
                 }
                 let (a, b) = (key.0 as usize, key.1 as usize);
+                let skin = SKIN * (0.5 * (travel[a] + travel[b]));
                 let margins = [skin, margin(model, *key, 0.0)];
                 let mut pair = PairWork {
                     features: PairFeatures::list(&model.shapes, &self.corners, poses, *key, margins),
@@ -489,6 +515,8 @@ impl Contacts {
             searches: old.searches,
             timings: old.timings,
             first_scale: old.first_scale,
+            travel: old.travel,
+            strength: old.strength,
             ..Contacts::default()
         };
     }

@@ -285,11 +285,12 @@ impl Contacts {
                 };
                 let moved = at(b, &spot.on_b) - at(a, &spot.on_a) - spot.elastic;
                 let along = moved.dot(&e.normal);
-                if !e.is_active() && old.is_none() {
+                if !e.is_active() && old.is_none_or(|held| held.load == 0.0) {
                     // Open now, and closed by what has moved since. Edges that end here carry nothing at any gap.
                     if e.weight > 0.0 {
                         largest = largest.max(-(e.gap + along));
                     }
+                    held.extend(old);
                     continue;
                 }
                 let traction = if e.is_active() { e.friction / e.weight } else { Vec3::zeros() };
@@ -302,6 +303,10 @@ impl Contacts {
                 if e.is_active() {
                     let scale = old.map_or(self.first_scale, |h| h.adapted(left, tolerance));
                     held.push(Held { feature, load: e.load, traction, scale, left, slid });
+                } else if let Some(old) = old {
+                    // Its own push was too much for it. Without this a patch of contacts that close at once opens at once, each of
+                    // them forgets that it swings, and all close again just as before.
+                    held.push(Held { load: 0.0, traction, scale: 2.0 * old.scale, left: 0.0, slid, ..old });
                 }
             }
             pair.held = held;

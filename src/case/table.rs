@@ -497,6 +497,12 @@ static SOLVER: &[Key] = &[
         "600",
         "Augmentations before an increment is cut; most take under ten, a snap may take hundreds.",
     ),
+    Key::default(
+        "max_dwell",
+        Count(0, 100_000),
+        "300",
+        "Augmentations of a dwell, in which bodies of a scene may fall a long way where the smallest increment does not balance; 0: stop there.",
+    ),
     Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in an augmentation."),
     Key::default(
         "damage_change",

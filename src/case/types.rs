@@ -463,6 +463,8 @@ pub struct SolverCase {
     pub gap_tolerance: f64,
     /// Before an increment is cut.
     pub max_augmentations: usize,
+    /// Of a dwell, where the smallest increment does not balance; zero: stop there. Scenes only.
+    pub max_dwell: usize,
     /// In one augmentation.
     pub max_newton_iterations: usize,
     /// Largest change of damage at a point between two augmentations.

@@ -41,6 +41,12 @@ impl ContactShape {
         ContactShape { rounded, edge_weight, corners, bounding_radius }
     }
 
+    /// By how much a soft contact may press the body in [m]: its rounding, of round ones a fiftieth of the diameter.
+    pub fn yielding(&self) -> f64 {
+        let radius = self.rounded.radius;
+        radius.min(0.04 * (self.bounding_radius + radius))
+    }
+
     fn is_point(&self) -> bool {
         self.rounded.core.vertices.len() == 1
     }
@@ -71,6 +77,15 @@ pub struct PairFeatures {
 impl PairFeatures {
     pub fn is_empty(&self) -> bool {
         self.vertices_of_a.is_empty() && self.vertices_of_b.is_empty() && self.edges.is_empty()
+    }
+
+    /// How far the two bodies may still move towards each other before one of their features that is not listed can be in touch
+    /// [m].
+    pub fn room(&self, shapes: &[ContactShape], poses: &[Pose]) -> f64 {
+        let (a, b) = (self.a as usize, self.b as usize);
+        let [old_a, old_b] = &self.reference;
+        let moved = motion(&shapes[a], old_a, &poses[a]) + motion(&shapes[b], old_b, &poses[b]);
+        (self.skin - moved).max(0.0)
     }
 
     /// How far beyond the radii features are listed while the list is valid [m].
@@ -104,7 +119,8 @@ impl PairFeatures {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Neighbours {
     pub pairs: Vec<(u32, u32)>,
-    margin: f64,
+    /// Of each body [m].
+    margins: Vec<f64>,
     reference: Vec<Pose>,
 }
 
@@ -118,18 +134,19 @@ fn motion(shape: &ContactShape, from: &Pose, to: &Pose) -> f64 {
 }
 
 impl Neighbours {
-    /// Pairs of `shapes` whose bounding boxes are within `margin` [m] of each other.
+    /// Pairs of `shapes` whose bounding boxes are within the mean of their two `margins` [m] of each other.
     /// Pairs for which `ignores` holds (two fixed bodies, say) are left out.
     pub fn find(
         shapes: &[ContactShape],
         poses: &[Pose],
-        margin: f64,
+        margins: Vec<f64>,
         ignores: impl Fn(usize, usize) -> bool + Sync,
     ) -> Self {
         let boxes: Vec<(Vec3, Vec3)> = shapes
             .iter()
             .zip(poses)
-            .map(|(shape, pose)| {
+            .zip(&margins)
+            .map(|((shape, pose), margin)| {
                 let reach = Vec3::repeat(shape.rounded.radius + 0.5 * margin);
                 let corners = || shape.rounded.core.vertices.iter().map(|v| pose.to_space(v));
                 let low = corners().fold(Vec3::repeat(f64::INFINITY), |m, v| m.inf(&v));
@@ -153,17 +170,18 @@ impl Neighbours {
             open.push(i);
         }
         candidates.sort_unstable();
-        Neighbours { pairs: candidates, margin, reference: poses.to_vec() }
+        Neighbours { pairs: candidates, margins, reference: poses.to_vec() }
     }
 
-    /// Whether every body is still within half a margin of where the search found it.
+    /// Whether every body is still within half its margin of where the search found it.
     pub fn is_valid(&self, shapes: &[ContactShape], poses: &[Pose]) -> bool {
         self.reference.len() == poses.len()
             && shapes
                 .iter()
                 .zip(poses)
                 .zip(&self.reference)
-                .all(|((shape, pose), old)| motion(shape, old, pose) <= 0.5 * self.margin)
+                .zip(&self.margins)
+                .all(|(((shape, pose), old), margin)| motion(shape, old, pose) <= 0.5 * margin)
     }
 }
 

@@ -16,6 +16,7 @@ pub mod edges;
 pub mod finding;
 pub mod grains;
 pub mod membranes;
+pub mod penalties;
 pub mod rig;
 pub mod run;
 pub mod scenes;
@@ -84,6 +85,12 @@ pub const RUNGS: &[Rung] = &[
         problem: "stiffness 1e-6 to 1e6, sizes 1:20",
         climb: standing::unlike_bodies,
     },
+    Rung {
+        name: "first_guesses",
+        problem: "penalties and holds 1e-3 to 1e3",
+        climb: penalties::first_guesses,
+    },
+    Rung { name: "rejected_trials", problem: "they leave no trace", climb: penalties::rejected_trials },
     Rung { name: "scale", problem: "the same in millimetres and kilometres", climb: wedges::scale },
     Rung { name: "scenes", problem: "the case files in cases/scenes", climb: scenes::all },
 ];

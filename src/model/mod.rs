@@ -8,12 +8,14 @@ pub mod loads;
 pub mod membrane;
 pub mod state;
 pub mod stored;
+pub mod travel;
 pub mod wall;
 
 pub use body::{Body, BodyId, BodyKind};
 pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
 pub use stored::StoredBodies;
+pub use travel::Travel;
 
 pub use cover::PressureCover;
 pub use fracture::{DamageCounts, Fracture};

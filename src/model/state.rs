@@ -23,7 +23,7 @@ impl Committed {
 }
 
 /// Work done, for the history and the log.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     pub augmentations: usize,
     pub newton_iterations: usize,

@@ -10,7 +10,7 @@ use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::model::{Body, BodyKind, Committed, Loads, Model, StoredBodies};
+use crate::model::{Body, BodyKind, Committed, Counters, Loads, Model, StoredBodies};
 use crate::scene::parameters::{LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::sweep;
@@ -72,6 +72,8 @@ pub(super) struct UnderWay {
     last: Option<Last>,
     /// Whether bodies broke and are not in balance yet.
     pub(super) dwells: bool,
+    /// What failed attempts at the increment at hand took.
+    lost: Counters,
 }
 
 /// What the last increment came from.
@@ -268,6 +270,11 @@ impl Scene {
         &self.contacts
     }
 
+    /// Loads and prescriptions of the committed state.
+    pub fn loads(&self) -> &Loads {
+        &self.loads
+    }
+
     /// Whether nothing holds, drives or pushes a body but contacts and gravity.
     pub fn is_free(&self, body: usize) -> bool {
         self.loads.prescribed[body] == [false; 6] && self.loads.applied[body] == Vector6::zeros()
@@ -299,12 +306,18 @@ impl Scene {
         stage: &LoadStage,
         observe: &mut impl FnMut(&Scene, &Row) -> bool,
     ) -> StageEnd {
-        let UnderWay { mut drive, mut pace, mut last, mut dwells } =
+        let UnderWay { mut drive, mut pace, mut last, mut dwells, mut lost } =
             self.under_way.take().unwrap_or_else(|| {
                 let nominal = 1.0 / stage.increments as f64;
                 let [smallest, largest] = self.increment_range;
                 let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
-                UnderWay { drive: self.drive(stage), pace, last: None, dwells: false }
+                UnderWay {
+                    drive: self.drive(stage),
+                    pace,
+                    last: None,
+                    dwells: false,
+                    lost: Counters::default(),
+                }
             });
         let (mut repeats, mut woken) = (0, 0);
         loop {
@@ -334,24 +347,40 @@ impl Scene {
                 loads: &loads,
                 settings: &self.settings,
             };
+            let slow_start = starts.last().cloned();
             let mut report = advance(&increment, starts, &mut self.contacts);
             if !report.converged() {
-                if self.settings.stop.is_raised() {
-                    self.under_way = Some(UnderWay { drive, pace, last, dwells });
-                    return StageEnd::Interrupted;
-                }
-                if !dwells && pace.cut(share) {
+                // An attempt that is broken off is made again.
+                let before = lost;
+                lost.add(&report.counters);
+                if !self.settings.stop.is_raised() && !dwells && pace.cut(share) {
                     continue;
                 }
-                self.dossier = Some(Dossier::of(&self.model, &self.contacts, &report, &self.settings));
-                return StageEnd::Stopped { reason: self.describe(&report, pace.done()) };
+                // Nothing is left to cut: perhaps the next equilibrium is far away.
+                if let (Some(settings), Some(start)) = (self.settings.dwelling(), slow_start) {
+                    let increment = Increment { settings: &settings, ..increment };
+                    report = advance(&increment, vec![start], &mut self.contacts);
+                }
+                if self.settings.stop.is_raised() {
+                    self.under_way = Some(UnderWay { drive, pace, last, dwells, lost: before });
+                    return StageEnd::Interrupted;
+                }
+                if !report.converged() {
+                    lost.add(&report.counters);
+                    let mut dossier = Dossier::of(&self.model, &self.contacts, &report, &self.settings);
+                    dossier.factorisations = lost.factorisations;
+                    self.dossier = Some(dossier);
+                    return StageEnd::Stopped { reason: self.describe(&report, pace.done()) };
+                }
             }
             let verdict = self.judge(&report, &loads);
             if verdict.urgent && repeats < MOST_REPEATS {
+                lost.add(&report.counters);
                 repeats += 1;
                 woken += self.change_fidelity([&verdict.wake, &[]]).woken;
                 continue;
             }
+            report.counters.add(&std::mem::take(&mut lost));
             if !dwells {
                 report.counters.cuts = pace.accept(share, report.history.len());
                 let fields = if self.model.has_full() { self.committed.fields.clone() } else { Vec::new() };
@@ -364,7 +393,7 @@ impl Scene {
             let row = Row { fidelity, ..row };
             dwells = false;
             self.under_way =
-                Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone(), dwells });
+                Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone(), dwells, lost });
             let all_done = pace.next().is_none() && self.failing.is_empty() && index + 1 == self.stages.len();
             if !observe(self, &row) && !all_done {
                 return StageEnd::Interrupted;

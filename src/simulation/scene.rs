@@ -169,6 +169,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         force_tolerance: solver.force_tolerance,
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
+        max_dwell: solver.max_dwell,
         max_newton: solver.max_newton_iterations,
         accuracy: solver.chosen_accuracy(),
         damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },

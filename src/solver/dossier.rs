@@ -28,6 +28,8 @@ pub struct Dossier {
     /// Contacts below their friction bound, and at it.
     pub sticking: usize,
     pub sliding: usize,
+    /// Of all attempts at the increment, cut or not.
+    pub factorisations: usize,
     /// What to try, most promising first.
     pub advice: Vec<String>,
 }
@@ -82,9 +84,13 @@ impl Dossier {
             history: report.history.clone(),
             sticking: all - sliding,
             sliding,
+            factorisations: report.counters.factorisations,
             advice: Vec::new(),
         };
         dossier.advice = dossier.what_to_try(&report.status, settings);
+        if let Some(note) = unresolved(model, report, settings) {
+            dossier.advice.insert(0, note);
+        }
         dossier
     }
 
@@ -126,6 +132,22 @@ impl Dossier {
     pub fn history_line(&self) -> String {
         self.history.iter().map(|r| format!("{r:.2e}")).collect::<Vec<_>>().join(" ")
     }
+}
+
+/// Where double precision cannot tell gaps apart finely enough for the force tolerance: positions are known to half a unit in
+/// their last place, and the stiffest pair's force to that times its stiffness.
+fn unresolved(model: &Model, report: &IncrementReport, settings: &Settings) -> Option<String> {
+    let farthest = report.poses.iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
+    let stiffest =
+        model.bodies.iter().map(|body| body.stiffness).filter(|k| k.is_finite()).fold(0.0, f64::max);
+    let force = 0.5 * stiffest * 0.5 * f64::EPSILON * farthest;
+    let share = force / report.balance.reference_force;
+    (share > 0.1 * settings.force_tolerance).then(|| {
+        format!(
+            "softer rock or a larger solver.force_tolerance: positions of {farthest:.1e} m in double precision leave {share:.1e} of the mean \
+             contact force unknown at the stiffest contact"
+        )
+    })
 }
 
 impl fmt::Display for ContactReport {

@@ -2,7 +2,9 @@
 
 use crate::assembly::elastic::Relaxed;
 use crate::solver::damage::DamageWatch;
+use crate::solver::hold::Hold;
 use crate::solver::newton::{Newton, NewtonEnd};
+use crate::tensor;
 
 /// How well the forces balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +34,14 @@ pub struct Equilibrium {
 /// force, where that is less than the gap tolerance.
 const GAP_SHARE: f64 = 1e-2;
 
+/// A dwell begins with contacts that all loads together press by this share of what they may yield; they then harden by a factor at a
+/// time, and need not balance better than this before.
+const SOFT_OVERLAP: f64 = 0.05;
+const HARDENING: f64 = 30.0;
+const SOFT_TOLERANCE: f64 = 1e-2;
+/// An augmentation that stopped because bodies went as far as they may, in a dwell, over one that did not.
+const ON_THE_WAY: f64 = 0.1;
+
 impl Newton<'_> {
     pub fn balance(&self) -> Balance {
         let (force, worst_body) = self.dofs.largest_force(&self.residual);
@@ -47,11 +57,60 @@ impl Newton<'_> {
 
     /// Brings the model into balance from its present configuration.
     pub fn equilibrate(&mut self) -> Equilibrium {
+        let mut history = Vec::new();
+        if self.settings.dwells && !self.model.has_elastic() {
+            history = self.soften();
+        }
+        let mut found = self.balance_to(self.settings.force_tolerance);
+        history.append(&mut found.history);
+        Equilibrium { history, ..found }
+    }
+
+    /// Brings the model nearly into balance with soft contacts, harder and harder; what was out of balance on the way.
+    fn soften(&mut self) -> Vec<f64> {
+        let free = || (0..self.model.bodies.len()).filter(|&body| self.dofs.is_free(body));
+        let gravity = self.loads.gravity.norm();
+        let dead = |body: usize| {
+            self.model.bodies[body].mass * gravity + self.loads.applied[body].fixed_rows::<3>(0).norm()
+        };
+        let pressing = self.contacts.active().map(|(_, point)| point.evaluation.pressure).sum();
+        let loads = free().map(dead).sum::<f64>().max(pressing);
+        let yielding = || self.model.shapes.iter().map(|shape| shape.yielding());
+        let stiffest =
+            self.model.bodies.iter().map(|b| b.stiffness).filter(|k| k.is_finite()).fold(0.0, f64::max);
+        let hardest = 2.0 * stiffest * yielding().fold(0.0, f64::max);
+        let median = tensor::median(yielding()).unwrap_or(0.0);
+        let (typical, mut history) = (self.typical_stiffness, Vec::new());
+        let mut strength = loads / SOFT_OVERLAP;
+        while strength > 0.0 && strength < hardest && !self.settings.stop.is_raised() {
+            self.contacts.strength = strength;
+            self.typical_stiffness = typical.min(0.5 * strength / median);
+            self.evaluate();
+            let found = self.balance_to(SOFT_TOLERANCE.max(self.settings.force_tolerance));
+            tracing::debug!(
+                strength,
+                converged = found.converged,
+                augmentations = found.history.len(),
+                "soft contacts"
+            );
+            history.extend(found.history);
+            if !found.converged {
+                break;
+            }
+            strength *= HARDENING;
+        }
+        self.contacts.strength = f64::INFINITY;
+        self.typical_stiffness = typical;
+        self.evaluate();
+        history
+    }
+
+    fn balance_to(&mut self, tolerance: f64) -> Equilibrium {
         let settings = self.settings;
-        let tolerance = settings.force_tolerance;
         let elastic = self.model.has_elastic();
         let gap_tolerance = settings.gap_tolerance * self.model.typical_size();
-        let mut weight = settings.proximal_start;
+        let mut hold = Hold::new(settings);
+        let mut on_the_way = 0;
         let mut history = Vec::new();
         // Whether forces are worth taking over: a solve has brought them towards balance.
         let mut fresh = false;
@@ -95,7 +154,8 @@ impl Newton<'_> {
                     self.evaluate();
                 }
             }
-            let tired = history.len() - damage.moves() > settings.max_augmentations;
+            let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
+            let tired = history.len() - spared > settings.max_augmentations;
             if converged || tired || settings.stop.is_raised() {
                 return ended(converged, balance, history, surface_energy);
             }
@@ -103,29 +163,32 @@ impl Newton<'_> {
             self.counters.augmentations += 1;
             let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)
                 * balance.reference_force;
-            let end =
-                self.solve(weight, target, |n| n.balance().out_of_balance < tolerance && n.control_is_met());
+            let end = self
+                .solve(hold.weight, target, |n| n.balance().out_of_balance < tolerance && n.control_is_met());
             tracing::trace!(
                 out_of_balance = balance.out_of_balance,
-                weight,
+                weight = hold.weight,
                 ?end,
                 factorisations = self.counters.factorisations,
                 "augmentation"
             );
             match end {
                 NewtonEnd::Stalled => {
-                    if weight >= settings.proximal_max {
+                    if !hold.stalled(settings) {
                         return ended(false, balance, history, surface_energy);
                     }
-                    weight = (weight * settings.proximal_raise).min(settings.proximal_max);
                     continue;
                 }
                 NewtonEnd::Solved => {
                     fresh = true;
-                    weight = (weight * settings.proximal_lower).max(settings.proximal_min);
+                    hold.solved(settings);
                 }
-                NewtonEnd::Reduced => fresh = true,
+                NewtonEnd::Reduced => {
+                    fresh = true;
+                    hold.reduced(settings);
+                }
             }
+            on_the_way += u32::from(settings.dwells && self.was_capped);
         }
     }
 }

@@ -6,7 +6,7 @@
 use crate::assembly::{self, BlockPattern, Contacts, Dofs, Kernel};
 use crate::linalg::MultifrontalLu;
 use crate::linalg::lu::SolveFailure;
-use crate::model::{Committed, Counters, Loads, Model};
+use crate::model::{Committed, Counters, Loads, Model, Travel};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
 use crate::solver::start::Start;
@@ -31,6 +31,10 @@ pub struct Newton<'a> {
     /// How far `poses` are from the proximal centre, in unknowns [m].
     pub away: Vec<f64>,
     pub counters: Counters,
+    /// Whether the last step of the last solve went as far as bodies may go at once.
+    pub(super) was_capped: bool,
+    /// Whether steps use the symmetric part of the tangent, to compare with.
+    pub(super) symmetrised: bool,
     pub(super) typical_stiffness: f64,
     system: Option<System>,
     values: Vec<f64>,
@@ -90,6 +94,8 @@ impl<'a> Newton<'a> {
             poses,
             residual: Vec::new(),
             counters: Counters::default(),
+            was_capped: false,
+            symmetrised: false,
             typical_stiffness,
             system: None,
             values: Vec::new(),
@@ -220,6 +226,9 @@ impl<'a> Newton<'a> {
             self.dofs.sign(carrier) * weight * self.model.holding_stiffness(carrier, self.typical_stiffness)
         };
         system.pattern.add_diagonal(&mut self.values, &self.dofs, hold);
+        if self.symmetrised {
+            system.pattern.symmetrise(&mut self.values);
+        }
         self.contacts.timings.book(Kernel::Assembly, start);
         let start = Instant::now();
         let mut step = held.to_vec();
@@ -259,16 +268,20 @@ impl<'a> Newton<'a> {
                 translation.norm() + rotation.norm() * radius
             })
             .collect();
-        let cap = self.settings.motion_cap * self.model.smallest_rounding();
         let walls = usize::from(self.model.wall.is_some());
-        let bodies = &reach[..self.model.bodies.len() + walls];
-        let mut factor = bodies.iter().fold(1.0, |f: f64, &m| f.min(cap / m));
+        let bodies = reach[..self.model.bodies.len() + walls].iter().enumerate();
+        let lengths = self.settings.travel.lengths(self.model);
+        let mut factor = bodies.fold(1.0, |f: f64, (i, &m)| f.min(self.settings.motion_cap * lengths[i] / m));
         if let Some(membrane) = &self.model.membrane {
             factor = factor.min(self.contacts.membrane.largest_factor(membrane, &reach));
         }
         for pair in &self.contacts.pairs {
             let both = reach[pair.a()] + reach[pair.b()];
-            factor = factor.min(0.5 * pair.nearest / both.max(f64::MIN_POSITIVE));
+            let room = match self.settings.travel {
+                Travel::Alike => pair.nearest,
+                Travel::Own => pair.room(self.model, &self.poses),
+            };
+            factor = factor.min(0.5 * room / both.max(f64::MIN_POSITIVE));
         }
         factor
     }
@@ -293,6 +306,7 @@ impl<'a> Newton<'a> {
             let Some(step) = self.step(weight, &held) else { break };
             let mut factor = self.largest_factor(&step);
             let capped = factor < 1.0;
+            self.was_capped = capped;
             let from = (self.poses.clone(), self.away.clone());
             let reference =
                 merits.iter().rev().take(self.settings.merit_memory.max(1)).fold(0.0, |m: f64, x| m.max(*x));

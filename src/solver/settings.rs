@@ -1,5 +1,6 @@
 //! Tolerances and limits of the solver.
 
+use crate::model::Travel;
 use crate::solver::damage::DamageSettings;
 use crate::solver::stop::StopSignal;
 
@@ -18,12 +19,18 @@ pub struct Settings {
     pub first_penalty: f64,
     /// Augmentations before an increment is given up.
     pub max_augmentations: usize,
+    /// Augmentations of a dwell, where even the smallest increment was given up; zero: none. Scenes only.
+    pub max_dwell: usize,
+    /// Whether this is a dwell: contacts begin soft, holds fall as far as they have to, and augmentations that stop because bodies
+    /// went as far as they may count a tenth.
+    pub dwells: bool,
     /// Newton iterations in an augmentation.
     pub max_newton: usize,
     /// Backtracking steps in a line search.
     pub max_backtracks: usize,
-    /// Motion of a body in one Newton iteration over the smallest rounding radius.
+    /// Motion of a body in one Newton iteration over the length that `travel` says.
     pub motion_cap: f64,
+    pub travel: Travel,
     /// First proximal weight over the typical contact stiffness.
     pub proximal_start: f64,
     pub proximal_min: f64,
@@ -54,9 +61,12 @@ impl Default for Settings {
             gap_tolerance: 1e-5,
             first_penalty: 1.0,
             max_augmentations: 600,
+            max_dwell: 0,
+            dwells: false,
             max_newton: 12,
             max_backtracks: 5,
             motion_cap: 0.6,
+            travel: Travel::default(),
             proximal_start: 1e-4,
             proximal_min: 1e-5,
             proximal_max: 30.0,
@@ -82,6 +92,17 @@ impl Settings {
             proximal_min: 1e-3,
             ..self.clone()
         }
+    }
+
+    /// For bodies that have a long way to fall; `None` where a stop is wanted instead.
+    pub fn dwelling(&self) -> Option<Self> {
+        (self.max_dwell > 0).then(|| Settings {
+            dwells: true,
+            max_augmentations: self.max_dwell,
+            proximal_min: 1e-9,
+            travel: Travel::Own,
+            ..self.clone()
+        })
     }
 
     /// For an increment that failed: stronger stabilisation, smaller steps, a more patient line

@@ -1,0 +1,57 @@
+//! How strongly bodies are held near where an augmentation began: relaxed after a good one, tightened after a stall.
+
+use crate::solver::settings::Settings;
+
+/// In a dwell the hold stays above this share of the weight that last stalled, which fades by [`FADE`] with each solve.
+const ABOVE: f64 = 1.5;
+const FADE: f64 = 0.7;
+/// In a dwell, solves in a row that stop short before the hold falls, and by how much.
+const SHORT: usize = 2;
+const SHORT_LOWER: f64 = 0.5;
+
+/// The proximal weight over the typical contact stiffness.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hold {
+    pub weight: f64,
+    /// The weight of the last stall, fading.
+    stalled: f64,
+    /// Solves in a row that stopped short.
+    short: usize,
+}
+
+impl Hold {
+    pub fn new(settings: &Settings) -> Self {
+        Hold { weight: settings.proximal_start, stalled: 0.0, short: 0 }
+    }
+
+    fn least(&self, settings: &Settings) -> f64 {
+        if settings.dwells { settings.proximal_min.max(ABOVE * self.stalled) } else { settings.proximal_min }
+    }
+
+    /// After a solve that reached its target.
+    pub fn solved(&mut self, settings: &Settings) {
+        self.stalled *= FADE;
+        self.short = 0;
+        self.weight = (self.weight * settings.proximal_lower).max(self.least(settings));
+    }
+
+    /// After one that got some of the way.
+    pub fn reduced(&mut self, settings: &Settings) {
+        self.short += 1;
+        if settings.dwells && self.short >= SHORT {
+            self.stalled *= FADE;
+            self.weight = (self.weight * SHORT_LOWER).max(self.least(settings));
+        }
+    }
+
+    /// After one that got nowhere; `false` where there is no stronger hold.
+    pub fn stalled(&mut self, settings: &Settings) -> bool {
+        if self.weight >= settings.proximal_max {
+            return false;
+        }
+        self.short = 0;
+        self.stalled = self.weight;
+        self.weight = (self.weight * settings.proximal_raise).min(settings.proximal_max);
+        true
+    }
+}

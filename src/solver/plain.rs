@@ -1,0 +1,46 @@
+//! Newton's method alone, without hold, cap or line search: what its steps do to the forces out of balance tells how good the
+//! tangent is.
+
+use crate::assembly::Contacts;
+use crate::solver::increment::Increment;
+use crate::solver::newton::Newton;
+use crate::tensor::Pose;
+
+/// Which part of the tangent the steps use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TangentPart {
+    /// All of it. Friction makes it unsymmetric.
+    Whole,
+    Symmetric,
+}
+
+/// Largest force out of balance [N] before each of up to `steps` full steps from `start`, and where they ended. It ends early where it
+/// falls below `least` [N], where no step can be found or where cores come too close.
+pub fn plain_newton(
+    increment: &Increment<'_>,
+    start: Vec<Pose>,
+    part: TangentPart,
+    (steps, least): (usize, f64),
+) -> (Vec<f64>, Vec<Pose>) {
+    let Increment { model, committed, loads, settings } = *increment;
+    let mut forces = Vec::new();
+    let Ok(mut newton) = Newton::new(model, committed, loads, settings, Contacts::default(), start.clone())
+    else {
+        return (forces, start);
+    };
+    newton.symmetrised = part == TangentPart::Symmetric;
+    for _ in 0..steps {
+        let (force, _) = newton.dofs.largest_force(&newton.residual);
+        forces.push(force);
+        let residual = newton.residual.clone();
+        if force < least {
+            break;
+        }
+        let Some(step) = newton.step(0.0, &residual) else { break };
+        let from = (newton.poses.clone(), newton.away.clone());
+        if newton.try_step(&from, &step, 1.0, 0.0).is_none() {
+            break;
+        }
+    }
+    (forces, newton.poses)
+}
