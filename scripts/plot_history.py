@@ -79,7 +79,7 @@ def draw_curves(files):
             (strain[peak], q[peak]),
             xytext=(0, 7),
             textcoords="offset points",
-            ha="center",
+            ha="left" if strain[peak] < 0.15 * strain.max() else "center",  # clear of the axis
             fontsize=8.5,
             color=style["color"],
         )

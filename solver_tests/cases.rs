@@ -4,7 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+/// Case files have stages; what has none is the plan of a batch.
 fn case_files() -> Vec<PathBuf> {
+    let (cases, _) = files();
+    cases
+}
+
+/// Cases, and plans of batches.
+fn files() -> (Vec<PathBuf>, Vec<PathBuf>) {
     let mut found = vec![];
     let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("cases")];
     while let Some(folder) = folders.pop() {
@@ -19,7 +26,17 @@ fn case_files() -> Vec<PathBuf> {
         }
     }
     found.sort();
-    found
+    found.into_iter().partition(|file| std::fs::read_to_string(file).expect("a text").contains("\"stages\""))
+}
+
+#[test]
+fn every_plan_is_sound() {
+    let (_, plans) = files();
+    assert!(!plans.is_empty());
+    for plan in plans {
+        let out = tempfile::tempdir().expect("a folder");
+        riprap::study::plan::read_plan(&plan, Some(out.path())).unwrap_or_else(|e| panic!("{e}"));
+    }
 }
 
 #[test]

@@ -432,3 +432,42 @@ fn an_audited_run_finds_nothing() {
     let place = Place::new();
     place.ends_with(0, &["run", "tiny.json", "--audit", CONSOLIDATION_ONLY[0], CONSOLIDATION_ONLY[1]]);
 }
+
+/// Rock so weak that the consolidation breaks some: `/breakage`, history and fields agree, and nothing is where no body is.
+#[test]
+fn breakage_agrees_with_history_and_fields() {
+    let place = Place::new();
+    let weak = r#"/rock={"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": {},
+                         "compressive_strength": "3 MPa", "tensile_strength": "0.3 MPa"}"#;
+    let rough = ["--set", "/solver/rough_tolerance=0.05"];
+    let [set, stages] = CONSOLIDATION_ONLY;
+    let run = ["run", "tiny.json", "--out", "weak.h5", "--audit", set, stages, set, weak, rough[0], rough[1]];
+    place.ends_with(0, &run);
+    let reader = open(&place.path("weak.h5"));
+    let floats = |name: &str| reader.floats(name).unwrap_or_else(|e| panic!("{e}"));
+    let integers = |name: &str| reader.integers(name).unwrap_or_else(|e| panic!("{e}"));
+    let deleted = *column(&reader, "deleted_cells").last().expect("rows");
+    let failed_points = *column(&reader, "failed_points").last().expect("rows");
+    assert!(failed_points >= 4.0 * deleted && failed_points > 0.0, "{failed_points} {deleted}");
+    // The last saved state's cells.
+    let cells = integers("VTKHDF/CellData/grain").len();
+    let failed = integers("VTKHDF/CellData/failed");
+    let fragment = integers("VTKHDF/CellData/fragment");
+    let start =
+        |field: &str| *integers(&format!("VTKHDF/Steps/CellDataOffsets/{field}")).last().expect("a state");
+    let last = |values: &[i64], at: i64| values[at as usize..at as usize + cells].to_vec();
+    assert_eq!(last(&failed, start("failed")).iter().sum::<i64>() as f64, deleted);
+    let grain = integers("VTKHDF/CellData/grain");
+    let fragment = last(&fragment, start("fragment"));
+    assert!(grain.iter().zip(&fragment).all(|(grain, body)| (*grain < 0) == (*body < 0) && *body < 200));
+    // Crushed volume, and gradings that only get finer.
+    let crushed = floats("breakage/crushed_share")[0];
+    assert_eq!(crushed > 0.0, deleted > 0.0, "{crushed} {deleted}");
+    assert!(floats("breakage/damaged_share")[0] >= crushed && crushed < 1.0);
+    let [before, after] = ["before", "after"].map(|when| floats(&format!("breakage/grading/passing_{when}")));
+    assert!(
+        before.iter().zip(&after).all(|(before, after)| after > &(before - 1e-12)),
+        "{before:?} {after:?}"
+    );
+    assert_eq!(integers("breakage/classes/grains").iter().sum::<i64>(), 16);
+}

@@ -1,4 +1,5 @@
-//! The case `hundred_grains`: consolidation, shear, unloading, reloading, every row within its control tolerance.
+//! The cases `hundred_grains` (consolidation, shear, unloading, reloading) and `rubber_100` (shear to 15 %), every row within
+//! its control tolerance.
 
 use std::path::Path;
 
@@ -17,9 +18,9 @@ impl Observer for Rows {
     }
 }
 
-/// Runs the case with so many grains to an axial strain, and checks every row.
-fn loop_of(grains: u64, axial_strain: f64) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/stages/hundred_grains.json");
+/// Runs a case with so many grains to an axial strain; checks every row.
+fn rows_of(case: &str, grains: u64, axial_strain: f64) -> Vec<HistoryRow> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(case);
     let mut raw = read(&file).unwrap_or_else(|e| panic!("{e}"));
     raw.set(&[
         ("/specimen/grains".into(), grains.into()),
@@ -42,6 +43,11 @@ fn loop_of(grains: u64, axial_strain: f64) {
         assert!(row.control_error <= HELD && row.out_of_balance < 1e-3, "{row:?}");
         assert!(row.stress_disagreement < 0.01, "{row:?}");
     }
+    rows
+}
+
+fn loop_of(grains: u64, axial_strain: f64) {
+    let rows = rows_of("stages/hundred_grains.json", grains, axial_strain);
     let last_of = |stage: i64| rows.iter().rfind(|row| row.stage == stage).expect("rows of every stage");
     let [sheared, unloaded, reloaded] = [1, 2, 3].map(last_of);
     assert!((sheared.axial_strain - axial_strain).abs() < 1e-9);
@@ -64,4 +70,12 @@ fn forty_grains_are_sheared_unloaded_and_reloaded() {
 #[ignore = "a minute of a core; benchmarks/runs/2026-11-21-hundred-grains has a recorded run"]
 fn a_hundred_grains_are_sheared_to_five_per_cent_unloaded_and_reloaded() {
     loop_of(100, 0.05);
+}
+
+#[test]
+#[ignore = "twenty minutes of a core; benchmarks/runs/2026-11-21-rubber-15 has a recorded run"]
+fn a_hundred_grains_in_rubber_are_sheared_to_fifteen_per_cent() {
+    let rows = rows_of("membrane/rubber_100.json", 100, 0.15);
+    let last = rows.last().expect("rows");
+    assert!((last.axial_strain - 0.15).abs() < 1e-9, "{last:?}");
 }

@@ -1,16 +1,8 @@
 //! Every quantity that a stage prescribes is held to 1e-3 in every accepted increment, stages end where they say, and what
 //! is measured in different ways agrees.
 
-use riprap::contact::law::Friction;
-use riprap::geometry::{Polyhedron, RoundedBody};
-use riprap::solver::Settings;
-use riprap::specimen::Specimen;
-use riprap::specimen::shape::GrainShape;
-use riprap::specimen::statistics::Statistics;
-use riprap::tensor::{Pose, Rotation, Vec3};
-use riprap::triaxial::{
-    Cover, EnergyGate, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until,
-};
+use riprap::ladder::rig::{column, prism};
+use riprap::triaxial::{Cover, EnergyGate, Lateral, Path, Rig, Row, Stage, StageEnd, Steps, Test, Until};
 
 use crate::ready::{HELD, PRESSURE, drive, finished, run, steps};
 
@@ -230,69 +222,17 @@ fn an_energy_gate_that_cuts_keeps_increments_closed() {
     }
 }
 
-/// A column of three cubes, 60, 50 and 60 mm, rounded with 1 mm, between the plates: each joint is four
-/// corners of the smaller face on the larger one, each corner a spring `k` (two cubes in series; a plate gives
-/// none) beyond the onset. The column's stiffness is `1 / (2 / (4 k60) + 2 / (4 k))`.
-///
-/// At 2 MPa every corner carries more than the 460 N at which the onset (4 um) ends. Tolerance: the confining
-/// pressure on the slanted cover between the cubes adds about `p l`, 1.2e5 N/m to 1.4e8 N/m; forces balance to 1e-6.
+/// See `ladder::rig` for the problem and its tolerance.
 #[test]
 fn column_of_cubes_has_the_stiffness_of_its_joints() {
-    let (e, nu, rounding) = (3e10, 0.2, 1e-3);
-    let sizes = [0.06, 0.05, 0.06];
-    let (mut grains, mut poses, mut base) = (Vec::new(), Vec::new(), 0.0);
-    for size in sizes {
-        let nominal = Polyhedron::cuboid([size; 3]).expect("a cube");
-        let rounded = RoundedBody::inset(&nominal, rounding).expect("rounded");
-        grains.push(GrainShape { nominal, rounded, sieve_size: size, class: 0, semi_axes: [0.5 * size; 3] });
-        poses.push(Pose::new(Vec3::new(0.0, 0.0, base + 0.5 * size), Rotation::identity()));
-        base += size;
-    }
-    let specimen =
-        Specimen { grains, poses, diameter: 0.09, height: base, statistics: Statistics::default() };
-    let friction = Friction::constant(0.65);
-    let parameters = RigParameters {
-        density: 2700.0,
-        youngs_modulus: e,
-        poissons_ratio: nu,
-        friction,
-        plate_friction: friction,
-        tilting: false,
-        cover: Cover::Pressure,
-    };
-    let settings = Settings { force_tolerance: 1e-6, ..Settings::default() };
-    let mut rig = Rig::new(&specimen, &parameters, settings).expect("a rig");
-    let mut test = Test::new(&rig);
-    test.energy_gate = EnergyGate { tolerance: 1e-3, cuts: false };
-    let pressure = 2e6;
-    assert!(test.seat(&mut rig, pressure).converged());
-    let consolidate = Stage {
-        path: Path::Stress { axial: pressure, radial: pressure },
-        steps: Steps::Count(2),
-        until: Until::default(),
-    };
-    let (rows, end) = run(&mut rig, &mut test, &consolidate);
-    finished(&rows, &end, 2);
-    test.zero_strains(&rig);
+    let ([loaded, unloaded], _) = column().expect("a rig").expect("every stage finishes");
+    assert!((loaded - 1.0).abs() < 2e-3 && unloaded.abs() < 2e-3, "{loaded} {unloaded}");
+}
 
-    let spring = |size: f64| 0.1 * e / (1.0 - nu * nu) * size * (6.0 / std::f64::consts::PI).cbrt();
-    let joint = 1.0 / (1.0 / spring(0.06) + 1.0 / spring(0.05));
-    let stiffness = 1.0 / (2.0 / (4.0 * spring(0.06)) + 2.0 / (4.0 * joint));
-    let height = rig.height(&rig.committed.poses);
-    let force = |rig: &Rig, row: &Row| {
-        row.measures.deviatoric_stress * rig.volume(&rig.committed.poses) / rig.height(&rig.committed.poses)
-    };
-    for (strain, from_zero) in [(1e-5, 1.0), (-1e-5, 0.0)] {
-        let stage = Stage { steps: steps(2e-6), ..drive(strain, Lateral::Pressure) };
-        let (rows, end) = run(&mut rig, &mut test, &stage);
-        finished(&rows, &end, 5);
-        let last = &rows[rows.len() - 1];
-        let expected = from_zero * stiffness * 1e-5 * height;
-        let scale = stiffness * 1e-5 * height;
-        let is = force(&rig, last);
-        assert!((is - expected).abs() < 2e-3 * scale, "{is} N, not {expected} N");
-        assert!(!rows.iter().any(|row| row.poorly_closed), "elastic: the ledger closes");
-        let stress = &last.picture.contact_stress;
-        assert!((stress.axial / last.measures.axial_stress - 1.0).abs() < 1e-3, "{stress:?}");
-    }
+/// The same: q over the axial strain is E, and the volume strain over it 1 - 2 nu.
+#[test]
+fn an_elastic_prism_is_in_simple_compression_away_from_its_ends() {
+    let ([modulus, poisson], _) = prism(1e-4).expect("a rig").expect("every stage finishes");
+    let volume = (1.0 - 2.0 * poisson) / (1.0 - 2.0 * 0.2);
+    assert!((modulus - 1.0).abs() < 0.01 && (volume - 1.0).abs() < 0.01, "{modulus} {poisson}");
 }

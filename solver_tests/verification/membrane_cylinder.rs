@@ -1,6 +1,9 @@
-//! Membrane cylinders with closed forms: see `ladder::cylinder` for the problems, their sources and their tolerances.
+//! Rubber cylinders: inflated, around a core, under a follower pressure: see `ladder::membranes` for the problems, their
+//! sources and their tolerances.
 
-use riprap::ladder::cylinder::{Cylinder, MODULUS, RADIUS, THICKNESS};
+use riprap::ladder::membranes::{
+    Cylinder, MODULUS, RADIUS, correction, first_order, follower_work, inflation,
+};
 use riprap::material::{Rubber, RubberLaw, Wrinkling};
 
 #[test]
@@ -10,30 +13,14 @@ fn inflated_cylinder_meets_the_closed_form() {
     {
         let rubber = Rubber::new(MODULUS, law).expect("allowed");
         for (hoop, axial) in [(1.1, 1.0), (1.5, 1.0), (2.5, 1.2)] {
-            // W(l, m) by its own definition, differentiated by hand.
-            let (l, m): (f64, f64) = (hoop, axial);
-            let first = 2.0 * l - 2.0 / (l.powi(3) * m * m);
-            let second = 2.0 * l * m * m - 2.0 / l.powi(3);
-            let excess = l * l + m * m + 1.0 / (l * m).powi(2) - 3.0;
-            let slope = 0.5
-                * MODULUS
-                * match law {
-                    RubberLaw::NeoHookean => first,
-                    RubberLaw::MooneyRivlin { share } => (1.0 - share) * first + share * second,
-                    RubberLaw::Gent { limit } => first / (1.0 - excess / limit),
-                };
-            let closed = THICKNESS * slope / (RADIUS * l * m);
-            let mut errors = vec![];
+            let closed = inflation(law, hoop, axial);
             for size in [0.04, 0.02] {
-                let cylinder = Cylinder::new(size);
+                let cylinder = Cylinder::new(size).expect("a mesh");
                 let x = cylinder.stretched(hoop, axial);
                 let pressure = cylinder.balancing_pressure(&x, &rubber, Wrinkling::Free { support: 0.0 });
-                errors.push((pressure / closed - 1.0).abs());
                 let n = cylinder.mesh.around as f64;
-                assert!(
-                    errors[errors.len() - 1] < (std::f64::consts::PI / n).powi(2),
-                    "{law:?} {hoop}: {pressure} {closed}"
-                );
+                let error = (pressure / closed - 1.0).abs();
+                assert!(error < (std::f64::consts::PI / n).powi(2), "{law:?} {hoop}: {pressure} {closed}");
             }
         }
     }
@@ -42,28 +29,31 @@ fn inflated_cylinder_meets_the_closed_form() {
 #[test]
 fn membrane_correction_to_first_order() {
     let rubber = Rubber::new(MODULUS, RubberLaw::NeoHookean).expect("allowed");
-    let young = rubber.youngs_modulus();
-    let cylinder = Cylinder::new(0.01);
-    let diameter = 2.0 * RADIUS;
-    // The polygon's sides are shorter than the arc, by (pi/n)^2/6 = 2e-4.
-    let polygon = 1e-3;
+    let cylinder = Cylinder::new(0.01).expect("a mesh");
+    let area = std::f64::consts::PI * RADIUS * RADIUS;
     for strain in [1e-3, 2e-3, -1e-3, -2e-3] {
         let axial = 1.0 - strain;
         let x = cylinder.stretched(1.0 / f64::sqrt(axial), axial);
-        let area = std::f64::consts::PI * RADIUS * RADIUS;
-        let first_order = 4.0 * young * THICKNESS * strain / diameter;
+        let [on_the_core, at_the_side] = correction(strain);
         let held = -cylinder.axial_force(&x, &rubber, Wrinkling::Held) / area;
-        assert!((held / first_order - 1.0).abs() < 3.0 * strain.abs() + polygon, "{held} {first_order}");
+        assert!((held / on_the_core - 1.0).abs() < first_order(strain), "{held} {on_the_core}");
         let free = Wrinkling::Free { support: 0.0 };
         let axial_part = -cylinder.axial_force(&x, &rubber, free) / area;
         let lateral = cylinder.balancing_pressure(&x, &rubber, free);
         if strain > 0.0 {
-            assert!(axial_part.abs() < 1e-3 * first_order, "{axial_part}");
-            let hoop = young * THICKNESS * strain / diameter;
-            assert!((lateral / hoop - 1.0).abs() < 3.0 * strain + polygon, "{lateral} {hoop}");
+            assert!(axial_part.abs() < 1e-3 * on_the_core, "{axial_part}");
+            assert!((lateral / at_the_side - 1.0).abs() < first_order(strain), "{lateral} {at_the_side}");
         } else {
-            assert!((axial_part / first_order - 1.0).abs() < 3.0 * strain.abs() + polygon);
-            assert!(lateral.abs() < 1e-3 * first_order.abs(), "{lateral}");
+            assert!((axial_part / on_the_core - 1.0).abs() < first_order(strain));
+            assert!(lateral.abs() < 1e-3 * on_the_core.abs(), "{lateral}");
         }
+    }
+}
+
+#[test]
+fn follower_pressure_works_by_the_change_of_volume() {
+    for pressure in [1e3, 0.8e6] {
+        let [work, exact] = follower_work(pressure).expect("a cover");
+        assert!((work / exact - 1.0).abs() < 1e-12, "{work} {exact}");
     }
 }

@@ -578,9 +578,17 @@ impl Contacts {
                     firmness: point.firmness,
                 });
             }
+            let slip = if points.is_empty() { 0.0 } else { pair.carried.slip + slip / force };
+            // Kept open by a change of fidelity: without its lead it would touch.
+            let held_open = |p: &&ContactPoint| {
+                let lead = p.state.lead;
+                !p.evaluation.is_active() && lead < 0.0 && p.evaluation.gap + lead < 0.0
+            };
+            let open = pair.points.iter().filter(held_open);
+            points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.lead)));
             if !points.is_empty() {
                 points.sort_by_key(|p| p.feature);
-                memory.insert(pair.key(), PairMemory { slip: pair.carried.slip + slip / force, points });
+                memory.insert(pair.key(), PairMemory { slip, points });
             }
         }
         memory

@@ -120,7 +120,7 @@ impl Contacts {
         let grains = &mut self.trial.grains;
         if grains.is_empty() {
             // Resting bodies have no loads here.
-            let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.grain.is_some()).cloned();
+            let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.resting.is_none()).cloned();
             grains.extend(model.bodies.iter().map(breaks));
         }
         let step = |(grain, loads): (&mut Option<DamagedGrain>, &SurfaceLoads)| -> Result<_> {
@@ -181,7 +181,7 @@ impl Contacts {
         }
         let commit = |(body, loads): (usize, &SurfaceLoads)| -> Result<_> {
             let trial = self.trial.grains.get(body).and_then(Option::as_ref);
-            let own = model.bodies[body].damaged.as_deref().filter(|_| model.bodies[body].grain.is_some());
+            let own = model.bodies[body].damaged.as_deref().filter(|_| model.bodies[body].resting.is_none());
             let Some(mut grain) = trial.or(own).cloned() else { return Ok(None) };
             let mut kept = grain.commit(loads)?;
             if kept.newly_failed > 0 {

@@ -241,8 +241,9 @@ impl Contacts {
                 put(list.body, surface.map(|surface| surface.locate(&at)), &pose.rotation, force);
             }
         }
+        // A cover's forces are many and small, spread as they are.
         for_each_cover_force(model, poses, loads.pressure, |body, place, force| {
-            put(body, Some(place), &poses[body].rotation, force)
+            all[body].push((place, poses[body].rotation.inverse() * force));
         });
         all
     }

@@ -12,7 +12,7 @@ use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
 };
-use crate::contact::Memory;
+use crate::contact::{Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{BodyKind, Committed, Model, SHELL_STIFFNESS};
 use crate::tensor::{Pose, Vec3};
@@ -65,6 +65,38 @@ fn flexibility(model: &Model, body: usize) -> Option<&CondensedGrain> {
     model.bodies[body].flexibility().map(|grain| &**grain)
 }
 
+/// Where a contact is on the surfaces of its bodies, as far as these have one.
+fn places_of(
+    model: &Model,
+    poses: &[Pose],
+    pair: &PairWork,
+    point: &ContactPoint,
+) -> [Option<SurfacePoint>; 2] {
+    let look = |body: usize, x: &Vec3, outward: &Vec3| {
+        let back = poses[body].rotation.inverse();
+        let surface = flexibility(model, body)?.surface();
+        Some(surface.locate_along(&(back * (x - poses[body].position)), &(back * outward)))
+    };
+    let e = &point.evaluation;
+    [look(pair.a(), &e.point, &e.normal), look(pair.b(), &e.point, &-e.normal)]
+}
+
+/// Elastic displacement of `b`'s surface relative to `a`'s at a contact in the committed state [m], in space.
+fn committed_gap(
+    model: &Model,
+    committed: &Committed,
+    pair: &PairWork,
+    places: &[Option<SurfacePoint>; 2],
+) -> Vec3 {
+    let displaced = |body: usize, place: &Option<SurfacePoint>| match (place, committed.fields.get(body)) {
+        (Some(place), Some(field)) if model.bodies[body].is_elastic() => {
+            committed.poses[body].rotation * interpolate(place, field)
+        }
+        (Some(_) | None, _) => Vec3::zeros(),
+    };
+    displaced(pair.b(), &places[1]) - displaced(pair.a(), &places[0])
+}
+
 /// What an elastic body's contact yields less than a rigid one's, of its own, per force [m/N].
 fn spared(model: &Model, body: usize) -> f64 {
     (1.0 - 1.0 / SHELL_STIFFNESS) / model.bodies[body].stiffness
@@ -75,18 +107,8 @@ impl Contacts {
     pub fn recover(&self, model: &Model, poses: &[Pose], pressure: f64) -> Recovery {
         let mut loads = vec![SurfaceLoads::new(); model.bodies.len()];
         let active: Vec<(&PairWork, &ContactPoint)> = self.active().collect();
-        let look = |body: usize, x: &Vec3, outward: &Vec3| {
-            let back = poses[body].rotation.inverse();
-            let surface = flexibility(model, body)?.surface();
-            Some(surface.locate_along(&(back * (x - poses[body].position)), &(back * outward)))
-        };
-        let places: Vec<[Option<SurfacePoint>; 2]> = active
-            .par_iter()
-            .map(|(pair, point)| {
-                let e = &point.evaluation;
-                [look(pair.a(), &e.point, &e.normal), look(pair.b(), &e.point, &-e.normal)]
-            })
-            .collect();
+        let places: Vec<[Option<SurfacePoint>; 2]> =
+            active.par_iter().map(|(pair, point)| places_of(model, poses, pair, point)).collect();
         let mut put = |body: usize, place: SurfacePoint, force: Vec3| {
             loads[body].push((place, poses[body].rotation.inverse() * force));
         };
@@ -199,7 +221,6 @@ impl Contacts {
         recovery: &Recovery,
     ) -> Memory {
         let mut memory = committed.memory.clone();
-        let none = SurfaceField::new();
         let of_contacts = recovery.places.iter().zip(&recovery.neglected).zip(&recovery.kept);
         for ((pair, point), ((places, neglected), before)) in self.active().zip(of_contacts) {
             let (a, b) = (pair.a(), pair.b());
@@ -213,14 +234,7 @@ impl Contacts {
             let (e, state) = (&point.evaluation, &point.state);
             let sharpness = state.spring / pair.spring();
             let spring = model.contact_spring(a, b) * sharpness;
-            let displaced = |body: usize, place: &Option<SurfacePoint>| match place {
-                Some(place) if model.bodies[body].is_elastic() => {
-                    let field = committed.fields.get(body).unwrap_or(&none);
-                    committed.poses[body].rotation * interpolate(place, field)
-                }
-                Some(_) | None => Vec3::zeros(),
-            };
-            let elastic = displaced(b, &places[1]) - displaced(a, &places[0]);
+            let elastic = committed_gap(model, committed, pair, places);
             let geometric = e.normal.dot(&state.elastic) - e.gap - state.lead;
             kept.load = e.load;
             kept.pressure = e.pressure;
@@ -240,7 +254,27 @@ impl Contacts {
                 kept.neglected += if model.bodies[body].is_elastic() { *neglected } else { -neglected };
             }
         }
+        self.hold_open(&mut memory, model, committed, changed);
         memory
+    }
+
+    /// Contacts that are open, and that the new elastic displacements would close, stay as open as they are.
+    fn hold_open(&self, memory: &mut Memory, model: &Model, committed: &Committed, changed: &[bool]) {
+        for pair in self.pairs.iter().filter(|pair| changed[pair.a()] || changed[pair.b()]) {
+            for point in pair.points.iter().filter(|point| !point.evaluation.is_active()) {
+                let (e, state) = (&point.evaluation, &point.state);
+                let places = places_of(model, &committed.poses, pair, point);
+                let elastic = committed_gap(model, committed, pair, &places);
+                let geometric = e.normal.dot(&state.elastic) - e.gap - state.lead;
+                let lead = -e.gap - (geometric - e.normal.dot(&elastic));
+                if e.weight > 0.0 && e.gap >= 0.0 && geometric - e.normal.dot(&elastic) > 0.0 {
+                    let points = &mut memory.entry(pair.key()).or_default().points;
+                    points.retain(|kept| kept.feature != point.site.feature);
+                    points.push(PointMemory::open(point.site.feature, lead));
+                    points.sort_by_key(|kept| kept.feature);
+                }
+            }
+        }
     }
 }
 

@@ -476,7 +476,7 @@ static SOLVER: &[Key] = &[
     Key::optional(
         "accuracy",
         Quantity(Dimension::None, positive(1.0)),
-        "Relative error of contact forces, and so of q, that fidelity \"auto\" may cause: each body is condensed where it has to be, and where it nears damage. Without it \"auto\" is rigid for all, condensed where rock damages.",
+        "Relative error of contact forces, and so of q, that fidelity \"auto\" may cause: each body is condensed where it has to be, and where it nears damage. Without it \"auto\" is rigid for all.",
     ),
     Key::default("force_tolerance", TOLERANCE, "1e-3", "Out-of-balance force over the mean contact force."),
     Key::default(

@@ -44,6 +44,25 @@ pub struct PointMemory {
     pub firmness: f64,
 }
 
+impl PointMemory {
+    /// Of a contact without a force whose gap is more open than the geometry says by `-lead` [m].
+    pub fn open(feature: Feature, lead: f64) -> Self {
+        PointMemory {
+            feature,
+            stretch: Vec3::zeros(),
+            pressure: 0.0,
+            load: 0.0,
+            traction: Vec3::zeros(),
+            bound: 0.0,
+            tangential_energy: 0.0,
+            lead,
+            neglected: Vec3::zeros(),
+            firmness: 1.0,
+            scale: 1.0,
+        }
+    }
+}
+
 /// Memory of a pair of bodies.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PairMemory {

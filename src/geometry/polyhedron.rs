@@ -1,5 +1,6 @@
 //! Convex polyhedra with triangular facets, in body coordinates [m].
 
+use super::rounded::plain_hull;
 use crate::error::{Error, Result};
 use crate::tensor::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -10,6 +11,11 @@ pub struct Edge {
     pub vertices: [usize; 2],
     pub facets: [usize; 2],
 }
+
+/// How far a vertex of a hull may stand out of a facet, over the hull's size.
+const FLAT: f64 = 1e-6;
+/// More points than this are not tried three by three.
+const MOST_PLAIN: usize = 200;
 
 /// A closed surface of triangles, counter-clockwise seen from outside. A single vertex without
 /// facets is a point: the core of a sphere.
@@ -56,14 +62,28 @@ impl Polyhedron {
         Polyhedron::from_facets(corners, facets)
     }
 
-    /// The convex hull of `points` [m] (parry's, f64). Points inside are dropped.
+    /// The convex hull of `points` [m] (parry's, f64). Points inside are dropped. Where points within facets or edges mislead the
+    /// library into triangles without area or turned over, that of true corners alone.
     pub fn convex_hull(points: &[Vec3]) -> Result<Self> {
-        let points: Vec<_> = points.iter().map(|p| parry3d_f64::math::Vector::new(p.x, p.y, p.z)).collect();
-        let (vertices, facets) = parry3d_f64::transformation::try_convex_hull(&points)
+        let given: Vec<_> = points.iter().map(|p| parry3d_f64::math::Vector::new(p.x, p.y, p.z)).collect();
+        let (vertices, facets) = parry3d_f64::transformation::try_convex_hull(&given)
             .map_err(|e| Error::Mesh { name: "convex hull".into(), message: e.to_string() })?;
-        let vertices = vertices.iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
+        let vertices: Vec<Vec3> = vertices.iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
         let facets = facets.iter().map(|f| f.map(|i| i as usize)).collect();
-        Polyhedron::from_facets(vertices, facets)
+        match Polyhedron::from_facets(vertices.clone(), facets) {
+            Ok(hull) if hull.is_convex() => Ok(hull),
+            Ok(_) | Err(_) if points.len() <= MOST_PLAIN => plain_hull(points),
+            Ok(_) | Err(_) => plain_hull(&vertices),
+        }
+    }
+
+    /// Whether no vertex lies in front of a facet, but for rounding.
+    fn is_convex(&self) -> bool {
+        let size = self.vertices.iter().map(|v| (v - self.vertices[0]).norm()).fold(0.0, f64::max);
+        self.facets.iter().zip(&self.normals).all(|(facet, normal)| {
+            let level = normal.dot(&self.vertices[facet[0]]);
+            self.vertices.iter().all(|v| normal.dot(v) - level < FLAT * size)
+        })
     }
 
     /// From a closed, outward-oriented triangulation.
@@ -157,6 +177,7 @@ impl Polyhedron {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tensor::Rotation;
 
     #[test]
     fn cuboid_has_the_moments_of_a_box() {
@@ -177,5 +198,18 @@ mod tests {
         let hull = Polyhedron::convex_hull(&points).expect("a hull");
         assert_eq!(hull.vertices.len(), 8);
         assert!((hull.volume() - 1.0).abs() < 1e-12);
+    }
+
+    /// As meshes of flat bodies have them: points within facets and on edges, turned so that none is exactly there.
+    #[test]
+    fn hull_of_flat_facets_full_of_points_is_the_body() {
+        for turn in 0..40 {
+            let turned = Rotation::from_scaled_axis(Vec3::new(0.3, 0.7, -0.2) * (0.1 * f64::from(turn)));
+            let lattice =
+                (0..64).map(|k| Vec3::new((k % 4) as f64, (k / 4 % 4) as f64, (k / 16) as f64) / 30.0);
+            let points: Vec<Vec3> = lattice.map(|p| turned * p).collect();
+            let hull = Polyhedron::convex_hull(&points).expect("a hull");
+            assert!((hull.volume() / 1e-3 - 1.0).abs() < 1e-6, "turn {turn}: {}", hull.volume());
+        }
     }
 }

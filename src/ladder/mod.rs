@@ -11,14 +11,15 @@ pub mod balloon;
 pub mod blocks;
 pub mod bodies;
 pub mod cells;
-pub mod cylinder;
 pub mod damage;
 pub mod edges;
 pub mod finding;
 pub mod grains;
 pub mod hertz;
+pub mod membranes;
 pub mod newton;
 pub mod penalties;
+pub mod rig;
 pub mod run;
 pub mod scenes;
 pub mod standing;
@@ -55,8 +56,13 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "damage_cell", problem: "damage law of one cell, uniaxial", climb: damage::uniaxial_cell },
     Rung { name: "softening_bar", problem: "bar pulled apart, crack band", climb: damage::softening_bar },
     Rung { name: "balloon", problem: "neo-Hookean balloon, limit point", climb: balloon::balloon },
-    Rung { name: "cylinder", problem: "membrane cylinder: inflated, correction", climb: cylinder::cylinder },
-    Rung { name: "follower", problem: "following pressure: force is -p dV", climb: cylinder::follower },
+    Rung {
+        name: "membrane",
+        problem: "rubber cylinder: inflated, around a core",
+        climb: membranes::cylinder,
+    },
+    Rung { name: "pressure", problem: "work of a follower pressure", climb: membranes::pressed },
+    Rung { name: "rig_elastic", problem: "elastic specimens in the rig", climb: rig::elastic },
     Rung { name: "hertz", problem: "condensed sphere on a rigid plane", climb: hertz::normal },
     Rung { name: "newton", problem: "order of Newton's method", climb: newton::orders },
     Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },

@@ -90,8 +90,9 @@ history! {
     axial_stress_contacts: f64, "Pa", "axial stress from contact forces (Love-Weber), compression positive";
     radial_stress_contacts: f64, "Pa", "mean radial stress from contact forces (Love-Weber) and the pressure on the cover's rims, compression positive";
     end_friction: f64, "Pa", "what friction on the end plates adds to the radial stress from contact forces";
-    membrane_stress: f64, "Pa", "what the tension of a rubber membrane adds to the radial stress from contact forces";
-    stress_disagreement: f64, "1", "larger difference of the stresses from contact forces to those of plate, and of pressure, end friction and membrane, over the mean stress";
+    membrane_stress: f64, "Pa", "what a rubber membrane adds to the radial stress from contact forces: its tension, and the pressure on its middle, which is farther out than the grains";
+    membrane_axial_stress: f64, "Pa", "what a rubber membrane adds to the axial stress from contact forces, beside the ram";
+    stress_disagreement: f64, "1", "larger difference of the stresses from contact forces to those of plate and membrane, and of pressure, end friction and membrane, over the mean stress";
     control_error: f64, "1", "by how much what the stage prescribes is missed, relative";
     tangent_modulus: f64, "Pa", "slope of q over the axial strain, over the stage's last 0.1 % of axial strain, at least four increments";
     secant_modulus: f64, "Pa", "change of q over that of the axial strain since the start of the stage";

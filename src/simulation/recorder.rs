@@ -494,6 +494,7 @@ impl Recorder {
             radial_stress_contacts: picture.contact_stress.radial,
             end_friction: picture.contact_stress.end_friction,
             membrane_stress: picture.contact_stress.membrane,
+            membrane_axial_stress: picture.contact_stress.membrane_axial,
             stress_disagreement: picture.contact_stress.disagreement,
             control_error: row.control_error,
             tangent_modulus: row.response.tangent_modulus,

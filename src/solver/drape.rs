@@ -12,7 +12,7 @@ use crate::solver::newton::Newton;
 use crate::tensor::Pose;
 
 /// A node's force out of balance over its share of the pressure, once the membrane lies still.
-const TOLERANCE: f64 = 1e-2;
+const TOLERANCE: f64 = 1e-3;
 const MOST_ITERATIONS: usize = 400;
 /// Proximal weights over the contact stiffness: the first, and the range.
 const FIRST_WEIGHT: f64 = 1e-2;

@@ -152,6 +152,9 @@ pub fn advance(
     let outcome = newton.equilibrate();
     let passes = outcome.converged || outcome.balance.out_of_balance < settings.rough_tolerance;
     let takes_damage = passes && settings.damage.moves;
+    if takes_damage && !outcome.converged && !model.has_elastic() {
+        newton.contacts.note_loads(model, &newton.loads, &newton.poses);
+    }
     let damage = if takes_damage { newton.contacts.damages(model) } else { Ok(Damages::default()) };
     let status = if outcome.converged && damage.is_ok() {
         StepStatus::Converged

@@ -10,7 +10,7 @@ use crate::triaxial::chains::{body_stresses, chained_fraction};
 use crate::triaxial::deformation::{LocalStrain, Neighbourhood, SLICES, Unevenness, slice_strains};
 use crate::triaxial::drive::Origin;
 use crate::triaxial::network::{
-    Network, end_friction, mean_stress, outside_forces, pair_forces, sheet_stress,
+    Network, end_friction, mean_stress, membrane_stress, outside_forces, pair_forces,
 };
 use crate::triaxial::rig::Rig;
 use crate::triaxial::zones::Zones;
@@ -45,10 +45,12 @@ pub struct ContactStress {
     pub radial: f64,
     /// What friction on the plates adds to the mean radial stress [Pa].
     pub end_friction: f64,
-    /// What the tension of a rubber membrane adds to it [Pa].
+    /// What a rubber membrane adds to it [Pa].
     pub membrane: f64,
-    /// The larger difference to the axial stress of the plate, and to pressure, end friction and membrane, over the mean
-    /// stress.
+    /// What it adds to the axial stress, beside the ram [Pa].
+    pub membrane_axial: f64,
+    /// The larger difference to the axial stress of plate and membrane, and to pressure, end friction and membrane, over the
+    /// mean stress.
     pub disagreement: f64,
 }
 
@@ -144,8 +146,10 @@ impl Picture {
         let (axial, radial) = (stress[(2, 2)], 0.5 * (stress[(0, 0)] + stress[(1, 1)]));
         let end_friction = end_friction(&pairs, &[rig.bottom, rig.top], volume);
         let sheet = rig.model.membrane.as_ref();
-        let membrane = sheet.map_or(0.0, |sheet| sheet_stress(sheet, &contacts.membrane.positions, volume));
-        let off = (axial - measures.axial_stress)
+        let (pressure, inside) = (measures.confining_pressure, rig.rubber_inside());
+        let of_sheet = |sheet| membrane_stress(sheet, &contacts.membrane, pressure, volume, inside);
+        let [membrane, membrane_axial] = sheet.map_or([0.0; 2], of_sheet);
+        let off = (axial - measures.axial_stress - membrane_axial)
             .abs()
             .max((radial - measures.confining_pressure - end_friction - membrane).abs());
         let is_grain: Vec<bool> = rig.model.bodies.iter().map(|body| body.kind == BodyKind::Grain).collect();
@@ -162,6 +166,7 @@ impl Picture {
                 radial,
                 end_friction,
                 membrane,
+                membrane_axial,
                 disagreement: off / measures.mean_stress.abs(),
             },
             network: Network::of(&pairs, &is_grain),

@@ -6,8 +6,8 @@
 //! as one contact, whatever the number of its contact points; its normal is the mean of theirs,
 //! weighted by normal force. Stress counts compression positive.
 
-use crate::assembly::Contacts;
 use crate::assembly::membrane::MembranePoint;
+use crate::assembly::{Contacts, MembraneContacts};
 use crate::model::wall::WallContact;
 use crate::model::{BodyKind, Membrane, Model};
 use crate::tensor::{Mat3, Pose, Vec3};
@@ -203,13 +203,35 @@ pub fn end_friction(pairs: &[PairForce], plates: &[usize], volume: f64) -> f64 {
     -0.5 * sum / volume
 }
 
-/// What the tension of a rubber membrane's sheet adds to the mean radial stress in `volume` [m^3]: the mean over x and y of
-/// minus position times the sheet's force on its nodes, where `positions` [m] are, compression positive [Pa].
-pub fn sheet_stress(membrane: &Membrane, positions: &[Vec3], volume: f64) -> f64 {
+/// What a rubber membrane adds to the mean radial and to the axial stress from contact forces in `volume` [m^3], the inner
+/// half of its rubber not counted, compression positive [Pa].
+///
+/// Its hoops press on the grains; along the axis it draws the plates together, which the grains carry beside the ram: minus
+/// position times the sheet's force on its nodes. And `pressure` [Pa] acts on the middle of the rubber, farther out than the
+/// grains' surfaces: `p inside / V` less lever times contact force, half that at the side of a cylinder. Forces in balance
+/// on every node make these terms exact (virtual work of a uniform stretch).
+pub fn membrane_stress(
+    membrane: &Membrane,
+    contacts: &MembraneContacts,
+    pressure: f64,
+    volume: f64,
+    inside: f64,
+) -> [f64; 2] {
     let mut forces = vec![Vec3::zeros(); membrane.nodes.len()];
-    membrane.node_forces_into(&mut forces, positions);
-    let sum: f64 = positions.iter().zip(&forces).map(|(x, f)| x.x * f.x + x.y * f.y).sum();
-    -0.5 * sum / volume
+    membrane.node_forces_into(&mut forces, &contacts.positions);
+    let (mut across, mut along) = (0.0, 0.0);
+    for (x, f) in contacts.positions.iter().zip(&forces) {
+        across += x.x * f.x + x.y * f.y;
+        along += x.z * f.z;
+    }
+    for (_, point) in contacts.points() {
+        let force = point.on_body();
+        let Some(direction) = force.try_normalize(0.0) else { continue };
+        let lever = (membrane.rounding() - point.force.overlap) * force.norm();
+        across += lever * direction.xy().norm_squared();
+        along += lever * direction.z.powi(2);
+    }
+    [(pressure * inside - 0.5 * across) / volume, (pressure * inside - along) / volume]
 }
 
 impl Network {

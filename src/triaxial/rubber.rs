@@ -254,7 +254,7 @@ mod tests {
         crate::assembly::membrane_forces_into(&mut wrenches, membrane, &rig.contacts, poses);
         let on_bodies: crate::tensor::Vector6<f64> = wrenches[..3].iter().sum();
         let plate = wrenches[2].fixed_rows::<3>(0).norm();
-        // Nodes are balanced to 1e-2 of their load, some 400 of them: far below the force on a plate.
+        // Nodes are balanced to 1e-3 of their load, some 400 of them: far below the force on a plate.
         assert!(on_bodies.fixed_rows::<3>(0).norm() < 1e-2 * plate, "{on_bodies:?}");
     }
     /// What confines the prism, from contact forces: the pressure on the enclosed volume V and the tension of
@@ -284,7 +284,7 @@ mod tests {
         let volume = model.cover.as_ref().expect("there").volume(poses);
         let expected = -2.0 * pressure * volume - slope + within;
         assert!(slope > 0.05 * pressure * volume, "{slope}");
-        // Nodes are balanced to 1e-2 of their load; their errors do not add up.
+        // Nodes are balanced to 1e-3 of their load; their errors do not add up.
         assert!((sum / expected - 1.0).abs() < 3e-3, "{sum} {expected} {slope} {within}");
     }
 }
