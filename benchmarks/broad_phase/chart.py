@@ -11,6 +11,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+import matplotlib.ticker
 import numpy
 
 # Okabe & Ito (2008), told apart by marker as well.
@@ -39,6 +40,9 @@ def main():
         print(f"{label}: CPU time ~ bodies^{slope:.2f}")
         axes.loglog(bodies[sound], 1e3 * times[sound], marker=marker, color=colour, label=f"{label}, slope {slope:.2f}")
     axes.set_xlabel("bodies")
+    bodies = sorted({int(row["bodies"]) for row in rows})
+    axes.set_xticks(bodies, [str(count) for count in bodies])
+    axes.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
     axes.set_ylabel("CPU time [ms], median of repetitions")
     axes.grid(True, which="major", color="0.85")
     axes.legend(frameon=False)
