@@ -58,13 +58,9 @@ class Hyperbola:
 
 def read_curve(path):
     with Results(path) as results:
-        rows, consolidated = results.shear_rows()
-        column = lambda name: results.history[name][rows]
-        strain, volume, q = column("axial_strain"), column("volumetric_strain"), column("deviatoric_stress")
-        if consolidated:
-            # The last row of the consolidation is the zero of the strains.
-            strain[0] = volume[0] = 0
-        return Curve(float(numpy.median(column("confining_pressure"))), strain, q, volume, path)
+        names = ("axial_strain", "volumetric_strain", "deviatoric_stress", "confining_pressure")
+        strain, volume, q, pressure = results.shear(*names)
+        return Curve(float(numpy.median(pressure)), strain, q, volume, path)
 
 
 def hyperbola(curve):

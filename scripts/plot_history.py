@@ -56,16 +56,11 @@ def draw_curves(files):
     )
     drawn = 0
     for at, results in enumerate(files):
-        rows, consolidated = results.shear_rows()
-        strain = 100 * results.history["axial_strain"][rows]
-        q = results.history["deviatoric_stress"][rows] / 1e6
-        volume = 100 * results.history["volumetric_strain"][rows]
+        strain, q, volume = results.shear("axial_strain", "deviatoric_stress", "volumetric_strain")
+        strain, q, volume = 100 * strain, q / 1e6, 100 * volume
         if not len(strain):
             print(f"{results.path}: has no increments yet; left out", file=sys.stderr)
             continue
-        if consolidated:
-            # Strains count from the end of the consolidation, as laboratories report them: its last row is their zero.
-            strain[0] = volume[0] = 0
         drawn += 1
         style = {"color": COLOURS[at % len(COLOURS)], "linestyle": STYLES[at % len(STYLES)]}
         top.plot(strain, q, label=label_of(results), **style)
@@ -104,10 +99,8 @@ def draw_energies(files):
         1, len(files), figsize=(1.2 + 4.6 * len(files), 4.2), sharey=True, squeeze=False, layout="constrained"
     )
     for ax, results in zip(axes[0], files):
-        rows, consolidated = results.shear_rows()
-        strain = 100 * results.history["axial_strain"][rows]
-        if consolidated:
-            strain[0] = 0
+        rows, _ = results.shear_rows()
+        strain = 100 * results.shear("axial_strain")[0]
         parts = [numpy.nan_to_num(results.history[name][rows]) for name, _, _ in ENERGIES]
         total = numpy.sum(parts, axis=0)
         started = total > 0

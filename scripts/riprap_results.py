@@ -143,6 +143,15 @@ class Results:
         text = self.file["case/stages"].asstr()[()]
         return text.split("\n") if text else []
 
+    def shear(self, *names):
+        """Columns of the history over `shear_rows`; strains count from the end of the consolidation, as laboratories report them."""
+        rows, consolidated = self.shear_rows()
+        columns = [self.history[name][rows] for name in names]
+        for name, column in zip(names, columns):
+            if consolidated and name in ("axial_strain", "volumetric_strain"):
+                column[0] = 0
+        return columns
+
     def shear_rows(self):
         """Rows of the stages behind the leading consolidation, led by its last row where there is one, and whether so."""
         leading = 0

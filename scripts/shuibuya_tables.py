@@ -14,19 +14,11 @@ import sys
 
 import numpy
 
+from duncan_chang_curves import strength
 from riprap_results import Results, ResultsError
 
 # Peak deviatoric stress [Pa] and its axial strain at a confining pressure [Pa]: Ma, Zhou, Chang & Zhou (2011).
 SOURCE = {0.8e6: (3.52e6, 0.1164), 1.6e6: (7.04e6, 0.154)}
-# Hyperbolic parameters of the main rockfill, from memory of the literature and not verified.
-PHI, PHI_DROP = numpy.radians(52.0), numpy.radians(8.5)
-ATMOSPHERE = 101325.0
-
-
-def laboratory_strength(pressure):
-    """Failure stress q_f [Pa] of the unverified Duncan-Chang parameters at a confining pressure [Pa]."""
-    angle = PHI - PHI_DROP * numpy.log10(pressure / ATMOSPHERE)
-    return 2 * pressure * numpy.sin(angle) / (1 - numpy.sin(angle))
 
 
 def smoothed(strain, values, width):
@@ -40,13 +32,10 @@ def smoothed(strain, values, width):
 def measures(results):
     """One row of the table as a dict of numbers; NaN where a run does not reach."""
     history = results.history
-    rows, consolidated = results.shear_rows()
-    column = lambda name: numpy.nan_to_num(history[name][rows])
-    strain, volume, q = column("axial_strain"), column("volumetric_strain"), column("deviatoric_stress")
+    names = ("axial_strain", "volumetric_strain", "deviatoric_stress", "confining_pressure")
+    strain, volume, q, pressure = (numpy.nan_to_num(column) for column in results.shear(*names))
     if len(strain) < 3:
         raise ResultsError(f"{results.path}: has no shear to measure")
-    if consolidated:
-        strain[0] = volume[0] = 0
     mean_q = smoothed(strain, q, 0.002)
     peak = int(mean_q.argmax())
     deepest = int(volume.argmax())
@@ -59,7 +48,7 @@ def measures(results):
     work = history["energy_external"][-1]
     share = lambda name: history[name][-1] / work if name in history else 0.0
     return {
-        "pressure": float(numpy.median(column("confining_pressure"))),
+        "pressure": float(numpy.median(pressure)),
         "reached": strain[-1],
         "peak": mean_q[peak],
         "peak_strain": strain[peak] if peak < len(strain) - 1 else numpy.nan,
@@ -89,7 +78,7 @@ def table(files):
             status, _ = results.status
         known = [SOURCE[p] for p in SOURCE if abs(p / row["pressure"] - 1) < 0.01]
         source = f"{known[0][0] / 1e6:.2f} at {100 * known[0][1]:.2f} % ({100 * (row['peak'] / known[0][0] - 1):+.0f} %)" if known else "none given"
-        laboratory = laboratory_strength(row["pressure"])
+        laboratory = strength(row["pressure"])
         at = f"{100 * row['peak_strain']:.2f} %" if numpy.isfinite(row["peak_strain"]) else "the end"
         name = os.path.splitext(os.path.basename(path))[0]
         lines.append(

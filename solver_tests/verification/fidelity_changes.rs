@@ -14,17 +14,16 @@ use std::sync::Arc;
 
 use riprap::assembly::Contacts;
 use riprap::grain::CondensedGrain;
-use riprap::material::Elastic;
-use riprap::mesh::cuboid_mesh;
 use riprap::model::Loads;
 use riprap::scene::{Row, Scene, SceneBody, SceneParameters};
 use riprap::solver::fidelity::change;
 use riprap::solver::{Increment, advance};
 use riprap::triaxial::StageEnd;
 
-use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
+use riprap::ladder::bodies::DENSITY;
 
-const EDGE: f64 = 0.03;
+use crate::two_cubes::{between_plates, meshed};
+
 const CUBES: [usize; 2] = [1, 2];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,23 +34,13 @@ enum Cubes {
 }
 
 fn pressed(cubes: Cubes, increments: usize, friction: f64) -> SceneParameters {
-    let cube = |name: &str, z: f64, turn: f64| {
-        let mesh = cuboid_mesh([EDGE; 3], 0.5 * EDGE).expect("a mesh");
-        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
-        let cube = body(name, cuboid([EDGE; 3]), [0.0, 0.0, z], [0.0, 0.0, turn]);
+    let made = |cube: SceneBody| {
+        let (mesh, rock) = meshed();
         let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
         let grain = Some(Arc::new(grain)).filter(|_| cubes != Cubes::Rigid);
         SceneBody { grain, rests: matches!(cubes, Cubes::Chosen(_)), ..cube }
     };
-    let plate = |name: &str, z: f64| body(name, cuboid([0.1, 0.1, 0.02]), [0.0, 0.0, z], [0.0, 0.0, 0.2]);
-    let bodies = vec![
-        fixed(plate("bottom", -0.01)),
-        cube("lower", 0.5 * EDGE, 0.1),
-        cube("upper", 1.5 * EDGE, 0.6),
-        plate("top", 2.0 * EDGE + 0.01),
-    ];
-    let push = drive([Some(4e-6), Some(0.0), Some(-40e-6)], HELD);
-    let mut parameters = scene(bodies, friction, vec![load(increments, "top", push)]);
+    let mut parameters = between_plates(friction, increments, [4e-6, 0.0, -40e-6], made);
     parameters.settings.force_tolerance = 1e-5;
     parameters.settings.gap_tolerance = 1e-7;
     if let Cubes::Chosen(accuracy) = cubes {

@@ -11,15 +11,13 @@ use std::sync::Arc;
 
 use riprap::element::Strains;
 use riprap::grain::{CondensedGrain, FullGrain};
-use riprap::material::Elastic;
-use riprap::mesh::cuboid_mesh;
 use riprap::scene::{Scene, SceneBody};
 use riprap::tensor::Vec3;
 use riprap::triaxial::StageEnd;
 
-use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
+use riprap::ladder::bodies::DENSITY;
 
-const EDGE: f64 = 0.03;
+use crate::two_cubes::{EDGE, between_plates, meshed};
 
 #[derive(Debug, Clone, Copy)]
 enum Cubes {
@@ -35,10 +33,8 @@ struct Pressed {
 }
 
 fn pressed(cubes: Cubes, approach: f64) -> Pressed {
-    let cube = |name: &str, z: f64, turn: f64| {
-        let mesh = cuboid_mesh([EDGE; 3], 0.5 * EDGE).expect("a mesh");
-        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
-        let cube = body(name, cuboid([EDGE; 3]), [0.0, 0.0, z], [0.0, 0.0, turn]);
+    let made = |cube: SceneBody| {
+        let (mesh, rock) = meshed();
         match cubes {
             Cubes::Condensed => {
                 let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
@@ -50,15 +46,7 @@ fn pressed(cubes: Cubes, approach: f64) -> Pressed {
             }
         }
     };
-    let plate = |name: &str, z: f64| body(name, cuboid([0.1, 0.1, 0.02]), [0.0, 0.0, z], [0.0, 0.0, 0.2]);
-    let bodies = vec![
-        fixed(plate("bottom", -0.01)),
-        cube("lower", 0.5 * EDGE, 0.1),
-        cube("upper", 1.5 * EDGE, 0.6),
-        plate("top", 2.0 * EDGE + 0.01),
-    ];
-    let push = drive([Some(0.1 * approach), Some(0.0), Some(-approach)], HELD);
-    let mut parameters = scene(bodies, 0.65, vec![load(4, "top", push)]);
+    let mut parameters = between_plates(0.65, 4, [0.1 * approach, 0.0, -approach], made);
     parameters.settings.force_tolerance = 1e-8;
     parameters.settings.gap_tolerance = 1e-13;
     let mut scene = Scene::new(&parameters).expect("a sound scene");

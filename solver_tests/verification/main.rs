@@ -27,4 +27,5 @@ mod sliding_over_facets;
 mod softening_bar;
 mod tet10_patch_and_convergence;
 mod three_cylinders;
+mod two_cubes;
 mod wedge_between_walls;

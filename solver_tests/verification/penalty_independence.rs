@@ -10,28 +10,12 @@
 //! trapezoidal rule's error, which falls with the square of the increment, and to what the gap tolerance
 //! leaves of each force (1 % of what a contact yields).
 
-use std::sync::Arc;
-
-use riprap::grain::CondensedGrain;
-use riprap::material::Elastic;
-use riprap::mesh::cuboid_mesh;
-use riprap::scene::{Scene, SceneBody};
+use riprap::ladder::penalties;
+use riprap::scene::Scene;
 use riprap::triaxial::StageEnd;
 
-use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
-
-const EDGE: f64 = 0.03;
-
 fn squeezed(first_penalty: f64, increments: usize, friction: f64, sharp: bool) -> (f64, f64, f64, usize) {
-    let mesh = cuboid_mesh([EDGE; 3], 0.5 * EDGE).expect("a mesh");
-    let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
-    let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-    let cube = body("cube", cuboid([EDGE; 3]), [0.0, 0.0, 0.5 * EDGE], [0.0; 3]);
-    let cube = SceneBody { grain: Some(Arc::new(grain)), ..cube };
-    let plate = |name: &str, z: f64| body(name, cuboid([0.1, 0.1, 0.02]), [0.0, 0.0, z], [0.0, 0.0, 0.4]);
-    let bodies = vec![fixed(plate("bottom", -0.01)), cube, plate("top", EDGE + 0.01)];
-    let push = drive([Some(0.0), Some(0.0), Some(-30e-6)], HELD);
-    let mut parameters = scene(bodies, friction, vec![load(increments, "top", push)]);
+    let mut parameters = penalties::squeezed(increments, friction);
     parameters.settings.first_penalty = first_penalty;
     parameters.settings.gap_tolerance = if sharp { 1e-8 } else { 1e-6 };
     parameters.settings.force_tolerance = if sharp { 1e-5 } else { 1e-3 };

@@ -111,13 +111,7 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
 mod tests {
     use super::*;
 
-    const LAW: ContactLaw = ContactLaw {
-        onset: 3e-6,
-        fade_length: 5e-4,
-        parallel_limit: 4e-3,
-        tangential_ratio: 0.9,
-        friction_blend: 0.05,
-    };
+    const LAW: ContactLaw = ContactLaw::SAMPLE;
 
     fn at(bound: f64, weight: f64, stretch: f64) -> Stretched {
         Stretched::new(&LAW, 2e8, bound, weight, stretch)

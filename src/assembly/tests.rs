@@ -71,16 +71,10 @@ fn wrapped_block() -> (Model, Committed, Loads) {
     loads.prescribed[2] = [true, true, false, false, false, true];
     loads.free_nodes(membrane.free_nodes());
     loads.pressure = 2e5;
-    let friction = Friction::constant(0.5);
     let model = Model {
-        bodies,
-        shapes,
-        law,
-        friction,
         cover: Some(cover),
         membrane: Some(membrane),
-        wall: None,
-        generated: Vec::new(),
+        ..Model::new(bodies, shapes, law, Friction::constant(0.5))
     };
     (model, Committed::new(poses), loads)
 }

@@ -221,13 +221,7 @@ pub fn closest_on_segments(p0: &Vec3, p1: &Vec3, q0: &Vec3, q1: &Vec3) -> (f64, 
 mod tests {
     use super::*;
 
-    const LAW: ContactLaw = ContactLaw {
-        onset: 3e-6,
-        fade_length: 0.5,
-        parallel_limit: 0.9,
-        tangential_ratio: 0.9,
-        friction_blend: 0.05,
-    };
+    const LAW: ContactLaw = ContactLaw { fade_length: 0.5, parallel_limit: 0.9, ..ContactLaw::SAMPLE };
 
     fn weight_of(points: &[Vec3; 4]) -> f64 {
         let v = points.map(|p| Vector::constant(&p));

@@ -101,6 +101,11 @@ impl Evaluation {
         self.pressure > 0.0
     }
 
+    /// Whether the friction force is at its bound.
+    pub fn slides(&self) -> bool {
+        self.friction.norm() > (1.0 - 1e-6) * self.coefficient * self.pressure
+    }
+
     /// Slip in the step [m].
     pub fn slip(&self) -> f64 {
         (self.trial_stretch - self.stretch).norm()
@@ -384,13 +389,7 @@ mod tests {
     use crate::contact::features::Feature;
     use crate::tensor::Pose;
 
-    const LAW: ContactLaw = ContactLaw {
-        onset: 3e-6,
-        fade_length: 2e-3,
-        parallel_limit: 0.5,
-        tangential_ratio: 0.9,
-        friction_blend: 0.05,
-    };
+    const LAW: ContactLaw = ContactLaw { fade_length: 2e-3, parallel_limit: 0.5, ..ContactLaw::SAMPLE };
 
     struct Scene {
         site: Site,

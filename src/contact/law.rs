@@ -223,16 +223,22 @@ impl Weakening {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const LAW: ContactLaw = ContactLaw {
+impl ContactLaw {
+    /// For tests, here and elsewhere: grains of some centimetres.
+    pub const SAMPLE: ContactLaw = ContactLaw {
         onset: 3e-6,
         fade_length: 5e-4,
         parallel_limit: 4e-3,
         tangential_ratio: 0.9,
         friction_blend: 0.05,
     };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: ContactLaw = ContactLaw::SAMPLE;
 
     #[test]
     fn normal_force_is_derivative_of_energy() {

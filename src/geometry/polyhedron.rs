@@ -1,6 +1,6 @@
 //! Convex polyhedra with triangular facets, in body coordinates [m].
 
-use super::rounded::plain_hull;
+use super::rounded::{MOST_PLAIN, plain_hull};
 use crate::error::{Error, Result};
 use crate::tensor::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -14,8 +14,6 @@ pub struct Edge {
 
 /// How far a vertex of a hull may stand out of a facet, over the hull's size.
 const FLAT: f64 = 1e-6;
-/// More points than this are not tried three by three.
-const MOST_PLAIN: usize = 200;
 
 /// A closed surface of triangles, counter-clockwise seen from outside. A single vertex without
 /// facets is a point: the core of a sphere.

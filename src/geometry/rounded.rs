@@ -111,6 +111,9 @@ pub fn intersection(shape: &Polyhedron, planes: &[HalfSpace]) -> Result<Polyhedr
     polytope(&all, shape.vertices[0], size).map_err(fault)
 }
 
+/// Points up to which [`plain_hull`] is made; beyond, it would take seconds.
+pub const MOST_PLAIN: usize = 300;
+
 /// The convex hull of `points` [m] with nothing but true corners: points inside of facets and edges are dropped, and no facet is a
 /// sliver. By trying the plane through any three points, so for tens of points.
 ///

@@ -11,7 +11,7 @@
 use crate::error::Result;
 use crate::geometry::Polyhedron;
 use crate::geometry::RoundedBody;
-use crate::geometry::rounded::{HalfSpace, facet_planes, intersection, plain_hull};
+use crate::geometry::rounded::{HalfSpace, MOST_PLAIN, facet_planes, intersection, plain_hull};
 use crate::geometry::separation::separating_axis;
 use crate::mesh::Mesh;
 use crate::tensor::{Mat3, Pose, Vec3};
@@ -33,8 +33,6 @@ pub struct ContactShape {
 
 /// Deepest rounding as a share of the depth of the body below its centroid.
 const MOST_OF_DEPTH: f64 = 0.5;
-/// Corners of cells up to which a hull is made plane by plane; beyond, that would take seconds.
-const MOST_PLAIN: usize = 300;
 /// First and last turn of the search for a plane [rad].
 const TURNS: [f64; 2] = [0.3, 0.01];
 

@@ -53,6 +53,20 @@ pub struct Model {
 }
 
 impl Model {
+    /// Bodies that nothing confines and that have not begun to break.
+    pub fn new(bodies: Vec<Body>, shapes: Vec<ContactShape>, law: ContactLaw, friction: Friction) -> Self {
+        Model {
+            bodies,
+            shapes,
+            law,
+            friction,
+            cover: None,
+            membrane: None,
+            wall: None,
+            generated: Vec::new(),
+        }
+    }
+
     /// Stiffness of a contact between two bodies [N/m]: theirs in series; rigid plates give none.
     pub fn contact_stiffness(&self, a: usize, b: usize) -> f64 {
         let compliance = 1.0 / self.bodies[a].stiffness + 1.0 / self.bodies[b].stiffness;
@@ -76,11 +90,6 @@ impl Model {
         }
         let compliance = |body: usize| 1.0 / self.bodies[body].stiffness;
         (compliance(a) + compliance(b)) / (compliance(a) / firmness[0] + compliance(b) / firmness[1])
-    }
-
-    /// Whether any body breaks and is rigid otherwise.
-    pub fn has_brittle(&self) -> bool {
-        self.bodies.iter().any(Body::is_brittle)
     }
 
     /// Whether any body deforms, condensed or full.

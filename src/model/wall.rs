@@ -190,13 +190,7 @@ impl WallContact {
 mod tests {
     use super::*;
 
-    const LAW: ContactLaw = ContactLaw {
-        onset: 3e-6,
-        fade_length: 2e-3,
-        parallel_limit: 0.5,
-        tangential_ratio: 0.9,
-        friction_blend: 0.05,
-    };
+    const LAW: ContactLaw = ContactLaw { fade_length: 2e-3, parallel_limit: 0.5, ..ContactLaw::SAMPLE };
 
     fn poses(radius: f64) -> Vec<Pose> {
         let at = |z: f64| Pose::new(Vec3::new(0.0, 0.0, z), Rotation::identity());

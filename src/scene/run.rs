@@ -163,9 +163,7 @@ impl Scene {
         }
         let reaction = vec![Vector6::zeros(); bodies.len()];
         let first_shapes = bodies.iter().map(|body| body.nominal.clone()).collect();
-        let friction = parameters.friction;
-        let (cover, membrane, generated) = (None, None, Vec::new());
-        let mut model = Model { bodies, shapes, law, friction, cover, membrane, wall: None, generated };
+        let mut model = Model::new(bodies, shapes, law, parameters.friction);
         model.begin_damage();
         Ok(Scene {
             model,

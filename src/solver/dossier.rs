@@ -2,13 +2,11 @@
 
 use std::fmt;
 
-use crate::assembly::{ContactPoint, Contacts, PairWork};
+use crate::assembly::{Contacts, PairWork};
 use crate::contact::Feature;
 use crate::model::Model;
 use crate::solver::{IncrementReport, Settings, StepStatus};
 
-/// A share of the bound from which a contact counts as sliding.
-const SLIDES: f64 = 1.0 - 1e-6;
 /// Entries of the residual history that are shown when printed; all are kept.
 const SHOWN: usize = 12;
 
@@ -54,11 +52,7 @@ impl Dossier {
     pub fn of(model: &Model, contacts: &Contacts, report: &IncrementReport, settings: &Settings) -> Self {
         let worst = report.balance.worst_body;
         let name = |body: usize| model.bodies.get(body).map_or("a membrane node".into(), |b| b.name.clone());
-        let slides = |point: &ContactPoint| {
-            let e = &point.evaluation;
-            e.friction.norm() > SLIDES * e.coefficient * e.pressure
-        };
-        let sliding = contacts.active().filter(|(_, point)| slides(point)).count();
+        let sliding = contacts.active().filter(|(_, point)| point.evaluation.slides()).count();
         let all = contacts.active().count();
         let deepest = |of: &dyn Fn(&PairWork) -> bool| {
             let own = contacts.active().filter(|(pair, _)| of(pair));

@@ -196,9 +196,7 @@ pub fn advance(
             energy.elastic += e.energy + e.tangential_energy;
             measures.points += 1;
             measures.max_penetration = measures.max_penetration.max(-e.gap);
-            if e.friction.norm() > (1.0 - 1e-6) * e.coefficient * e.pressure {
-                sliding += 1;
-            }
+            sliding += usize::from(e.slides());
         }
         measures.pairs += usize::from(touching);
     }

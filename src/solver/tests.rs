@@ -38,22 +38,15 @@ fn block(name: &str, size: [f64; 3]) -> (Body, ContactShape) {
 fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {
     let (plate, plate_shape) = block("plate", [1.0, 1.0, 0.1]);
     let (cube, cube_shape) = block("cube", [0.1, 0.1, 0.1]);
-    let model = Model {
-        bodies: vec![plate, cube],
-        shapes: vec![plate_shape, cube_shape],
-        law: ContactLaw {
-            onset: 1e-7,
-            fade_length: 5e-4,
-            parallel_limit: 4e-3,
-            tangential_ratio: 0.89,
-            friction_blend: 0.05,
-        },
-        friction: Friction::constant(friction),
-        cover: None,
-        membrane: None,
-        wall: None,
-        generated: Vec::new(),
+    let law = ContactLaw {
+        onset: 1e-7,
+        fade_length: 5e-4,
+        parallel_limit: 4e-3,
+        tangential_ratio: 0.89,
+        friction_blend: 0.05,
     };
+    let (bodies, shapes) = (vec![plate, cube], vec![plate_shape, cube_shape]);
+    let model = Model::new(bodies, shapes, law, Friction::constant(friction));
     let poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, -0.05), crate::tensor::Rotation::identity()),
         Pose::new(Vec3::new(0.0, 0.0, 0.05), crate::tensor::Rotation::identity()),
@@ -174,16 +167,10 @@ fn membrane_on_a_smooth_core_hands_the_pressure_on() {
     loads.prescribed = vec![[true; 6]; 3];
     loads.free_nodes(membrane.free_nodes());
     loads.pressure = pressure;
-    let friction = Friction::constant(0.5);
     let model = Model {
-        bodies,
-        shapes,
-        law,
-        friction,
         cover: Some(cover),
         membrane: Some(membrane),
-        wall: None,
-        generated: Vec::new(),
+        ..Model::new(bodies, shapes, law, Friction::constant(0.5))
     };
     let committed = Committed::new(poses);
     let settings = Settings::default();

@@ -228,9 +228,7 @@ impl Rig {
             tangential_ratio,
             friction_blend: 0.05,
         };
-        let friction = parameters.friction;
-        let (cover, membrane, generated) = (None, None, Vec::new());
-        let model = Model { bodies, shapes, law, friction, cover, membrane, wall: None, generated };
+        let model = Model::new(bodies, shapes, law, parameters.friction);
         let mut rig = Rig {
             model,
             committed: Committed::new(poses),

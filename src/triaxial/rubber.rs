@@ -186,18 +186,8 @@ mod tests {
             shapes.push(shape);
             poses.push(pose);
         }
-        let friction = Friction::constant(0.5);
         Rig {
-            model: Model {
-                bodies,
-                shapes,
-                law,
-                friction,
-                cover: None,
-                membrane: None,
-                wall: None,
-                generated: Vec::new(),
-            },
+            model: Model::new(bodies, shapes, law, Friction::constant(0.5)),
             committed: Committed::new(poses),
             contacts: Contacts::default(),
             settings: Settings::default(),

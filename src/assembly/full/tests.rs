@@ -53,16 +53,7 @@ fn pile() -> (Model, Committed, Loads) {
         let turn = Vec3::new(2e-4, -3e-4, 0.35 * index as f64);
         Pose::new(Vec3::new(1e-3 * index as f64, -2e-3, height), Rotation::from_scaled_axis(turn))
     };
-    let model = Model {
-        bodies,
-        shapes,
-        law,
-        friction: Friction::constant(0.4),
-        cover: None,
-        membrane: None,
-        wall: None,
-        generated: Vec::new(),
-    };
+    let model = Model::new(bodies, shapes, law, Friction::constant(0.4));
     (model, Committed::new((0..3).map(place).collect()), Loads::none(3))
 }
 
