@@ -24,6 +24,7 @@ mod newton_order;
 mod penalty_independence;
 mod rattler;
 mod sliding_over_facets;
+mod smooth_core;
 mod softening_bar;
 mod tet10_patch_and_convergence;
 mod three_cylinders;
