@@ -3,7 +3,7 @@
 
     benchmarks/covers/chart.py benchmarks/runs/2026-11-21-covers-100
 
-The folder holds `history.csv` of each cover as `<cover>.csv` (`riprap export FILE --csv`), and `cost.csv`: cover, CPU seconds.
+The folder holds `history.csv` of each cover as `<cover>.csv` (`riprap export FILE --csv`), and `cost.csv`: cover, CPU seconds, how far it came.
 """
 
 import csv
@@ -33,7 +33,7 @@ def read(path):
 
 def main(folder):
     with open(os.path.join(folder, "cost.csv"), newline="", encoding="utf-8") as file:
-        cost = {row["cover"]: float(row["cpu_seconds"]) for row in csv.DictReader(file)}
+        costs = {row["cover"]: row for row in csv.DictReader(file)}
     figure, axes = plt.subplots(3, 1, figsize=(6.4, 9.0), layout="constrained", height_ratios=[3, 3, 1.4])
     for name, label, colour, style in COVERS:
         h = read(os.path.join(folder, f"{name}.csv"))
@@ -41,7 +41,7 @@ def main(folder):
         strain = 100 * h["axial_strain"][sheared]
         axes[0].plot(strain, h["deviatoric_stress"][sheared] / 1e6, color=colour, linestyle=style, lw=1.4, label=label)
         axes[1].plot(strain, 100 * h["volumetric_strain"][sheared], color=colour, linestyle=style, lw=1.4)
-        tell(name, h, cost[name])
+        tell(name, h, float(costs[name]["cpu_seconds"]))
     axes[0].set_ylabel("deviatoric stress  q  [MPa]")
     axes[0].legend(frameon=False)
     axes[0].tick_params(labelbottom=False)
@@ -49,12 +49,12 @@ def main(folder):
     axes[1].set_ylabel("volumetric strain  [%]\n(contraction positive)")
     axes[1].set_xlabel("axial strain  [%]")
     names = [label for _, label, _, _ in COVERS]
-    seconds = [cost[name] for name, _, _, _ in COVERS]
+    seconds = [float(costs[name]["cpu_seconds"]) for name, _, _, _ in COVERS]
     bars = axes[2].barh(names, seconds, color=[colour for _, _, colour, _ in COVERS])
-    axes[2].bar_label(bars, labels=[f"{s:.0f} s" for s in seconds], padding=4)
-    axes[2].set_xlim(0, 1.15 * max(seconds))
+    axes[2].bar_label(bars, labels=[f"{float(costs[name]['cpu_seconds']):.0f} s, {costs[name]['comes_to']}" for name, _, _, _ in COVERS], padding=4)
+    axes[2].set_xlim(0, 1.7 * max(seconds))
     axes[2].invert_yaxis()
-    axes[2].set_xlabel("CPU time of the whole run  [s]")
+    axes[2].set_xlabel("CPU time of the run  [s]")
     for axis in axes:
         axis.spines[["top", "right"]].set_visible(False)
     figure.savefig(os.path.join(folder, "covers.png"), dpi=130)
@@ -75,6 +75,8 @@ def tell(name, h, seconds):
               f"ends at {100 * h['axial_strain'][rows][-1]:.3f} %, q {h['deviatoric_stress'][rows][-1] / 1e6:.4f} MPa")
     sheared = h["stage"] == 1
     for strain in [0.1, 0.5, 1, 2, 5]:
+        if strain > 100 * h["axial_strain"][sheared][-1] + 1e-6:
+            break
         q = numpy.interp(strain, 100 * h["axial_strain"][sheared], h["deviatoric_stress"][sheared] / 1e6)
         volume = numpy.interp(strain, 100 * h["axial_strain"][sheared], 100 * h["volumetric_strain"][sheared])
         print(f"  at {strain:g} %: q {q:.3f} MPa, volume {volume:+.3f} %")

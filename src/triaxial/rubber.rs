@@ -283,7 +283,7 @@ mod tests {
         assert!(!rig.membrane_trouble(0.8e6).contains("cannot"));
     }
 
-    /// Finer above the opening, and nowhere else; it bulges in as the coarse one does.
+    /// Finest above the opening; it bulges in as the coarse one does.
     #[test]
     fn membrane_is_refined_where_it_spans() {
         let bulge = |refinement: usize| {
@@ -302,8 +302,9 @@ mod tests {
             [deepest, sizes(true), sizes(false)]
         };
         let [coarse, fine] = [0, 1].map(bulge);
-        // Rims keep their edges, and the triangles at them are halved once.
-        assert!(fine[1] < 0.65 * coarse[1] && fine[2] > 0.7 * coarse[2], "{coarse:?} {fine:?}");
+        // Rims keep their edges. The middles of the prism's sides lie deep behind a round sheet too, its corners do not.
+        let [above, beside] = [fine[1] / coarse[1], fine[2] / coarse[2]];
+        assert!(above < 0.6 && beside > above + 0.1, "{coarse:?} {fine:?}");
         // By less than a tenth of the opening.
         assert!((coarse[0] - fine[0]).abs() < 1.5e-3, "{coarse:?} {fine:?}");
     }
