@@ -304,9 +304,9 @@ static MEMBRANE: &[Kind] = &[
             ),
             Key::default(
                 "refinement",
-                Count(0, 4),
+                Count(0, 2),
                 "0",
-                "How often these are halved where the membrane has to span pores.",
+                "How often these are halved where the membrane has to span pores; twice has not been seen to lay well.",
             ),
         ],
     },
