@@ -64,7 +64,8 @@ fn block_carries_its_strength_over_its_face() {
 
 #[test]
 fn small_faces_meet_what_they_cover() {
-    let changes = [("/stages/0/increments", json!(400)), ("/stages/0/bodies/top/displacement/2", json!("-4 um"))];
+    let changes =
+        [("/stages/0/increments", json!(400)), ("/stages/0/bodies/top/displacement/2", json!("-4 um"))];
     let case = case(include_str!("../../cases/crushing/point_load.json"), &changes);
     let mut scene = scene(&case);
     let (found, _) = rows(&mut scene, 3);
@@ -83,7 +84,12 @@ fn a_broken_grain_goes_on_and_a_stored_state_goes_on_to_the_same_bits() {
     let (all, end) = rows(&mut whole, usize::MAX);
     let last = &all[all.len() - 1];
     let peak = all.iter().map(force).fold(0.0, f64::max);
-    println!("grain: {} rows, peak {peak:.0} N, {:?}, {} bodies, {end:?}", all.len(), last.damage, whole.model.bodies.len());
+    println!(
+        "grain: {} rows, peak {peak:.0} N, {:?}, {} bodies, {end:?}",
+        all.len(),
+        last.damage,
+        whole.model.bodies.len()
+    );
     assert_eq!(end, StageEnd::Finished);
     assert!(last.damage.deleted_cells > 0, "{:?}", last.damage);
     let deleting = all.iter().position(|row| row.damage.deleted_cells > 0).expect("cells go");

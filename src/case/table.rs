@@ -111,7 +111,11 @@ static SCENE: &[Key] = &[
 
 static PRESS: &[Key] = &[
     Key::required("body", Text, "Name of the body that is pressed."),
-    Key::required("bottom", Text, "Name of the plate below it, a fixed box; only what its face covers can be met."),
+    Key::required(
+        "bottom",
+        Text,
+        "Name of the plate below it, a fixed box; only what its face covers can be met.",
+    ),
     Key::required("top", Text, "Name of the plate above it, a box that load stages drive along z."),
     Key::default(
         "grip",

@@ -181,11 +181,7 @@ pub enum ShapeCase {
     /// Radius [m], centred on the position.
     Sphere(f64),
     /// About the z axis, centred on the position [m]; a prism of so many sides.
-    Cylinder {
-        radius: f64,
-        length: f64,
-        sides: usize,
-    },
+    Cylinder { radius: f64, length: f64, sides: usize },
     /// A random grain of the case's seed, as specimens have them: limits of its size class [m]. It lies on its lowest facet, its centroid on the
     /// position.
     Grain([f64; 2]),

@@ -52,10 +52,10 @@ const SUSPENSION: f64 = 1e-9;
 /// Compliance of a patch of its own times E and its radius: a tenth of the half-space's under a uniform pressure, `16 (1 - nu^2) / (3 pi^2)`. Patches
 /// overlap, so that their mean displacements may depend on one another; this keeps the forces unique.
 const PATCH_COMPLIANCE: f64 = 0.05;
-/// Pull that a touching node may keep, over the largest force: at first, and where the set of touching nodes goes round in circles (sticking nodes
-/// can: their tangential hold comes and goes with the touch).
-const PULLS: [f64; 3] = [1e-9, 1e-3, 1e-2];
-/// Changes of the set of touching nodes in one solution; from the second number on it changes by one node at a time, from the third on with more
+/// Pull that a touching node may keep, over the largest force: at first, and where the set of touching nodes still goes round in circles.
+const PULLS: [f64; 2] = [1e-9, 1e-3];
+/// Changes of the set of touching nodes in one solution; from the second number on it changes by one node at a time, and nodes that join slide in
+/// this solution (a tangential hold that comes and goes with the touch is what makes the set go round in circles), from the third on with
 /// indulgence.
 const MOST_CHANGES: usize = 200;
 const ONE_BY_ONE: usize = 20;
@@ -81,7 +81,9 @@ impl Patches {
         let weights = places.iter().map(|patch| {
             let mut merged: BTreeMap<u32, f64> = BTreeMap::new();
             for (point, share) in patch {
-                for (node, weight) in point.nodes.iter().zip(&point.weights).filter(|(_, weight)| **weight != 0.0) {
+                for (node, weight) in
+                    point.nodes.iter().zip(&point.weights).filter(|(_, weight)| **weight != 0.0)
+                {
                     *merged.entry(*node).or_default() += share * weight;
                 }
             }
@@ -101,6 +103,8 @@ struct Touch {
     /// Its displacement [m] when it began to touch.
     #[serde(with = "crate::tensor::stored")]
     anchor: Vec3,
+    /// Whether it is held at its anchor, where the plates are rough. A node that joins late in a solution slides in that one.
+    sticks: bool,
 }
 
 /// What the next solution starts from.
@@ -191,7 +195,12 @@ pub struct Bench {
 
 impl Bench {
     /// Contact under the grain's damage as it is, or why there is none.
-    pub fn contact(&self, grain: &DamagedGrain, patches: &Patches, memory: &Memory) -> Result<Contact, String> {
+    pub fn contact(
+        &self,
+        grain: &DamagedGrain,
+        patches: &Patches,
+        memory: &Memory,
+    ) -> Result<Contact, String> {
         let condensed = grain.condensed();
         let points = condensed.surface().node_points();
         let places: Vec<Vec3> = points.iter().map(|point| self.frame.to_space(&point.position)).collect();
@@ -211,7 +220,9 @@ impl Bench {
             let mut displacements: Vec<Vec3> =
                 places.iter().map(|x| rigid[0] + rigid[1].cross(&(x - centre))).collect();
             for (k, force) in touching.keys().zip(&forces) {
-                for (axis, response) in responses[k].iter().enumerate().filter(|(axis, _)| force[*axis] != 0.0) {
+                for (axis, response) in
+                    responses[k].iter().enumerate().filter(|(axis, _)| force[*axis] != 0.0)
+                {
                     displacements.iter_mut().zip(response).for_each(|(u, unit)| *u += unit * force[axis]);
                 }
             }
@@ -229,12 +240,18 @@ impl Bench {
                     let shares = patches.places[*k as usize].iter();
                     shares.map(|(point, share)| (*point, own * *share)).collect::<Vec<_>>()
                 };
+                // What slid to its place sticks there from now on.
+                for (k, touch) in touching.iter_mut().filter(|(_, touch)| !touch.sticks) {
+                    *touch = Touch { anchor: displacements[*k as usize], sticks: true, ..*touch };
+                }
                 return Ok(Contact {
                     pushes: touching.iter().zip(&forces).map(push).collect(),
                     loads: touching.keys().zip(&forces).flat_map(spread).collect(),
                     memory: Memory { touching, displacements },
                     motion: [rigid[0], rigid[1], centre],
-                    patch_energy: 0.5 * self.compliance() * forces.iter().map(Vec3::norm_squared).sum::<f64>(),
+                    patch_energy: 0.5
+                        * self.compliance()
+                        * forces.iter().map(Vec3::norm_squared).sum::<f64>(),
                     solutions: solution,
                 });
             }
@@ -252,6 +269,9 @@ impl Bench {
         let turn = self.frame.rotation;
         let nodes = grain.condensed().surface().nodes();
         std::array::from_fn(|axis| {
+            if axis < 2 && self.grip != Grip::Rough {
+                return Vec::new();
+            }
             let own = turn.inverse() * Vec3::ith(axis, 1.0);
             let loads: Vec<(SurfacePoint, Vec3)> =
                 patches.places[k as usize].iter().map(|(point, share)| (*point, own * *share)).collect();
@@ -273,7 +293,7 @@ impl Bench {
             for (k, x) in places.iter().enumerate() {
                 let upper = (x.z - high).abs() < 1e-6 * self.length;
                 if upper || (x.z - low).abs() < 1e-6 * self.length {
-                    touching.insert(k as u32, Touch { upper, anchor: Vec3::zeros() });
+                    touching.insert(k as u32, Touch { upper, anchor: Vec3::zeros(), sticks: true });
                 }
             }
             return;
@@ -287,7 +307,7 @@ impl Bench {
         let highest = met_by(upper).max_by(|a, b| height(a).total_cmp(&height(b)));
         for (k, upper) in [(lowest, false), (highest, true)] {
             if let Some(k) = k {
-                touching.insert(k as u32, Touch { upper, anchor: anchor(k) });
+                touching.insert(k as u32, Touch { upper, anchor: anchor(k), sticks: true });
             }
         }
     }
@@ -307,7 +327,7 @@ impl Bench {
         }
         let largest = forces.iter().map(|f| f.norm()).fold(0.0, f64::max);
         let one_by_one = solution >= ONE_BY_ONE;
-        let pull = PULLS[usize::from(one_by_one) + usize::from(solution >= INDULGENT)];
+        let pull = PULLS[usize::from(solution >= INDULGENT)];
         let pulls = |((k, touch), f): ((&u32, &Touch), &Vec3)| {
             let outward = if touch.upper { f.z } else { -f.z };
             (outward > pull * largest).then_some((outward, *k))
@@ -337,7 +357,7 @@ impl Bench {
             touching.remove(k);
         }
         for (_, k, upper) in &behind {
-            touching.insert(*k, Touch { upper: *upper, anchor: anchor(*k as usize) });
+            touching.insert(*k, Touch { upper: *upper, anchor: anchor(*k as usize), sticks: !one_by_one });
         }
         !pulling.is_empty() || !behind.is_empty()
     }
@@ -352,26 +372,20 @@ impl Bench {
         centre: &Vec3,
     ) -> Result<(Vec<Vec3>, [Vec3; 2]), String> {
         let (scale, length) = (self.modulus * self.length, self.length);
-        let axes: &[usize] = match self.grip {
-            Grip::Rough => &[0, 1, 2],
-            Grip::Frictionless | Grip::Tied => &[2],
+        let axes = |touch: &Touch| match self.grip {
+            Grip::Rough if touch.sticks => 0..3,
+            Grip::Rough | Grip::Frictionless | Grip::Tied => 2..3,
         };
         let held: Vec<(u32, usize)> =
-            touching.keys().flat_map(|k| axes.iter().map(move |axis| (*k, *axis))).collect();
+            touching.iter().flat_map(|(k, touch)| axes(touch).map(move |axis| (*k, axis))).collect();
         let count = held.len();
         let mut system = DMatrix::zeros(count + 6, count + 6);
         let mut right = DVector::zeros(count + 6);
-        let nodes: Vec<u32> = touching.keys().copied().collect();
-        let per = axes.len();
-        for (i, a) in nodes.iter().enumerate() {
-            for (j, b) in nodes.iter().enumerate().skip(i) {
-                for (q, other) in axes.iter().enumerate() {
-                    let response = responses[b][*other][*a as usize];
-                    for (p, axis) in axes.iter().enumerate() {
-                        system[(per * i + p, per * j + q)] = response[*axis] * scale;
-                        system[(per * j + q, per * i + p)] = response[*axis] * scale;
-                    }
-                }
+        for (i, (a, axis)) in held.iter().enumerate() {
+            for (j, (b, other)) in held.iter().enumerate().skip(i) {
+                let block = responses[b][*other][*a as usize][*axis] * scale;
+                system[(i, j)] = block;
+                system[(j, i)] = block;
             }
         }
         for (row, (k, axis)) in held.iter().enumerate() {
@@ -395,11 +409,16 @@ impl Bench {
             system[(count + k, count + k)] = -SUSPENSION;
         }
         let x = system.lu().solve(&right).ok_or("the contact system is singular")?;
-        let mut forces = vec![Vec3::zeros(); nodes.len()];
-        for (row, (_, axis)) in held.iter().enumerate() {
-            forces[row / per][*axis] = x[row] * scale * length;
+        let mut forces = BTreeMap::from_iter(touching.keys().map(|k| (*k, Vec3::zeros())));
+        for (row, (k, axis)) in held.iter().enumerate() {
+            if let Some(force) = forces.get_mut(k) {
+                force[*axis] = x[row] * scale * length;
+            }
         }
         let translation = Vec3::new(x[count], x[count + 1], x[count + 2]) * length;
-        Ok((forces, [translation, Vec3::new(x[count + 3], x[count + 4], x[count + 5])]))
+        Ok((
+            forces.into_values().collect(),
+            [translation, Vec3::new(x[count + 3], x[count + 4], x[count + 5])],
+        ))
     }
 }

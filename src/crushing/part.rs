@@ -61,8 +61,7 @@ impl Part {
     ) -> Result<std::result::Result<Settled, String>> {
         let mut memory = self.memory.clone();
         let grain = &self.grain;
-        let patches =
-            self.patches.get_or_insert_with(|| Arc::new(Patches::of(grain, bench.patch))).clone();
+        let patches = self.patches.get_or_insert_with(|| Arc::new(Patches::of(grain, bench.patch))).clone();
         let (mut factorisations, mut last) = (0, DamageChange::default());
         for round in 1..=limits.most_rounds {
             let contact = match bench.contact(&self.grain, &patches, &memory) {

@@ -206,7 +206,11 @@ mod tests {
         assert!((shape.volume() / (3.0 * area) - 1.0).abs() < 1e-12);
         assert_eq!(shape.vertices.len(), 64);
         let top = shape.vertices.iter().map(|v| v.y).fold(0.0, f64::max);
-        assert_eq!(shape.vertices.iter().filter(|v| (v.y - top).abs() < 1e-9).count(), 4, "a flat at the pole");
+        assert_eq!(
+            shape.vertices.iter().filter(|v| (v.y - top).abs() < 1e-9).count(),
+            4,
+            "a flat at the pole"
+        );
     }
 
     #[test]

@@ -332,7 +332,13 @@ impl Model {
         if rounded.radius < radius { Err(thin()) } else { Ok((nominal, rounded)) }
     }
 
-    pub(super) fn body_of(&self, index: usize, number: usize, grain: DamagedGrain, nominal: Polyhedron) -> Body {
+    pub(super) fn body_of(
+        &self,
+        index: usize,
+        number: usize,
+        grain: DamagedGrain,
+        nominal: Polyhedron,
+    ) -> Body {
         let old = &self.bodies[index];
         let mass = grain.condensed().mass_properties();
         let size = (6.0 * grain.mesh().volume() / std::f64::consts::PI).cbrt();

@@ -34,7 +34,9 @@ const MOST_ROUNDS: usize = 400;
 /// Energy that an increment may hold beyond what it had to spend, over its work or [`WORK_SHARE`] of all work so far, whichever is more:
 /// else it is cut. The trapezoid of the work is second order in the increment.
 const CREATED: f64 = 1e-3;
-const WORK_SHARE: f64 = 0.02;
+const WORK_SHARE: f64 = 0.2;
+/// An increment that takes more rounds is a snap.
+const SNAP_ROUNDS: usize = 8;
 /// Where nothing is left to cut, damage moves by this share of its limit, with as many more rounds.
 const CAREFUL: f64 = 0.2;
 
@@ -75,11 +77,7 @@ impl Pressing {
     ///
     /// # Errors
     /// `Error::Usage` where the body cannot break.
-    pub(super) fn new(
-        parameters: PressParameters,
-        bodies: &mut [Body],
-        poses: &mut [Pose],
-    ) -> Result<Self> {
+    pub(super) fn new(parameters: PressParameters, bodies: &mut [Body], poses: &mut [Pose]) -> Result<Self> {
         let PressParameters { body, bottom, top, grip, patch } = parameters;
         let Some(grain) = bodies[body].damaged.as_ref() else {
             let name = &bodies[body].name;
@@ -87,7 +85,8 @@ impl Pressing {
         };
         let grain = (**grain).clone().failing_at_once();
         bodies[body].damaged = Some(std::sync::Arc::new(grain.clone()));
-        let mut plates = [face(&bodies[bottom], &poses[bottom], false), face(&bodies[top], &poses[top], true)];
+        let mut plates =
+            [face(&bodies[bottom], &poses[bottom], false), face(&bodies[top], &poses[top], true)];
         let heights = || grain.mesh().nodes.iter().map(|x| poses[body].to_space(x).z);
         let low = heights().fold(f64::INFINITY, f64::min);
         let high = heights().fold(f64::NEG_INFINITY, f64::max);
@@ -146,9 +145,8 @@ impl Pressing {
                 points.iter().for_each(|stress| mean += stress * share);
             }
             mean /= mesh.volume();
-            let s = Mat3::new(
-                mean[0], mean[3], mean[5], mean[3], mean[1], mean[4], mean[5], mean[4], mean[2],
-            );
+            let s =
+                Mat3::new(mean[0], mean[3], mean[5], mean[3], mean[1], mean[4], mean[5], mean[4], mean[2]);
             let turn = self.bench.frame.rotation.to_rotation_matrix();
             means[*body] = turn.matrix() * s * turn.matrix().transpose();
         }
@@ -156,10 +154,15 @@ impl Pressing {
     }
 
     /// All parts at rest between the plates where these are now, or why one is not.
-    fn settle(&mut self, limits: &Limits, stopped: &dyn Fn() -> bool) -> std::result::Result<Vec<Settled>, String> {
+    fn settle(
+        &mut self,
+        limits: &Limits,
+        stopped: &dyn Fn() -> bool,
+    ) -> std::result::Result<Vec<Settled>, String> {
         let mut all = Vec::with_capacity(self.parts.len());
         for (_, part) in &mut self.parts {
-            let settled = part.settle(&self.bench, limits, stopped).unwrap_or_else(|error| Err(error.to_string()));
+            let settled =
+                part.settle(&self.bench, limits, stopped).unwrap_or_else(|error| Err(error.to_string()));
             match settled {
                 Ok(settled) => all.push(settled),
                 Err(reason) => {
@@ -209,12 +212,16 @@ impl Scene {
         let stop = self.settings.stop.clone();
         let gentle = self.settings.damage.max_change;
         let end = loop {
-            let Some(share) = (if dwells { Some(0.0) } else { pace.next() }) else { break StageEnd::Finished };
+            let Some(share) = (if dwells { Some(0.0) } else { pace.next() }) else {
+                break StageEnd::Finished;
+            };
             let to = if share < 1.0 - pace.done() { pace.done() + share } else { 1.0 };
             let poses = drive.driven(&self.committed.poses, &self.committed.poses, share, to);
             let PressParameters { bottom, top, .. } = pressing.parameters;
-            pressing.bench.plates =
-                [face(&self.model.bodies[bottom], &poses[bottom], false), face(&self.model.bodies[top], &poses[top], true)];
+            pressing.bench.plates = [
+                face(&self.model.bodies[bottom], &poses[bottom], false),
+                face(&self.model.bodies[top], &poses[top], true),
+            ];
             let mut limits = Limits { max_change: gentle, tolerance: SETTLED, most_rounds: MOST_ROUNDS };
             let mut settled = pressing.settle(&limits, &|| stop.is_raised());
             if settled.is_err() && !stop.is_raised() {
@@ -238,12 +245,12 @@ impl Scene {
                 }
             };
             let way = self.committed.poses[top].position.z - poses[top].position.z;
-            if !dwells
-                && pressing.creates(&settled, way, self.last_push, &self.ledger)
-                && pace.cut(share)
-            {
+            if !dwells && pressing.creates(&settled, way, self.last_push, &self.ledger) && pace.cut(share) {
                 pressing.parts.iter_mut().for_each(|(_, part)| part.grain.reject());
-                lost.add(&Counters { augmentations: settled.iter().map(|s| s.rounds).sum(), ..Counters::default() });
+                lost.add(&Counters {
+                    augmentations: settled.iter().map(|s| s.rounds).sum(),
+                    ..Counters::default()
+                });
                 continue;
             }
             let mut counters = std::mem::take(&mut lost);
@@ -256,11 +263,16 @@ impl Scene {
                 counters.cuts = pace.accept(share, counters.augmentations);
             }
             let before = self.committed.poses.clone();
-            let (row, broke) =
-                match self.commit_press(&mut pressing, (index, pace.done(), dwells), &settled, poses, counters) {
-                    Ok(committed) => committed,
-                    Err(error) => break StageEnd::Stopped { reason: error.to_string() },
-                };
+            let (row, broke) = match self.commit_press(
+                &mut pressing,
+                (index, pace.done(), dwells),
+                &settled,
+                poses,
+                counters,
+            ) {
+                Ok(committed) => committed,
+                Err(error) => break StageEnd::Stopped { reason: error.to_string() },
+            };
             self.loads.prescribed.clone_from(&drive.held);
             let poses = &self.committed.poses;
             if poses.len() > before.len() {
@@ -298,7 +310,8 @@ impl Scene {
     ) -> Result<(Row, bool)> {
         let PressParameters { bottom, top, body, .. } = pressing.parameters;
         let error_before = self.ledger.error();
-        let least = self.settings.damage.least_share * self.model.bodies[body].damaged.as_ref().map_or(0.0, |g| g.origin_volume());
+        let least = self.settings.damage.least_share
+            * self.model.bodies[body].damaged.as_ref().map_or(0.0, |g| g.origin_volume());
         let (mut elastic, mut freed, mut failed, mut broke) = (0.0, 0.0, 0, false);
         let mut wrenches = vec![Vector6::zeros(); poses.len()];
         pressing.pushes.clear();
@@ -350,15 +363,21 @@ impl Scene {
         let force = -self.reaction[top][2];
         let fell = force.abs() < self.last_push.abs();
         self.last_push = force;
-        if dwelt || failed > 0 || fell {
-            // Softening outran the plates: what that leaves over is a snap's.
-            self.ledger.stabilisation += (self.ledger.error() - error_before).max(0.0);
+        if !dwelt {
+            self.stabilised = self.ledger.stabilisation;
+        }
+        let snapped = settled.iter().any(|settled| settled.rounds > SNAP_ROUNDS);
+        if dwelt || failed > 0 || fell || snapped {
+            // Softening outran the plates: what that leaves over is a snap's, and what the dwells behind it spend comes out of that.
+            let change = self.ledger.error() - error_before;
+            self.ledger.stabilisation = (self.ledger.stabilisation + change).max(self.stabilised);
         }
         self.increments += 1;
         let vector = |w: &Vector6<f64>, first: usize| Vec3::new(w[first], w[first + 1], w[first + 2]);
         let state = |(number, start): (usize, &Pose)| {
             let pose = &poses[number];
-            let reaction = if number == top || number == bottom { self.reaction[number] } else { Vector6::zeros() };
+            let reaction =
+                if number == top || number == bottom { self.reaction[number] } else { Vector6::zeros() };
             BodyState {
                 position: pose.position,
                 rotation: pose.rotation.scaled_axis(),
@@ -370,7 +389,8 @@ impl Scene {
             }
         };
         let bodies = self.start.iter().enumerate().map(state).collect();
-        let (count, total) = (pressing.pushes.len(), pressing.pushes.iter().map(|(_, push)| push.force.norm()).sum::<f64>());
+        let (count, total) =
+            (pressing.pushes.len(), pressing.pushes.iter().map(|(_, push)| push.force.norm()).sum::<f64>());
         let mean_force = if count > 0 { total / count as f64 } else { 0.0 };
         let touched = |upper: bool| pressing.pushes.iter().any(|(_, push)| push.upper == upper);
         let row = Row {
@@ -383,7 +403,10 @@ impl Scene {
             fidelity: FidelityCounts::default(),
             gravity: Vec3::zeros(),
             balance: Balance {
-                out_of_balance: settled.iter().map(|settled| settled.contact.out_of_balance()).fold(0.0, f64::max),
+                out_of_balance: settled
+                    .iter()
+                    .map(|settled| settled.contact.out_of_balance())
+                    .fold(0.0, f64::max),
                 worst_body: body,
                 reference_force: mean_force,
             },

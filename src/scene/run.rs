@@ -63,9 +63,11 @@ pub struct Scene {
     first_shapes: Vec<Polyhedron>,
     /// What the last increment leaves to break up.
     failing: Failing,
-    /// The press, where the scene is one, and the force of its upper plate in the last accepted state [N].
+    /// The press, where the scene is one, the force of its upper plate in the last accepted state [N], and the stabilisation before the last
+    /// increment that was no dwell [J].
     pub pressing: Option<Pressing>,
     pub(super) last_push: f64,
+    pub(super) stabilised: f64,
 }
 
 /// A stage after its last accepted increment.
@@ -124,6 +126,7 @@ pub struct SceneState<'a> {
     failing: Cow<'a, Failing>,
     pressing: Option<StoredPressing>,
     last_push: f64,
+    stabilised: f64,
 }
 
 impl Scene {
@@ -196,6 +199,7 @@ impl Scene {
             failing: Failing::default(),
             pressing,
             last_push: 0.0,
+            stabilised: 0.0,
         })
     }
 
@@ -223,6 +227,7 @@ impl Scene {
             failing,
             pressing,
             last_push,
+            stabilised,
         } = self;
         SceneState {
             shapes: first_shapes.iter().map(Cow::Borrowed).collect(),
@@ -240,6 +245,7 @@ impl Scene {
             failing: Cow::Borrowed(failing),
             pressing: pressing.as_ref().map(Pressing::stored),
             last_push: *last_push,
+            stabilised: *stabilised,
         }
     }
 
@@ -273,6 +279,7 @@ impl Scene {
         if fits {
             self.pressing = pressing;
             self.last_push = state.last_push;
+            self.stabilised = state.stabilised;
             self.model = model;
             self.failing = state.failing.into_owned();
             self.committed = state.committed.into_owned();

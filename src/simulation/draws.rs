@@ -104,7 +104,9 @@ pub fn of_scene(case: &Case, parameters: &SceneParameters) -> Result<Vec<Drawn>>
         .iter()
         .zip(&parameters.bodies)
         .enumerate()
-        .filter_map(|(index, (body, built))| Some((body.rock.as_ref().unwrap_or(&case.rock), index, cells(built)?)))
+        .filter_map(|(index, (body, built))| {
+            Some((body.rock.as_ref().unwrap_or(&case.rock), index, cells(built)?))
+        })
         .collect();
     drawn(&bodies, case.seed)
 }
@@ -145,7 +147,8 @@ pub fn tables(drawn: &[Drawn]) -> Vec<(String, Vec<Column>)> {
             Property::CompressiveStrength => ("compressive_strength", "Pa"),
             Property::TensileStrength => ("tensile_strength", "Pa"),
         };
-        let number = |column: &str, long_name: &str, value| Column::floats(column, units, long_name, vec![value]);
+        let number =
+            |column: &str, long_name: &str, value| Column::floats(column, units, long_name, vec![value]);
         let columns = vec![
             Column::integers("values", "cells with a value of their own", vec![drawn.values as i64]),
             Column::integers(

@@ -37,8 +37,11 @@ impl Meter {
     /// # Errors
     /// As [`measure`].
     pub fn measure(&mut self, model: &Model) -> Result<Option<&Breakage>> {
-        let damaged: f64 =
-            model.bodies.iter().filter_map(|body| Some(body.damaged.as_ref()?.summary().damaged_volume)).sum();
+        let damaged: f64 = model
+            .bodies
+            .iter()
+            .filter_map(|body| Some(body.damaged.as_ref()?.summary().damaged_volume))
+            .sum();
         let mark = (model.damage_counts(), damaged.to_bits());
         if !model.can_break() || mark == Mark::default() {
             return Ok(None);
@@ -64,7 +67,8 @@ impl Meter {
             self.before = first.clone().map(|grain| sieve_size(&grain.mesh().surface_corners())).collect();
         }
         let parts = model.parts();
-        let parts = model.generated.iter().zip(&parts).filter_map(|(first, parts)| first.as_ref().map(|_| parts));
+        let parts =
+            model.generated.iter().zip(&parts).filter_map(|(first, parts)| first.as_ref().map(|_| parts));
         let mut fates = Vec::with_capacity(self.before.len());
         for ((first, parts), size) in first.zip(parts).zip(&self.before) {
             let volume = first.origin_volume();

@@ -8,17 +8,20 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::case::{
-    BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, SolverCase, StageCase,
+    BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, SolverCase,
+    StageCase,
 };
 use crate::contact::law::Friction;
 use crate::crushing::Grip;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::mesh::file::read_mesh;
 use crate::mesh::Mesh;
+use crate::mesh::file::read_mesh;
 use crate::model::Body;
 use crate::results::{BodyRow, HistoryRow};
-use crate::scene::{BodyLoad, LoadStage, PressParameters, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
+use crate::scene::{
+    BodyLoad, LoadStage, PressParameters, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState,
+};
 use crate::simulation::rock;
 use crate::solver::{DamageSettings, Settings};
 use crate::tensor::{Mat3, Pose, Rotation, Vec3};

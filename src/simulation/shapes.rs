@@ -83,10 +83,9 @@ pub fn body_mesh(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> R
         }
         (ShapeCase::Grain(_), Some(hull)) if body.mesh_size.is_none() => grain_mesh(&hull, GRAIN_CELLS),
         (ShapeCase::Mesh(file), _) => return read_mesh(&folder.join(file)),
-        (ShapeCase::Grain(_) | ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. }, hull) => {
-            hull.ok_or_else(|| Error::Usage(format!("{:?} has no shape", body.name)))
-                .and_then(|hull| polyhedron_mesh(&hull, size))
-        }
+        (ShapeCase::Grain(_) | ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. }, hull) => hull
+            .ok_or_else(|| Error::Usage(format!("{:?} has no shape", body.name)))
+            .and_then(|hull| polyhedron_mesh(&hull, size)),
     };
     made.map_err(named)
 }
@@ -103,7 +102,9 @@ pub fn shown_mesh(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> 
         (ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_), Some(hull)) => {
             grain_mesh(&hull, CELLS)
         }
-        (ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_), None) => return Ok(None),
+        (ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_), None) => {
+            return Ok(None);
+        }
     };
     // The mesh is for the eye only: a body that resists it is shown by its facets.
     Ok(made.ok())

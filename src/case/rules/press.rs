@@ -45,7 +45,8 @@ pub fn check(case: &Value, walker: &mut Walker) {
             fault(format!("{path}.rotation"), &plate["rotation"], problem, "[0, 0, 0]");
         }
         if plate["fixed"].as_bool() != Some(fixed) {
-            let problem = "does not go with a press: the plate below is fixed, the one above is driven".to_string();
+            let problem =
+                "does not go with a press: the plate below is fixed, the one above is driven".to_string();
             fault(format!("{path}.fixed"), &plate["fixed"], problem, if fixed { "true" } else { "false" });
         }
     }
@@ -95,7 +96,9 @@ fn check_stages(stages: &Value, top: &str, fault: &mut dyn FnMut(String, &Value,
             }
             let way = &load["displacement"];
             let along = |k: usize| way[k].as_f64();
-            if !way.is_null() && (along(2).is_none() || [0, 1].iter().any(|&k| along(k).unwrap_or(0.0) != 0.0)) {
+            if !way.is_null()
+                && (along(2).is_none() || [0, 1].iter().any(|&k| along(k).unwrap_or(0.0) != 0.0))
+            {
                 let problem = "does not go with a press".to_string();
                 fault(format!("{path}.displacement"), way, problem, "[0, 0, dz]: negative closes the plates");
             }
