@@ -60,6 +60,9 @@ const PULLS: [f64; 2] = [1e-9, 1e-3];
 const MOST_CHANGES: usize = 200;
 const ONE_BY_ONE: usize = 20;
 const INDULGENT: usize = 80;
+/// Times that a node joins in one solution; then, with indulgence, it stays behind the plate by what it is: patches overlap, and a node whose
+/// neighbours carry it may pull where it touches and be behind where it does not.
+const MOST_JOINS: u32 = 3;
 
 /// How each surface node meets a plate: places on the surface with their shares of a force, which sum to one.
 #[derive(Debug, Clone)]
@@ -212,6 +215,7 @@ impl Bench {
         let anchor = |k: usize| memory.displacements.get(k).copied().unwrap_or_default();
         let back = self.frame.rotation.inverse();
         let mut responses = Responses::new();
+        let mut joins = BTreeMap::new();
         for solution in 1..=MOST_CHANGES {
             for k in touching.keys() {
                 responses.entry(*k).or_insert_with(|| self.responses(grain, patches, *k));
@@ -229,7 +233,8 @@ impl Bench {
             if !displacements.iter().all(|u| u.iter().all(|c| c.is_finite())) {
                 return Err("the displacements are not finite".into());
             }
-            if !self.change(&mut touching, &forces, &places, &displacements, &anchor, solution) {
+            if !self.change(&mut touching, &forces, &places, &displacements, (&anchor, solution), &mut joins)
+            {
                 let push = |((k, touch), force): ((&u32, &Touch), &Vec3)| Push {
                     upper: touch.upper,
                     at: places[*k as usize] + displacements[*k as usize],
@@ -319,8 +324,8 @@ impl Bench {
         forces: &[Vec3],
         places: &[Vec3],
         displacements: &[Vec3],
-        anchor: &impl Fn(usize) -> Vec3,
-        solution: usize,
+        (anchor, solution): (&impl Fn(usize) -> Vec3, usize),
+        joins: &mut BTreeMap<u32, u32>,
     ) -> bool {
         if self.grip == Grip::Tied {
             return false;
@@ -338,7 +343,8 @@ impl Bench {
         let mut behind: Vec<(f64, u32, bool)> = Vec::new();
         for (k, (x, u)) in places.iter().zip(displacements).enumerate() {
             let (k, z) = (k as u32, x.z + u.z);
-            if touching.contains_key(&k) {
+            let weary = solution >= INDULGENT && joins.get(&k).is_some_and(|joins| *joins >= MOST_JOINS);
+            if weary || touching.contains_key(&k) {
                 continue;
             }
             if z < lower.height - slack && lower.covers(x) {
@@ -357,6 +363,7 @@ impl Bench {
             touching.remove(k);
         }
         for (_, k, upper) in &behind {
+            *joins.entry(*k).or_default() += 1;
             touching.insert(*k, Touch { upper: *upper, anchor: anchor(*k as usize), sticks: !one_by_one });
         }
         !pulling.is_empty() || !behind.is_empty()

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::crushing::bench::{Bench, Contact, Memory, Patches};
+use crate::crushing::bench::{Bench, Contact, Grip, Memory, Patches};
 use crate::error::Result;
 use crate::grain::{BreakUp, DamageChange, DamageCommit, DamagedGrain};
 
@@ -99,9 +99,9 @@ impl Part {
     }
 
     /// Keeps the settled damage and deletes failed cells; `number` is this body's, parts below `least_volume` [m^3] are given up.
-    pub fn keep(&mut self, settled: &Settled, number: u32, least_volume: f64) -> Result<Kept> {
+    pub fn keep(&mut self, settled: &Settled, grip: Grip, number: u32, least_volume: f64) -> Result<Kept> {
         let mut commit = self.grain.commit(&settled.contact.loads)?;
-        if commit.newly_failed > 0 {
+        if commit.newly_failed > 0 && grip != Grip::Tied {
             // Nodes that hang on next to nothing only keep the plates from what lies behind them.
             let lost = self.grain.crumble();
             commit.dissipated += lost;

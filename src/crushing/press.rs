@@ -130,7 +130,7 @@ pub fn crush(grain: DamagedGrain, press: &Press) -> Result<Record> {
                 continue;
             }
         };
-        let kept = part.keep(&settled, 0, least_volume)?;
+        let kept = part.keep(&settled, press.grip, 0, least_volume)?;
         let force = settled.contact.force();
         let external = last.external + 0.5 * (last.force + force) * (travel - last.travel);
         let mut row = Row {

@@ -336,7 +336,7 @@ impl Scene {
         self.committed.poses.clone_from(&poses);
         let mut parts = Vec::with_capacity(pressing.parts.len());
         for ((number, mut part), settled) in std::mem::take(&mut pressing.parts).into_iter().zip(settled) {
-            let Kept { commit, broken } = part.keep(settled, number as u32, least)?;
+            let Kept { commit, broken } = part.keep(settled, pressing.bench.grip, number as u32, least)?;
             elastic += commit.elastic + settled.contact.patch_energy;
             freed += commit.dissipated;
             failed += commit.newly_failed;
