@@ -12,7 +12,8 @@ last underscore of their names (`small_seed3.h5` is of `small`), and for each gr
 McDowell & Collop 2004, "The application of Weibull statistics to the strength of railway ballast", Granular Matter 6:229-237).
 The i-th weakest of n has the survival probability 1 - i/(n + 1). Weibull's law `exp(-(sigma/sigma_0)^m)` is fitted by maximum
 likelihood; intervals are 90 % of a parametric bootstrap. Where m is one number for all sizes and the weakest link rules,
-sigma_0 falls with d^(-3/m): that line is drawn beside the fitted one.
+sigma_0 falls with d^(-3/m): that line is drawn beside the fitted one, and that of the modulus of the cells' tensile strength where the case gives
+it a `reference_size`. The two differ where the scatter of the grains is that of their shapes.
 """
 
 import argparse
@@ -60,7 +61,7 @@ def intervals(m, scale, count, random):
 
 
 def test_of(path):
-    """Peak force [N], distance of the plates at the start [m], travel at the peak [m], whether the run finished."""
+    """Peak force [N], distance of the plates at the start [m], travel at the peak [m], whether the run finished, the cells' modulus."""
     with Results(path) as results:
         case = json.loads(results.file["case/completed"].asstr()[()])
         press = case["scene"].get("press")
@@ -72,7 +73,9 @@ def test_of(path):
         start = top["position"][0, 2] - top["displacement"][0, 2]
         distance = start - half[press["top"]] - bottom["position"][0, 2] - half[press["bottom"]]
         at = int(numpy.argmax(force))
-        return float(force[at]), float(distance), float(-top["displacement"][at, 2]), results.status[0] == "finished"
+        law = case["rock"]["tensile_strength"]
+        modulus = law.get("weibull_shape") if "reference_size" in law else None
+        return float(force[at]), float(distance), float(-top["displacement"][at, 2]), results.status[0] == "finished", modulus
 
 
 def groups_of(paths):
@@ -88,7 +91,7 @@ def groups_of(paths):
     return groups
 
 
-def draw(fits, out):
+def draw(fits, cells, out):
     figure, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.4), layout="constrained", width_ratios=[3, 2])
     for at, fit in enumerate(fits):
         colour, strengths = COLOURS[at % len(COLOURS)], numpy.sort(fit["strengths"]) / 1e6
@@ -115,7 +118,10 @@ def draw(fits, out):
         mean = numpy.mean([fit["m"] for fit in fits])
         middle = numpy.exp(numpy.log(scales).mean()), numpy.exp(numpy.log(sizes).mean())
         line = middle[0] * (x / middle[1]) ** (-3 / mean)
-        right.plot(x, line, color=COLOURS[1], linestyle="--", label=f"weakest link, $-3/m$ = {-3 / mean:+.2f}")
+        right.plot(x, line, color=COLOURS[1], linestyle="--", label=f"$-3/m$ of the curves, {-3 / mean:+.2f}")
+        if cells is not None:
+            line = middle[0] * (x / middle[1]) ** (-3 / cells)
+            right.plot(x, line, color=COLOURS[2], linestyle=":", label=f"$-3/m$ of the cells, {-3 / cells:+.2f}")
         right.set_xscale("log")
         right.set_yscale("log")
         for axis in (right.xaxis, right.yaxis):
@@ -137,22 +143,23 @@ def main():
     parser.add_argument("--table", help="a CSV of all tests: group, file, d [m], peak force [N], strength [Pa], travel at the peak [m]")
     given = parser.parse_args()
     random = numpy.random.default_rng(1)
-    fits, rows = [], []
+    fits, rows, cells = [], [], None
     try:
         for name, files in groups_of(given.runs).items():
             tests = [(path, *test_of(path)) for path in files]
+            cells = tests[0][5]
             broken = [test for test in tests if test[1] > 0]
-            strengths = numpy.array([force / d**2 for _, force, d, _, _ in broken])
-            rows += [(name, os.path.basename(path), d, force, force / d**2, travel) for path, force, d, travel, _ in broken]
+            strengths = numpy.array([force / d**2 for _, force, d, *_ in broken])
+            rows += [(name, os.path.basename(path), d, force, force / d**2, travel) for path, force, d, travel, *_ in broken]
             if len(strengths) < 3 or strengths.std() == 0:
                 print(f"{name}: {len(strengths)} strengths are too few or all the same; not fitted")
                 continue
             m, scale = weibull_fit(strengths)
             m_range, scale_range = intervals(m, scale, len(strengths), random)
             fit = {"name": name, "strengths": strengths, "m": m, "scale": scale, "m_range": m_range, "scale_range": scale_range}
-            fit["d"] = numpy.mean([d for _, _, d, _, _ in broken])
+            fit["d"] = numpy.mean([d for _, _, d, *_ in broken])
             fits.append(fit)
-            short = sum(not finished for *_, finished in tests)
+            short = sum(not test[4] for test in tests)
             print(
                 f"{name}: {len(strengths)} grains, d {1e3 * fit['d']:.2f} mm, mean strength {strengths.mean() / 1e6:.3f} MPa, "
                 f"sigma_0 {scale / 1e6:.3f} MPa ({scale_range[0] / 1e6:.3f} to {scale_range[1] / 1e6:.3f}), "
@@ -163,7 +170,7 @@ def main():
     if not fits:
         sys.exit("plot_survival.py: nothing to draw")
     with plt.rc_context(STYLE):
-        slope = draw(sorted(fits, key=lambda fit: fit["d"]), given.out)
+        slope = draw(sorted(fits, key=lambda fit: fit["d"]), cells, given.out)
     if slope is not None:
         print(f"slope of ln sigma_0 over ln d: {slope:+.3f}; -3/m: {-3 / numpy.mean([fit['m'] for fit in fits]):+.3f}")
     if given.table:

@@ -118,7 +118,7 @@ const SAMPLE: usize = 100_000;
 /// throwing them away makes of the mean.
 ///
 /// # Errors
-/// As [`of_specimen`].
+/// `Error::Usage` where a law cannot give what is possible.
 pub fn expected(case: &Case) -> Result<Vec<Drawn>> {
     let mut found = drawn(&[(&case.rock, 0, SAMPLE)], case.seed)?;
     found.retain(|drawn| drawn.rejected > 0);
