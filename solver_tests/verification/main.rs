@@ -25,6 +25,7 @@ mod penalty_independence;
 mod press;
 mod rattler;
 mod sliding_over_facets;
+mod smooth_core;
 mod softening_bar;
 mod tet10_patch_and_convergence;
 mod three_cylinders;

@@ -356,6 +356,12 @@ static MEMBRANE: &[Kind] = &[
                 LENGTH,
                 "Edge length of the membrane's triangles; without it, from the grains.",
             ),
+            Key::default(
+                "refinement",
+                Count(0, 4),
+                "0",
+                "How often these are halved where the membrane has to span pores.",
+            ),
         ],
     },
     Kind {

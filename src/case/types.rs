@@ -341,6 +341,8 @@ pub enum MembraneCase {
         /// Of the triangles [m]; `None`: from the grains.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         mesh_size: Option<f64>,
+        /// How often edges are halved over pores.
+        refinement: usize,
     },
     Pressure,
     RigidWall,

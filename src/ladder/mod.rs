@@ -12,6 +12,7 @@ pub mod blocks;
 pub mod bodies;
 pub mod breaking;
 pub mod cells;
+pub mod cores;
 pub mod damage;
 pub mod edges;
 pub mod finding;
@@ -67,6 +68,7 @@ pub const RUNGS: &[Rung] = &[
         problem: "rubber cylinder: inflated, around a core",
         climb: membranes::cylinder,
     },
+    Rung { name: "core", problem: "smooth core in rubber under pressure", climb: cores::pressed },
     Rung { name: "pressure", problem: "work of a follower pressure", climb: membranes::pressed },
     Rung { name: "rig_elastic", problem: "elastic specimens in the rig", climb: rig::elastic },
     Rung { name: "hertz", problem: "condensed sphere on a rigid plane", climb: hertz::normal },
