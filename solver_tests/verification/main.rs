@@ -22,6 +22,7 @@ mod membrane_balloon;
 mod membrane_cylinder;
 mod newton_order;
 mod penalty_independence;
+mod press;
 mod rattler;
 mod sliding_over_facets;
 mod smooth_core;
