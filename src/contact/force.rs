@@ -260,7 +260,9 @@ fn wrench<T: Real>(
     };
 
     let pushed = overlap + T::constant(state.offset);
-    let load = law.normal_behind(pushed, state.behind()).scaled(state.spring);
+    let linear = law.normal_behind(pushed, state.behind()).scaled(state.spring);
+    let hardened = law.hardening(overlap, state.radii).filter(|_| state.behind() == 0.0);
+    let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
     let pressure = weight * load;
     let mut evaluation = Evaluation {
         weight: weight.value(),
@@ -333,7 +335,8 @@ fn wrench<T: Real>(
     let mut force_b = force_on_b;
     let mut moment_b = arm_b.cross(force_b);
 
-    let excess = law.energy_at(load.scaled(1.0 / state.spring)).scaled(state.spring);
+    let excess = law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring);
+    let excess = hardened.map_or(excess, |[_, more]| excess + more.scaled(state.spring));
     evaluation.energy = (weight * excess).value();
     if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)
         && edge_weight.value.value() < 1.0
