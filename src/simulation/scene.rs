@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, SolverCase, StageCase};
+use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, StageCase};
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
@@ -16,8 +16,9 @@ use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sph
 use crate::model::Body;
 use crate::results::{BodyRow, HistoryRow};
 use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
+use crate::simulation::plan::damage_settings;
 use crate::simulation::rock;
-use crate::solver::{DamageSettings, Settings};
+use crate::solver::Settings;
 use crate::tensor::{Mat3, Pose, Rotation, Vec3};
 use crate::triaxial::StageEnd;
 
@@ -157,14 +158,15 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         bodies,
         gravity: Vec3::from(scene.gravity),
         friction,
-        settings: settings(&case.solver),
+        settings: settings(case),
         increment_range: [case.solver.increment_min, case.solver.increment_max],
         stages,
     })
 }
 
 /// Solver settings of a case; what it does not mention is as usual.
-pub fn settings(solver: &SolverCase) -> Settings {
+pub fn settings(case: &Case) -> Settings {
+    let solver = &case.solver;
     Settings {
         force_tolerance: solver.force_tolerance,
         gap_tolerance: solver.gap_tolerance,
@@ -172,7 +174,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         max_dwell: solver.max_dwell,
         max_newton: solver.max_newton_iterations,
         accuracy: solver.chosen_accuracy(),
-        damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
+        damage: damage_settings(case),
         ..Settings::default()
     }
 }
