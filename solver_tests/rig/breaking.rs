@@ -87,34 +87,6 @@ fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
     assert!(fresh.committed == whole.committed);
 }
 
-/// Results at half the limit of damage between two augmentations: the same rows up to the first deleted cell. Two equilibria of the same increment
-/// differ by the force tolerance (1e-3 of the mean contact force) and by what damage may still want to move (1e-3 of a contact's
-/// stiffness), so stresses by some 2e-3; and the first cell goes in the same increment or, where it is that near, one beside it. What
-/// comes after a cell went is a fall, whose path is not unique.
-#[test]
-fn half_the_limit_of_damage_gives_the_same_rows_up_to_the_first_lost_cell() {
-    let [rows, fine] = [0.2, 0.1].map(|max_change| {
-        let mut rig = breakable(WEAK);
-        rig.settings.damage.max_change = max_change;
-        let (mut test, mut rows) = consolidate(&mut rig, 6);
-        let (sheared, end) = run(&mut rig, &mut test, &drive(6e-4, Lateral::Pressure));
-        assert_eq!(end, StageEnd::Finished);
-        rows.extend(sheared);
-        rows
-    });
-    let first = |rows: &[Row]| rows.iter().position(|row| row.damage.deleted_cells > 0).unwrap_or(rows.len());
-    let (lost, fine_lost) = (first(&rows), first(&fine));
-    assert!(lost > 6 && lost < rows.len(), "the first cell goes in row {lost} of {}", rows.len());
-    assert!(lost.abs_diff(fine_lost) <= 1, "{lost} {fine_lost}");
-    let mut damaged = 0;
-    for (a, b) in rows.iter().zip(&fine).take(lost.min(fine_lost)) {
-        let (q, p) = ([a, b].map(|row| row.measures.deviatoric_stress), a.measures.mean_stress);
-        assert!((q[0] - q[1]).abs() < 2e-3 * p, "{q:?}, p = {p}");
-        damaged += usize::from(a.ledger.damage > 0.0);
-    }
-    assert!(damaged > 0, "nothing damaged before");
-}
-
 /// A grain at the side that has turned about itself takes its part of the cover with it, inside out. A new cover lies outside again, and the nominal
 /// volume, the cover's in another measure, goes on.
 #[test]

@@ -322,7 +322,7 @@ impl Rig {
     }
 
     /// Lays a new cover where the one that there is has been folded by grains that turned and fell; whether it did. Work goes on cover
-    /// by cover; the nominal void ratio goes on, as strains do ([`crate::triaxial::measures::Zero::mend`]).
+    /// by cover; the nominal void ratio goes on, as strains do.
     pub fn mend_cover(&mut self) -> bool {
         let poses = &self.committed.poses;
         let Some(folded) = self.model.cover.as_ref().filter(|_| self.model.membrane.is_none()) else {
