@@ -251,7 +251,8 @@ impl Test {
                     return StageEnd::Interrupted;
                 }
                 Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
-                Err(_) if !way.dwells && !way.falls => {
+                // A loaded plate would fall until nothing is left of the specimen.
+                Err(_) if !way.dwells && !way.falls && rig.model.can_break() && !way.drive.is_loaded() => {
                     way.falls = true;
                     continue;
                 }
