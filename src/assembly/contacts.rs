@@ -185,6 +185,7 @@ impl PairWork {
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
                 lead: memory.map_or(0.0, |m| m.lead),
+                hardens: brittle,
             };
             let mut firmness = 1.0;
             if elastic || brittle {

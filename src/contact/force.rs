@@ -54,6 +54,8 @@ pub struct PointState {
     pub elastic_change: Vec3,
     /// Overlap besides [m]; see [`crate::contact::memory::PointMemory::lead`].
     pub lead: f64,
+    /// Whether it hardens before the cores meet ([`ContactLaw::hardening`]): where a body can break.
+    pub hardens: bool,
 }
 
 impl PointState {
@@ -261,7 +263,7 @@ fn wrench<T: Real>(
 
     let pushed = overlap + T::constant(state.offset);
     let linear = law.normal_behind(pushed, state.behind()).scaled(state.spring);
-    let hardened = law.hardening(overlap, state.radii).filter(|_| state.behind() == 0.0);
+    let hardened = law.hardening(overlap, state.radii).filter(|_| state.hardens && state.behind() == 0.0);
     let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
     let pressure = weight * load;
     let mut evaluation = Evaluation {
@@ -446,6 +448,7 @@ mod tests {
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
             lead: 0.0,
+            hardens: true,
         }
     }
 

@@ -128,7 +128,9 @@ impl Newton<'_> {
         let law = &self.model.law;
         for (pair, point) in self.contacts.active() {
             let e = &point.evaluation;
-            let spring = point.state.spring * e.weight * law.steepness(-e.gap, point.state.radii);
+            let spring = point.state.spring
+                * e.weight
+                * if point.state.hardens { law.steepness(-e.gap, point.state.radii) } else { 1.0 };
             for body in [pair.a(), pair.b()] {
                 let arm =
                     (e.point - self.poses[body].position).norm() / self.model.bodies[body].rotation_scale;
