@@ -7,7 +7,7 @@ use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::wall::touch_wall_into;
 use crate::contact::force::{self, ElasticTangent, Evaluation, Kinematics, PointState, SitePoints, Tangent};
-use crate::contact::law::Weakening;
+use crate::contact::law::{CORE_FLOOR, Weakening};
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{ContactShape, Corner, Feature, Site};
@@ -29,9 +29,6 @@ pub struct TooClose {
     pub b: usize,
     pub distance: f64,
 }
-
-/// Cores may not come closer than this share of the sum of their rounding radii.
-pub(super) const CORE_FLOOR: f64 = 0.2;
 
 /// Margin of the broad phase and of a pair's list of features, over the smallest rounding radius.
 const BROAD_MARGIN: f64 = 4.0;
@@ -188,6 +185,7 @@ impl PairWork {
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
                 lead: memory.map_or(0.0, |m| m.lead),
+                hardens: brittle,
             };
             let mut firmness = 1.0;
             if elastic || brittle {

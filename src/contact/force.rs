@@ -54,6 +54,8 @@ pub struct PointState {
     pub elastic_change: Vec3,
     /// Overlap besides [m]; see [`crate::contact::memory::PointMemory::lead`].
     pub lead: f64,
+    /// Whether it hardens before the cores meet ([`ContactLaw::hardening`]): where a body can break.
+    pub hardens: bool,
 }
 
 impl PointState {
@@ -260,7 +262,9 @@ fn wrench<T: Real>(
     };
 
     let pushed = overlap + T::constant(state.offset);
-    let load = law.normal_behind(pushed, state.behind()).scaled(state.spring);
+    let linear = law.normal_behind(pushed, state.behind()).scaled(state.spring);
+    let hardened = law.hardening(overlap, state.radii).filter(|_| state.hardens && state.behind() == 0.0);
+    let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
     let pressure = weight * load;
     let mut evaluation = Evaluation {
         weight: weight.value(),
@@ -333,7 +337,8 @@ fn wrench<T: Real>(
     let mut force_b = force_on_b;
     let mut moment_b = arm_b.cross(force_b);
 
-    let excess = law.energy_at(load.scaled(1.0 / state.spring)).scaled(state.spring);
+    let excess = law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring);
+    let excess = hardened.map_or(excess, |[_, more]| excess + more.scaled(state.spring));
     evaluation.energy = (weight * excess).value();
     if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)
         && edge_weight.value.value() < 1.0
@@ -443,6 +448,7 @@ mod tests {
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
             lead: 0.0,
+            hardens: true,
         }
     }
 
