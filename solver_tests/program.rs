@@ -438,7 +438,7 @@ fn an_audited_run_finds_nothing() {
 fn breakage_agrees_with_history_and_fields() {
     let place = Place::new();
     let weak = r#"/rock={"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": {},
-                         "compressive_strength": "3 MPa", "tensile_strength": "0.3 MPa"}"#;
+                         "compressive_strength": "4 MPa", "tensile_strength": "0.4 MPa"}"#;
     let rough = ["--set", "/solver/rough_tolerance=0.05"];
     let [set, stages] = CONSOLIDATION_ONLY;
     let run = ["run", "tiny.json", "--out", "weak.h5", "--audit", set, stages, set, weak, rough[0], rough[1]];
