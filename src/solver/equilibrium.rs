@@ -115,6 +115,7 @@ impl Newton<'_> {
         // Whether forces are worth taking over: a solve has brought them towards balance.
         let mut fresh = false;
         let mut damage = DamageWatch::new(self.model, settings);
+        self.gather();
         let ended = |converged, balance, history, surface_energy| Equilibrium {
             converged,
             balance,
@@ -152,6 +153,7 @@ impl Newton<'_> {
                 }
                 if !converged {
                     self.evaluate();
+                    self.gather();
                 }
             }
             let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
