@@ -140,8 +140,8 @@ impl PairWork {
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
-        let View { kinematics, corners, poses, grains, trial, fields, committed, .. } = *view;
-        let View { first_scale, strength, predicted, .. } = *view;
+        let View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength } =
+            *view;
         let PairWork { features, stiffness, friction, carried, held, spots, points, nearest, .. } = self;
         points.clear();
         *nearest = f64::INFINITY;
@@ -222,12 +222,12 @@ impl PairWork {
                 state.elastic_change = spot.change;
                 if let Some(given) = spot.given {
                     (state.compliance, state.given) = (spot.compliance, given);
-                } else if !predicted {
+                } else {
                     state.stiffness = 1.0 / (1.0 / state.spring + spot.compliance);
-                }
-                if let Some(held) = last.filter(|_| spot.given.is_none() && !predicted) {
-                    state.offset = spot.compliance * held.load;
-                    state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
+                    if let Some(held) = last {
+                        state.offset = spot.compliance * held.load;
+                        state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
+                    }
                 }
             }
             let evaluation =
@@ -250,8 +250,6 @@ struct View<'a> {
     committed: &'a [SurfaceField],
     first_scale: f64,
     strength: f64,
-    /// Whether the displacements are those of the present forces already.
-    predicted: bool,
 }
 
 /// How far beyond its radii a pair's features are listed for the sake of elastic displacements
@@ -339,9 +337,6 @@ pub struct Contacts {
     /// Contacts of the rigid wall, where the model has one.
     #[serde(skip)]
     pub wall: Vec<WallContact>,
-    /// Whether `fields` were continued from the last motion, and no force has been found for them yet.
-    #[serde(skip)]
-    pub predicted: bool,
     /// Searches so far.
     pub searches: usize,
     /// What the work with these contacts has taken so far.
@@ -366,7 +361,6 @@ impl Default for Contacts {
             strength: unlimited(),
             frames: Frames::default(),
             network: Network::default(),
-            predicted: false,
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -380,7 +374,6 @@ impl Contacts {
     pub fn start(&mut self, model: &Model, committed: &Committed) {
         self.membrane.start();
         self.network.clear();
-        self.predicted = false;
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
         self.start_nodes(model);
@@ -423,20 +416,10 @@ impl Contacts {
         }
         let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
         let (reach, grains, trial) = (&self.reach, &self.grains, &self.trial);
-        let (first_scale, strength, predicted) = (self.first_scale, self.strength, self.predicted);
+        let (first_scale, strength) = (self.first_scale, self.strength);
         let committed = &committed.fields;
-        let view = View {
-            kinematics,
-            corners,
-            poses,
-            grains,
-            trial,
-            fields,
-            committed,
-            first_scale,
-            strength,
-            predicted,
-        };
+        let view =
+            View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength };
         self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, reach);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {

@@ -1,8 +1,9 @@
 //! The grains' own flexibility in the contacts' gaps.
 //!
 //! Where a body is a condensed grain, the gap of a contact holds the elastic displacement of its
-//! surface, `W f` with `W` the grain's exact flexibility and `f` all forces on it. A Newton solve
-//! sees it fixed at the forces of the last augmentation, and in its place a compliance `w` of each
+//! surface, `W f` with `W` the grain's exact flexibility and `f` all forces on it. Where the force of a contact is an
+//! unknown of the solve (`assembly::network`: all that carry or are about to), the displacement is that of these forces. Of
+//! any other contact, one that closes within a solve or whose other body is full, a solve sees it fixed at the forces of the last augmentation, and in its place a compliance `w` of the
 //! contact's own, through a softer spring (the penalty) and an offset:
 //! `f = (overlap(q) - n.W f_old + w f_old) / (c + w)`, `c` being the contact's own compliance. At
 //! rest `f = f_old` and only `c f = overlap - n.W f` is left: the answer does not depend on `w`, the

@@ -46,13 +46,12 @@ impl Contacts {
         self.recentre_nodes(model);
     }
 
-    /// Displaces the nodes of full bodies and the surfaces of condensed ones to `fields` [m], by body, where those fit.
+    /// Displaces the nodes of full bodies to `fields` [m], by body, where those fit.
     pub fn place_nodes(&mut self, model: &Model, fields: &[SurfaceField]) {
-        let elastic = model.bodies.iter().zip(fields).zip(&mut self.fields);
-        for ((body, wanted), field) in elastic.filter(|((body, _), _)| body.is_elastic()) {
-            if wanted.len() == field.len() && !field.is_empty() {
+        let full = model.bodies.iter().zip(fields).zip(&mut self.fields);
+        for ((_, wanted), field) in full.filter(|((body, _), _)| body.full.is_some()) {
+            if wanted.len() == field.len() {
                 field.clone_from(wanted);
-                self.predicted |= body.grain.is_some();
             }
         }
         if !fields.is_empty() {

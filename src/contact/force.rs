@@ -459,8 +459,8 @@ mod tests {
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
             lead: 0.0,
-            compliance: 3e-9,
-            given: Vec3::new(4e-7, -3e-7, 2e-6),
+            compliance: 0.0,
+            given: Vec3::zeros(),
         }
     }
 

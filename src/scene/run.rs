@@ -80,7 +80,7 @@ pub(super) struct UnderWay {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Last {
     poses: Vec<Pose>,
-    /// Displacements of nodes [m]; empty where all bodies are rigid.
+    /// Displacements of nodes [m]; empty where no body is full.
     #[serde(with = "crate::tensor::stored")]
     fields: Vec<Vec<Vec3>>,
     share: f64,
@@ -381,8 +381,7 @@ impl Scene {
             report.counters.add(&std::mem::take(&mut lost));
             if !dwells {
                 report.counters.cuts = pace.accept(share, report.history.len());
-                let fields =
-                    if self.model.has_elastic() { self.committed.fields.clone() } else { Vec::new() };
+                let fields = if self.model.has_full() { self.committed.fields.clone() } else { Vec::new() };
                 last = Some(Last { poses: self.committed.poses.clone(), fields, share });
             }
             let row = self.commit(index, pace.done(), &report, loads, dwells);

@@ -8,7 +8,7 @@ use crate::tensor::Pose;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
     pub poses: Vec<Pose>,
-    /// Displacement of the nodes of full bodies and of the surfaces of condensed ones [m], by body; where there is none, as committed.
+    /// Displacement of the nodes of full bodies [m], by body; where there is none, as committed.
     pub fields: Vec<SurfaceField>,
 }
 

@@ -133,7 +133,7 @@ impl UnderWay {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Last {
     pub(super) poses: Vec<Pose>,
-    /// Displacements of nodes [m]; empty where all grains are rigid.
+    /// Displacements of nodes [m]; empty where no grain is full.
     #[serde(with = "crate::tensor::stored")]
     pub(super) fields: Vec<Vec<Vec3>>,
     share: f64,
@@ -407,11 +407,7 @@ impl Test {
             pressure: rig.pressure,
             deviatoric_stress: -self.ram / area(rig),
             poses: std::mem::replace(&mut rig.committed.poses, report.poses.clone()),
-            fields: if rig.model.has_elastic() {
-                std::mem::take(&mut rig.committed.fields)
-            } else {
-                Vec::new()
-            },
+            fields: if rig.model.has_full() { std::mem::take(&mut rig.committed.fields) } else { Vec::new() },
         };
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);
