@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 pub enum Vary {
     /// Strain increment of the stages driven by strain; increments of a scene's load stages.
     Increment,
-    /// Cells of a grain.
+    /// Cells of a grain; of a scene all mesh sizes that it gives, in proportion.
     Mesh,
     /// Out-of-balance force at which an increment is accepted.
     Tolerance,
@@ -57,7 +57,8 @@ impl Vary {
         match (self, &case.geometry) {
             (Vary::Increment, Geometry::Specimen(_)) => "strain increment [1]",
             (Vary::Increment, Geometry::Scene(_)) => "increments of the last stage [1]",
-            (Vary::Mesh, _) => "cells of a grain [1]",
+            (Vary::Mesh, Geometry::Specimen(_)) => "cells of a grain [1]",
+            (Vary::Mesh, Geometry::Scene(_)) => "mesh size over the case's [1]",
             (Vary::Tolerance, _) => "force tolerance [1]",
             (Vary::Fidelity, _) => "fidelity",
             (Vary::Penalty, _) => "penalty",
@@ -72,20 +73,7 @@ impl Vary {
     pub fn settings(self, source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Setting>> {
         let mut settings = match self {
             Vary::Increment => increments(source, case, values)?,
-            Vary::Mesh => {
-                let Geometry::Specimen(specimen) = &case.geometry else {
-                    return Err(missing("mesh", "a scene of rigid bodies has no mesh"));
-                };
-                let base = specimen.cells_per_grain;
-                let numbers = whole(values, || vec![base / 2, base, 2 * base])?;
-                let setting = |cells: usize| Setting {
-                    label: cells.to_string(),
-                    // A cell's edge over the grain's.
-                    size: Some((cells as f64).powf(-1.0 / 3.0)),
-                    overrides: vec![("/specimen/cells_per_grain".into(), json!(cells))],
-                };
-                numbers.into_iter().map(setting).collect()
-            }
+            Vary::Mesh => meshes(case, values)?,
             Vary::Tolerance => {
                 let base = case.solver.force_tolerance;
                 let numbers = floats(values, || vec![10.0 * base, base, 0.1 * base])?;
@@ -136,6 +124,44 @@ impl Vary {
             }
         }
         Ok(settings)
+    }
+}
+
+fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
+    match &case.geometry {
+        Geometry::Specimen(specimen) => {
+            let base = specimen.cells_per_grain;
+            let numbers = whole(values, || vec![base / 2, base, 2 * base])?;
+            let setting = |cells: usize| Setting {
+                label: cells.to_string(),
+                // A cell's edge over the grain's.
+                size: Some((cells as f64).powf(-1.0 / 3.0)),
+                overrides: vec![("/specimen/cells_per_grain".into(), json!(cells))],
+            };
+            Ok(numbers.into_iter().map(setting).collect())
+        }
+        Geometry::Scene(scene) => {
+            let meshed: Vec<(String, f64)> = scene
+                .bodies
+                .iter()
+                .enumerate()
+                .flat_map(|(at, body)| {
+                    let refined = body.refine.map(|refine| ("/refine", refine.mesh_size));
+                    let own = body.mesh_size.map(|size| ("", size)).into_iter().chain(refined);
+                    own.map(move |(below, size)| (format!("/scene/bodies/{at}{below}/mesh_size"), size))
+                })
+                .collect();
+            if meshed.is_empty() {
+                return Err(missing("mesh", "no body of the scene has a mesh_size"));
+            }
+            let factors = floats(values, || vec![2.0, 1.0, 0.5])?;
+            let setting = |factor: f64| Setting {
+                label: factor.to_string(),
+                size: Some(factor),
+                overrides: meshed.iter().map(|(path, size)| (path.clone(), json!(size * factor))).collect(),
+            };
+            Ok(factors.into_iter().map(setting).collect())
+        }
     }
 }
 
@@ -237,5 +263,38 @@ fn whole(values: &[String], default: impl Fn() -> Vec<usize>) -> Result<Vec<usiz
     match values {
         [] => Ok(default()),
         values => values.iter().map(number).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn meshes_of_a_scene_are_varied_in_proportion() {
+        let text = include_str!("../../cases/scenes/hertz.json");
+        let raw = RawCase::parse(Path::new("hertz.json"), text).unwrap();
+        let case = raw.check().unwrap();
+        let settings = Vary::Mesh.settings(&raw, &case, &["0.5".into(), "1".into()]).unwrap();
+        let sizes: Vec<_> = settings.iter().map(|setting| setting.size).collect();
+        assert_eq!(sizes, [Some(1.0), Some(0.5)]);
+        let of_case = |at: &str| raw.value.pointer(at).is_some();
+        assert_eq!(settings[1].overrides.len(), 4);
+        assert!(settings[1].overrides.iter().all(|(path, _)| of_case(path)));
+        let mut finer = raw.clone();
+        finer.set(&settings[1].overrides);
+        let Geometry::Scene(scene) = finer.check().unwrap().geometry else { panic!("a scene") };
+        assert!(scene.bodies.iter().all(|body| body.mesh_size == Some(2e-3)));
+        assert!(scene.bodies.iter().all(|body| body.refine.is_some_and(|refine| refine.mesh_size == 1e-4)));
+    }
+
+    #[test]
+    fn a_scene_without_meshes_has_none_to_vary() {
+        let raw =
+            RawCase::parse(Path::new("push.json"), include_str!("../../cases/scenes/push.json")).unwrap();
+        let case = raw.check().unwrap();
+        let error = Vary::Mesh.settings(&raw, &case, &[]).unwrap_err().to_string();
+        assert!(error.contains("mesh_size"), "{error}");
     }
 }
