@@ -13,7 +13,13 @@ fn wrapped() -> (Rig, Test) {
     static WRAPPED: OnceLock<(Rig, Test)> = OnceLock::new();
     let ready = WRAPPED.get_or_init(|| {
         let rubber = Rubber::new(2e6, RubberLaw::NeoHookean).expect("rubber");
-        let sheet = RubberSheet { rubber, thickness: 5e-3, mesh_size: Some(0.015), pressure: PRESSURE };
+        let sheet = RubberSheet {
+            rubber,
+            thickness: 5e-3,
+            mesh_size: Some(0.015),
+            refinement: 0,
+            pressure: PRESSURE,
+        };
         let mut rig = rig(Cover::Rubber(sheet));
         let mut test = Test::new(&rig);
         test.lay_membrane(&mut rig, PRESSURE).unwrap_or_else(|reason| panic!("{reason}"));

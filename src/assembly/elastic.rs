@@ -31,6 +31,11 @@ pub type SurfaceField = Vec<Vec3>;
 /// converge, far above they creep.
 pub const OVERESTIMATE: f64 = 2.5;
 
+/// Share of the change before by which a gap or a stretch changes back where the iteration swings.
+const SWINGS: f64 = -0.5;
+/// A stretch that is off by less than this share of the tolerance says nothing of how it goes on.
+const HEEDED: f64 = 1e-2;
+
 /// A force on a brittle body is spread over the facets within this share of the body's size, as wide as the patch whose compliance the contact
 /// has: a force on the tip of a coarse cell would crush it whatever the rock.
 const PATCH: f64 = 0.1;
@@ -79,16 +84,19 @@ impl Held {
         Held { feature, load, traction, scale, left: 0.0, slid: Vec3::zeros() }
     }
 
-    /// The scale for the next augmentation, which `left` [m] of the gap now: swinging wants a softer
-    /// contact, creeping a stiffer one (after Bussetta, Marceau & Ponthot 2012), but never stiffer than
-    /// the bodies' own flexibility there allows.
-    fn adapted(&self, left: f64, tolerance: f64) -> f64 {
-        let ratio = left / self.left;
-        if self.left == 0.0 || left.abs() < tolerance {
-            self.scale
-        } else if ratio < -0.5 {
-            (1.0 - ratio).min(2.0) * self.scale
-        } else if ratio > 0.5 && ratio < 1.1 {
+    /// The scale for the next augmentation, which `left` [m] of the gap now, and `slid` [m] of a sticking contact's stretch: swinging
+    /// wants a softer contact, creeping a stiffer one (after Bussetta, Marceau & Ponthot 2012), but never stiffer than
+    /// the bodies' own flexibility there allows. Tangentially a slender body can yield far more than at the point (it twists), so
+    /// halving has to leave that room: a mode of flexibility L contracts by `1 - L/w`, by `1 - 2 L/w` with half the compliance w.
+    fn adapted(&self, left: f64, slid: &Vec3, tolerance: f64) -> f64 {
+        let undefined = |defined: bool, ratio: f64| if defined { ratio } else { f64::NAN };
+        let normal = undefined(self.left != 0.0 && left.abs() >= tolerance, left / self.left);
+        let heeded = self.slid != Vec3::zeros() && slid.norm() >= HEEDED * tolerance;
+        let tangential = undefined(heeded, slid.dot(&self.slid) / self.slid.norm_squared());
+        let worst = normal.min(tangential);
+        if worst < SWINGS {
+            (1.0 - worst).min(2.0) * self.scale
+        } else if normal > 0.5 && normal < 1.1 && (!heeded || 2.0 * tangential - 1.0 > SWINGS) {
             (0.5 * self.scale).max(self.scale.min(1.0 / OVERESTIMATE))
         } else {
             self.scale
@@ -321,7 +329,7 @@ impl Contacts {
                 largest = largest.max(left.abs()).max(slid.norm());
                 if e.is_active() {
                     let adapted = |held: &Held| {
-                        if spot.given.is_some() { held.scale } else { held.adapted(left, tolerance) }
+                        if spot.given.is_some() { held.scale } else { held.adapted(left, &slid, tolerance) }
                     };
                     let scale = old.as_ref().map_or(self.first_scale, adapted);
                     held.push(Held { feature, load: e.load, traction, scale, left, slid });

@@ -94,6 +94,9 @@ impl Case {
         let volume = match &body.shape {
             ShapeCase::Box(size) => size.iter().product(),
             ShapeCase::Sphere(radius) => 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3),
+            ShapeCase::Cylinder { radius, length, .. } => std::f64::consts::PI * radius * radius * length,
+            // Hulls of random grains fill about half of their ellipsoid.
+            ShapeCase::Grain(sizes) => 0.3 * (0.5 * (sizes[0] + sizes[1])).powi(3),
             ShapeCase::Polyhedron(points) => {
                 let points: Vec<_> = points.iter().map(|p| crate::tensor::Vec3::from(*p)).collect();
                 crate::geometry::Polyhedron::convex_hull(&points).map_or(0.0, |hull| hull.volume())

@@ -22,7 +22,7 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// `None` for a mesh, which is not read yet here.
+    /// `None` for a mesh, which is not read yet here, and a random grain.
     ///
     /// # Errors
     /// The problem of a polyhedron without volume.
@@ -30,11 +30,15 @@ impl Placed {
         let (shape, radius) = match &body.shape {
             ShapeCase::Box(size) => (Polyhedron::cuboid(*size).map_err(|e| e.to_string())?, 0.0),
             ShapeCase::Sphere(radius) => (Polyhedron::point(), *radius),
+            ShapeCase::Cylinder { radius, length, sides } => {
+                let prism = Polyhedron::cylinder(*radius, *length, *sides);
+                (prism.map_err(|e| e.to_string())?, 0.0)
+            }
             ShapeCase::Polyhedron(points) => {
                 let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
                 (hull(&points)?, 0.0)
             }
-            ShapeCase::Mesh(_) => return Ok(None),
+            ShapeCase::Mesh(_) | ShapeCase::Grain(_) => return Ok(None),
         };
         let rotation = Rotation::from_scaled_axis(Vec3::from(body.rotation));
         let reach = shape.bounding_radius() + radius;

@@ -101,6 +101,33 @@ pub static SPECIMEN: &[Key] = &[
 static SCENE: &[Key] = &[
     Key::required("bodies", List(&Object(BODY), 1), "The bodies; touching is fine, overlapping is not."),
     Key::default("gravity", ACCELERATION_VECTOR, "[0, 0, 0]", "Acceleration of gravity in space axes."),
+    Key::optional(
+        "press",
+        Object(PRESS),
+        "A crushing test: one condensed body with damage between two box plates, every surface node against their faces. \
+         The body is set on the lower plate and the upper one on the body; load stages drive that along z.",
+    ),
+];
+
+static PRESS: &[Key] = &[
+    Key::required("body", Text, "Name of the body that is pressed."),
+    Key::required(
+        "bottom",
+        Text,
+        "Name of the plate below it, a fixed box; only what its face covers can be met.",
+    ),
+    Key::required("top", Text, "Name of the plate above it, a box that load stages drive along z."),
+    Key::default(
+        "grip",
+        Choice(&["rough", "frictionless", "tied"]),
+        "\"rough\"",
+        "Whether a touching node sticks, slides freely, or its end face is tied along z (to pull). The coefficients of contact have no part in it.",
+    ),
+    Key::optional(
+        "patch",
+        LENGTH,
+        "Radius of the patch of surface by which a node meets a plate, its force spread over it; specimens take a tenth of a grain's diameter. Without it a node stands alone, and tips crush cell by cell.",
+    ),
 ];
 
 const POSITION: Form = Tuple(&[SIGNED_LENGTH, SIGNED_LENGTH, SIGNED_LENGTH]);
@@ -139,6 +166,12 @@ static REFINE: &[Key] = &[
 pub static SHAPE: &[Key] = &[
     Key::optional("box", Tuple(&[LENGTH, LENGTH, LENGTH]), "Full edge lengths; centred on the position."),
     Key::optional("sphere", LENGTH, "Radius; centred on the position."),
+    Key::optional("cylinder", Object(CYLINDER), "About the z axis, centred on the position, as a prism."),
+    Key::optional(
+        "grain",
+        Tuple(&[LENGTH, LENGTH]),
+        "A random grain, as specimens have them, of the size class between these sieve sizes; its shape follows from the seed. It lies on its lowest facet, its centroid on the position.",
+    ),
     Key::optional(
         "polyhedron",
         List(&POSITION, 4),
@@ -148,6 +181,17 @@ pub static SHAPE: &[Key] = &[
         "mesh",
         Text,
         "A .vtu file of tetrahedra, relative to the case file; nodes relative to the position.",
+    ),
+];
+
+static CYLINDER: &[Key] = &[
+    Key::required("radius", LENGTH, "Of its corners."),
+    Key::required("length", LENGTH, "Along the z axis."),
+    Key::default(
+        "sides",
+        Count(3, 512),
+        "24",
+        "Sides of the prism; with a multiple of four it has flats on both sides of the x and y axes.",
     ),
 ];
 
@@ -204,8 +248,18 @@ static POISSONS_RATIO: &[Key] = &[
     GAMMA_SHAPE,
     VARIATION,
 ];
-static STRENGTH: &[Key] =
-    &[mean(Quantity(Dimension::Pressure, within(1e3, 1e11))), LAW, WEIBULL_SHAPE, GAMMA_SHAPE, VARIATION];
+static STRENGTH: &[Key] = &[
+    mean(Quantity(Dimension::Pressure, within(1e3, 1e11))),
+    LAW,
+    WEIBULL_SHAPE,
+    GAMMA_SHAPE,
+    VARIATION,
+    Key::optional(
+        "reference_size",
+        LENGTH,
+        "Edge of the cube of rock that the mean of a Weibull law is meant for: a cell of volume V is stronger by (reference_size^3 / V)^(1/weibull_shape), the weakest link. Without it the mean is every cell's, whatever its size.",
+    ),
+];
 
 static DAMAGE: &[Key] = &[
     Key::default(
@@ -301,6 +355,12 @@ static MEMBRANE: &[Kind] = &[
                 "mesh_size",
                 LENGTH,
                 "Edge length of the membrane's triangles; without it, from the grains.",
+            ),
+            Key::default(
+                "refinement",
+                Count(0, 2),
+                "0",
+                "How often these are halved where the membrane has to span pores; twice has not been seen to lay well.",
             ),
         ],
     },

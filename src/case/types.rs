@@ -97,6 +97,33 @@ pub struct SceneCase {
     pub bodies: Vec<BodyCase>,
     /// Acceleration [m/s2], space axes.
     pub gravity: [f64; 3],
+    /// One body between two plates, nodes against planes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub press: Option<PressCase>,
+}
+
+/// A press around a body of the scene; names are those of bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PressCase {
+    pub body: String,
+    /// The plate below, fixed.
+    pub bottom: String,
+    /// The plate above, driven along z.
+    pub top: String,
+    pub grip: GripCase,
+    /// Radius of the patch of surface by which a node meets a plate [m]; `None`: the node alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patch: Option<f64>,
+}
+
+/// How plates hold the nodes that they touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GripCase {
+    Rough,
+    Frictionless,
+    Tied,
 }
 
 /// A body set by hand.
@@ -153,6 +180,11 @@ pub enum ShapeCase {
     Box([f64; 3]),
     /// Radius [m], centred on the position.
     Sphere(f64),
+    /// About the z axis, centred on the position [m]; a prism of so many sides.
+    Cylinder { radius: f64, length: f64, sides: usize },
+    /// A random grain of the case's seed, as specimens have them: limits of its size class [m]. It lies on its lowest facet, its centroid on the
+    /// position.
+    Grain([f64; 2]),
     /// Vertices [m] relative to the position; the body is their convex hull.
     Polyhedron(Vec<[f64; 3]>),
     /// A .vtu file, relative to the case file; nodes [m] relative to the position.
@@ -165,6 +197,8 @@ impl ShapeCase {
         match self {
             ShapeCase::Box(size) => size.iter().copied().reduce(f64::min),
             ShapeCase::Sphere(radius) => Some(2.0 * radius),
+            ShapeCase::Cylinder { radius, length, .. } => Some(length.min(2.0 * radius)),
+            ShapeCase::Grain(sizes) => Some(sizes[0]),
             ShapeCase::Polyhedron(points) => {
                 let along = |k: usize| {
                     let high = points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
@@ -224,6 +258,9 @@ pub enum Scatter {
     Weibull {
         #[serde(rename = "weibull_shape")]
         shape: f64,
+        /// Edge [m] of the cube that the mean is meant for, of strengths: smaller cells are stronger. `None`: the mean is every cell's.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        reference_size: Option<f64>,
     },
     /// Normal; the standard deviation over the mean.
     Normal {
@@ -304,6 +341,8 @@ pub enum MembraneCase {
         /// Of the triangles [m]; `None`: from the grains.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         mesh_size: Option<f64>,
+        /// How often edges are halved over pores.
+        refinement: usize,
     },
     Pressure,
     RigidWall,

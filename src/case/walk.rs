@@ -279,6 +279,13 @@ impl Walker {
                 self.fault(Fault::new(child(path, key), "nothing", problem, "a number"));
             }
         }
+        if law != "weibull"
+            && let Some(value) = map.get("reference_size")
+        {
+            let problem = format!("does not belong to the law \"{law}\"");
+            let fault = Fault::new(child(path, "reference_size"), shown(value), problem, "the law weibull");
+            self.fault(fault);
+        }
         map.insert("law".into(), law.into());
     }
 }

@@ -9,7 +9,7 @@ use crate::ladder::{Finding, RUNGS, Rung};
 use crate::linalg;
 use crate::report::write_report;
 use crate::results::{Existing, Reader, Summary, write_history_csv, write_vtu_series};
-use crate::simulation::{self, End, Options, Outcome, generate_specimen};
+use crate::simulation::{self, End, Options, Outcome, expected_draws, generate_specimen};
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
@@ -88,6 +88,9 @@ pub fn check(arguments: &Check) -> Ended {
     } else {
         say(&format!("{}: sound", arguments.input.case.display()));
         say(&case.estimate().to_string());
+        for drawn in expected_draws(&case).map_err(failed)? {
+            say(&drawn.to_string());
+        }
     }
     let faults = unsupported(&case);
     if !faults.is_empty() {

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use crate::results::{HISTORY, HistoryRow, Value as Number};
 use crate::simulation::{
-    End, Observer, Options, Outcome, PlannedStage, Resumption, SpecimenReport, StageReport, Step,
+    Drawn, End, Observer, Options, Outcome, PlannedStage, Resumption, SpecimenReport, StageReport, Step,
 };
 use crate::solver::StopSignal;
 use crate::specimen::Phase;
@@ -172,6 +172,20 @@ impl Observer for Progress {
                 })
             },
         );
+    }
+
+    fn rock_drawn(&mut self, drawn: &[Drawn]) {
+        for drawn in drawn.iter().filter(|drawn| drawn.rejected > 0) {
+            self.tell(
+                || format!("{:<15} {drawn}", "rock"),
+                || {
+                    json!({
+                        "event": "rock", "quantity": drawn.property.name(), "values": drawn.values,
+                        "rejected": drawn.rejected, "mean": drawn.mean, "mean_asked": drawn.asked,
+                    })
+                },
+            );
+        }
     }
 
     fn seated(&mut self, out_of_balance: f64, factorisations: usize) {

@@ -1,12 +1,19 @@
 //! One grain between two rigid plates, driven by displacement: crushing tests on a sphere, a disc, a block or a grain.
 //!
-//! The plates are normal to z: the lower one fixed, the upper one moving. Contact is nodal (every surface node against both
-//! planes), small displacements throughout, damage staggered: the contact forces under frozen damage, then more damage from the strains, until
+//! The plates are normal to z. Contact is nodal (every surface node against both planes, as far as the plates reach), small displacements throughout,
+//! damage staggered: the contact forces under frozen damage, then more damage from the strains, until
 //! nothing moves. Where softening outruns the plates (snap-back) that loop is a dwell at fixed plates; the energy it sets free beyond what damage takes is
 //! booked as stabilisation.
 //!
-//! Not modelled: contact between the parts of a broken grain. A test ends when the grain comes apart.
+//! A grain that comes apart goes on as [`Part`]s that stand between the plates side by side. Not modelled: contact of these parts with one another, and
+//! sliding with friction (a touching node sticks or is free to slide).
+//!
+//! [`crush`] is a whole test without a file; `scene::press` drives the same parts as a stage of a scene.
 
+mod bench;
+mod part;
 mod press;
 
-pub use press::{Ending, Grip, Press, Record, Row, crush};
+pub use bench::{Bench, Contact, Grip, Memory, Patches, Plate, Push};
+pub use part::{Kept, Limits, Part, Settled};
+pub use press::{Ending, Press, Record, Row, crush};

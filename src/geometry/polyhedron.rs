@@ -60,6 +60,16 @@ impl Polyhedron {
         Polyhedron::from_facets(corners, facets)
     }
 
+    /// A cylinder of `radius` and `length` [m] about the z axis through the origin, as a prism: `sides` corners on the circle, flats at its
+    /// poles where their number is a multiple of four.
+    pub fn cylinder(radius: f64, length: f64, sides: usize) -> Result<Self> {
+        let corner = |k: usize| {
+            let angle = std::f64::consts::TAU * (k as f64 + 0.5) / sides as f64;
+            [-0.5, 0.5].map(|z| Vec3::new(radius * angle.cos(), radius * angle.sin(), z * length))
+        };
+        Polyhedron::convex_hull(&(0..sides).flat_map(corner).collect::<Vec<_>>())
+    }
+
     /// The convex hull of `points` [m] (parry's, f64). Points inside are dropped. Where points within facets or edges mislead the
     /// library into triangles without area or turned over, that of true corners alone.
     pub fn convex_hull(points: &[Vec3]) -> Result<Self> {
@@ -187,6 +197,20 @@ mod tests {
             Mat3::from_diagonal(&Vec3::new(24.0 * 4.0 / 12.0, 24.0 * 9.0 / 12.0, 24.0 * 16.0 / 12.0));
         assert!((shape.second_moment() - expected).norm() < 1e-10);
         assert_eq!(shape.edges.len(), 18);
+    }
+
+    #[test]
+    fn cylinder_is_a_prism() {
+        let shape = Polyhedron::cylinder(2.0, 3.0, 32).expect("a prism");
+        let area = 16.0 * 4.0 * (std::f64::consts::TAU / 32.0).sin();
+        assert!((shape.volume() / (3.0 * area) - 1.0).abs() < 1e-12);
+        assert_eq!(shape.vertices.len(), 64);
+        let top = shape.vertices.iter().map(|v| v.y).fold(0.0, f64::max);
+        assert_eq!(
+            shape.vertices.iter().filter(|v| (v.y - top).abs() < 1e-9).count(),
+            4,
+            "a flat at the pole"
+        );
     }
 
     #[test]

@@ -276,6 +276,12 @@ impl DamagedGrain {
         })
     }
 
+    /// The same with points that carry nothing from the moment they fail, for nodal contact, which does not mind how far a surface gives way.
+    pub fn failing_at_once(mut self) -> Self {
+        self.lasting = false;
+        self
+    }
+
     /// Whether damage never moved: then [`Self::condensed`] is the grain as it was first made.
     pub const fn is_sound(&self) -> bool {
         self.committed.sound

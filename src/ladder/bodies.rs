@@ -57,6 +57,7 @@ pub fn scene(bodies: Vec<SceneBody>, friction: f64, stages: Vec<LoadStage>) -> S
     // What has no equilibrium is to be given up in good time.
     let settings = Settings { max_augmentations: 150, ..Settings::default() };
     SceneParameters {
+        press: None,
         bodies,
         gravity: Vec3::zeros(),
         friction: Friction::constant(friction),

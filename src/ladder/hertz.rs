@@ -23,14 +23,16 @@ use crate::mesh::{NearPoint, sphere_mesh};
 use crate::scene::{SceneBody, SceneParameters, SceneShape};
 use crate::tensor::Vec3;
 
-const RADIUS: f64 = 12e-3;
+/// Of the sphere [m].
+pub const RADIUS: f64 = 12e-3;
 const YOUNG: f64 = 30e9;
 const POISSON: f64 = 0.2;
 /// More than the approach, which the cores must not eat up.
 const ROUNDING: f64 = 4e-4;
 /// Contact radius [m].
-const CONTACT: f64 = 0.1 * RADIUS;
-const APPROACH: f64 = CONTACT * CONTACT / RADIUS;
+pub const CONTACT: f64 = 0.1 * RADIUS;
+/// The approach that gives it [m].
+pub const APPROACH: f64 = CONTACT * CONTACT / RADIUS;
 /// Cell sizes at the pole [m] that take seconds.
 pub const CELLS: [f64; 2] = [0.8e-3, 0.6e-3];
 

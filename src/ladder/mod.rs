@@ -10,7 +10,9 @@ pub mod arrays;
 pub mod balloon;
 pub mod blocks;
 pub mod bodies;
+pub mod breaking;
 pub mod cells;
+pub mod cores;
 pub mod damage;
 pub mod edges;
 pub mod finding;
@@ -54,7 +56,12 @@ impl Rung {
 pub const RUNGS: &[Rung] = &[
     Rung { name: "tet10", problem: "cell: patch, bending, order of convergence", climb: cells::tet10 },
     Rung { name: "condensed", problem: "condensed grain against its full mesh", climb: grains::condensed },
+    Rung { name: "turned_grain", problem: "stressed grain turned all around", climb: breaking::turned },
+    Rung { name: "cut_grain", problem: "grain cut in two by deletion", climb: breaking::cut },
     Rung { name: "damage_cell", problem: "damage law of one cell, uniaxial", climb: damage::uniaxial_cell },
+    Rung { name: "damage_cycle", problem: "tension, compression, tension", climb: breaking::cycles },
+    Rung { name: "rock_fields", problem: "Weibull fields of 1e5 samples", climb: breaking::fields },
+    Rung { name: "pressed", problem: "block, sphere and grain in the press", climb: breaking::pressed },
     Rung { name: "softening_bar", problem: "bar pulled apart, crack band", climb: damage::softening_bar },
     Rung { name: "balloon", problem: "neo-Hookean balloon, limit point", climb: balloon::balloon },
     Rung {
@@ -62,6 +69,7 @@ pub const RUNGS: &[Rung] = &[
         problem: "rubber cylinder: inflated, around a core",
         climb: membranes::cylinder,
     },
+    Rung { name: "core", problem: "smooth core in rubber under pressure", climb: cores::pressed },
     Rung { name: "pressure", problem: "work of a follower pressure", climb: membranes::pressed },
     Rung { name: "rig_elastic", problem: "elastic specimens in the rig", climb: rig::elastic },
     Rung { name: "hertz", problem: "condensed sphere on a rigid plane", climb: hertz::normal },

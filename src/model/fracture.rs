@@ -332,7 +332,13 @@ impl Model {
         if rounded.radius < radius { Err(thin()) } else { Ok((nominal, rounded)) }
     }
 
-    fn body_of(&self, index: usize, number: usize, grain: DamagedGrain, nominal: Polyhedron) -> Body {
+    pub(super) fn body_of(
+        &self,
+        index: usize,
+        number: usize,
+        grain: DamagedGrain,
+        nominal: Polyhedron,
+    ) -> Body {
         let old = &self.bodies[index];
         let mass = grain.condensed().mass_properties();
         let size = (6.0 * grain.mesh().volume() / std::f64::consts::PI).cbrt();
@@ -353,7 +359,7 @@ impl Model {
         }
     }
 
-    fn remove(&mut self, index: usize) {
+    pub(super) fn remove(&mut self, index: usize) {
         let body = &mut self.bodies[index];
         (body.kind, body.grain, body.damaged, body.mass) = (BodyKind::Gone, None, None, 0.0);
     }

@@ -34,7 +34,7 @@ pub struct MembraneParameters {
     pub rubber: Rubber,
     /// Unstrained [m].
     pub thickness: f64,
-    /// Edge length of the triangles [m].
+    /// Edge length of the triangles, where they are not refined [m].
     pub mesh_size: f64,
     /// The largest pressure it is to carry [Pa]; it sets the stiffness of its contacts.
     pub pressure: f64,
@@ -96,7 +96,22 @@ impl Membrane {
     ) -> Result<(Self, PressureCover, Vec<Pose>)> {
         let [bottom, top] = fastenings;
         let mesh = CylinderMesh::new(unstrained, bottom.height, top.height, parameters.mesh_size)?;
-        let widen = radius / unstrained;
+        Self::on_mesh(parameters, mesh, radius / unstrained, fastenings, first, law)
+    }
+
+    /// The same from an unstrained `mesh`, stretched around by `widen`.
+    ///
+    /// # Errors
+    /// [`Error::Mesh`] where the sheet is impossible.
+    pub fn on_mesh(
+        parameters: &MembraneParameters,
+        mesh: CylinderMesh,
+        widen: f64,
+        fastenings: &[Fastening; 2],
+        first: usize,
+        law: &ContactLaw,
+    ) -> Result<(Self, PressureCover, Vec<Pose>)> {
+        let [bottom, top] = fastenings;
         let placed = |x: &Vec3| Vec3::new(widen * x.x, widen * x.y, x.z);
         let (mut nodes, mut poses) = (Vec::with_capacity(mesh.nodes.len()), Vec::new());
         let [low, _] = mesh.rims();

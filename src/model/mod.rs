@@ -6,6 +6,7 @@ pub mod cover;
 pub mod fracture;
 pub mod loads;
 pub mod membrane;
+mod pieces;
 pub mod state;
 pub mod stored;
 pub mod travel;

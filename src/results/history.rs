@@ -130,6 +130,12 @@ history! {
     failed_points: i64, "1", "integration points that have failed, so far";
     deleted_cells: i64, "1", "cells that have been deleted, so far";
     fragments: i64, "1", "fragments split off by deletion, so far";
+    broken_grains: i64, "1", "grains of a specimen that came apart or of which nothing is left, so far";
+    breakage_marsal: f64, "1", "Marsal's B_g over the sieves of the grading; specimens of rock with damage";
+    breakage_hardin: f64, "1", "Hardin's relative breakage B_r; specimens of rock with damage";
+    breakage_einav: f64, "1", "Einav's breakage B; specimens of rock with damage";
+    damaged_share: f64, "1", "share of the solid volume with damage, crushed volume included";
+    crushed_share: f64, "1", "share of the solid volume in deleted cells and parts given up";
     condensed_bodies: i64, "1", "bodies that are condensed, behind this increment";
     promoted: i64, "1", "bodies made condensed in this increment or behind it, where fidelity is chosen";
     demoted: i64, "1", "bodies made rigid behind this increment, where fidelity is chosen";

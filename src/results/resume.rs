@@ -18,7 +18,8 @@ use super::vtkhdf::VtkHdf;
 use super::writer::{Writer, access};
 
 /// Where datasets lie that are written once.
-const FIXED_GROUPS: [&str; 6] = ["VTKHDF", "grains", "specimen", "contacts", "breakage", "restart"];
+const FIXED_GROUPS: [&str; 8] =
+    ["VTKHDF", "grains", "specimen", "contacts", "breakage", "pieces", "rock", "restart"];
 
 impl Writer {
     /// Opens a file to continue it after its last restart point: rows and states behind that point are
@@ -69,7 +70,7 @@ impl Writer {
                 }
             }
         }
-        for name in ["profile", "breakage"] {
+        for name in ["profile", "breakage", "pieces"] {
             if self.store.file.link_exists(name) {
                 self.store.hdf5(name, self.store.file.unlink(name))?;
             }

@@ -7,6 +7,7 @@
 
 pub mod audit;
 pub mod parameters;
+pub mod press;
 pub mod row;
 pub mod run;
 mod sweep;
@@ -14,6 +15,7 @@ pub mod uniqueness;
 
 pub use audit::{Overlap, deepest_overlap};
 pub use parameters::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
+pub use press::{PressParameters, Pressing};
 pub use row::{BodyState, Row};
 pub use run::{Scene, SceneState};
 pub use uniqueness::other_equilibrium;

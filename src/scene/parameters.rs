@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
+use crate::scene::press::PressParameters;
 use crate::solver::Settings;
 use crate::tensor::{Pose, Vec3};
 
@@ -20,6 +21,8 @@ pub struct SceneParameters {
     /// Smallest and largest increment over a stage's.
     pub increment_range: [f64; 2],
     pub stages: Vec<LoadStage>,
+    /// A press in place of the contact of hulls.
+    pub press: Option<PressParameters>,
 }
 
 /// A body set by hand. It is rigid, with a local compliance at each contact that its size, Young's

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::model::{Body, BodyKind, Committed, Counters, Loads, Model, StoredBodies};
 use crate::scene::parameters::{LoadStage, SceneBody, SceneParameters, SceneShape};
+use crate::scene::press::{Pressing, StoredPressing};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::sweep;
 use crate::solver::fidelity::{change, judge};
@@ -41,12 +42,12 @@ pub struct Scene {
     pub settings: Settings,
     /// Since the start.
     pub ledger: Ledger,
-    stages: Vec<LoadStage>,
+    pub(super) stages: Vec<LoadStage>,
     increment_range: [f64; 2],
     names: BTreeMap<String, usize>,
     pub(super) contacts: Contacts,
-    start: Vec<Pose>,
-    increments: usize,
+    pub(super) start: Vec<Pose>,
+    pub(super) increments: usize,
     /// Loads in force, prescribed components and what holds them included.
     pub(super) loads: Loads,
     pub(super) reaction: Vec<Vector6<f64>>,
@@ -57,28 +58,33 @@ pub struct Scene {
     /// Stages that are done.
     stages_done: usize,
     /// The stage at hand, once an increment of it is accepted.
-    under_way: Option<UnderWay>,
+    pub(super) under_way: Option<UnderWay>,
     /// The shapes before anything broke.
     first_shapes: Vec<Polyhedron>,
     /// What the last increment leaves to break up.
     failing: Failing,
+    /// The press, where the scene is one, the force of its upper plate in the last accepted state [N], and the stabilisation before the last
+    /// increment that was no dwell [J].
+    pub pressing: Option<Pressing>,
+    pub(super) last_push: f64,
+    pub(super) stabilised: f64,
 }
 
 /// A stage after its last accepted increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct UnderWay {
     pub(super) drive: Drive,
-    pace: Pace,
-    last: Option<Last>,
+    pub(super) pace: Pace,
+    pub(super) last: Option<Last>,
     /// Whether bodies broke and are not in balance yet.
     pub(super) dwells: bool,
     /// What failed attempts at the increment at hand took.
-    lost: Counters,
+    pub(super) lost: Counters,
 }
 
 /// What the last increment came from.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Last {
+pub(super) struct Last {
     poses: Vec<Pose>,
     /// Displacements of nodes [m]; empty where no body is full.
     #[serde(with = "crate::tensor::stored")]
@@ -118,6 +124,9 @@ pub struct SceneState<'a> {
     under_way: Cow<'a, Option<UnderWay>>,
     bodies: StoredBodies<'a>,
     failing: Cow<'a, Failing>,
+    pressing: Option<StoredPressing>,
+    last_push: f64,
+    stabilised: f64,
 }
 
 impl Scene {
@@ -155,7 +164,11 @@ impl Scene {
             tangential_ratio: 2.0 * (1.0 - nu) / (2.0 - nu),
             friction_blend: 0.05,
         };
-        let poses: Vec<Pose> = parameters.bodies.iter().map(|b| b.pose).collect();
+        let mut poses: Vec<Pose> = parameters.bodies.iter().map(|b| b.pose).collect();
+        let pressing = match parameters.press {
+            Some(press) => Some(Pressing::new(press, &mut bodies, &mut poses)?),
+            None => None,
+        };
         let mut loads = Loads::none(bodies.len());
         loads.gravity = parameters.gravity;
         for (prescribed, body) in loads.prescribed.iter_mut().zip(&parameters.bodies) {
@@ -184,6 +197,9 @@ impl Scene {
             under_way: None,
             first_shapes,
             failing: Failing::default(),
+            pressing,
+            last_push: 0.0,
+            stabilised: 0.0,
         })
     }
 
@@ -209,6 +225,9 @@ impl Scene {
             under_way,
             first_shapes,
             failing,
+            pressing,
+            last_push,
+            stabilised,
         } = self;
         SceneState {
             shapes: first_shapes.iter().map(Cow::Borrowed).collect(),
@@ -224,6 +243,9 @@ impl Scene {
             under_way: Cow::Borrowed(under_way),
             bodies: model.stored_bodies(),
             failing: Cow::Borrowed(failing),
+            pressing: pressing.as_ref().map(Pressing::stored),
+            last_push: *last_push,
+            stabilised: *stabilised,
         }
     }
 
@@ -247,7 +269,17 @@ impl Scene {
             && state.loads.applied.len() == bodies
             && state.reaction.len() == bodies
             && state.stages_done <= self.stages.len();
+        let mut pressing = self.pressing.clone();
+        let fits = fits
+            && match (&mut pressing, state.pressing) {
+                (Some(pressing), Some(stored)) => pressing.restore(stored, &model.bodies),
+                (None, None) => true,
+                (Some(_), None) | (None, Some(_)) => false,
+            };
         if fits {
+            self.pressing = pressing;
+            self.last_push = state.last_push;
+            self.stabilised = state.stabilised;
             self.model = model;
             self.failing = state.failing.into_owned();
             self.committed = state.committed.into_owned();
@@ -287,7 +319,11 @@ impl Scene {
     /// go on. A wish to stop at the very last increment interrupts nothing.
     pub fn run(&mut self, mut observe: impl FnMut(&Scene, &Row) -> bool) -> StageEnd {
         while let Some(stage) = self.stages.get(self.stages_done).cloned() {
-            match self.run_stage(self.stages_done, &stage, &mut observe) {
+            let end = match self.pressing.take() {
+                Some(pressing) => self.run_press(pressing, self.stages_done, &stage, &mut observe),
+                None => self.run_stage(self.stages_done, &stage, &mut observe),
+            };
+            match end {
                 StageEnd::Finished => {
                     self.stages_done += 1;
                     self.under_way = None;
@@ -305,18 +341,7 @@ impl Scene {
         observe: &mut impl FnMut(&Scene, &Row) -> bool,
     ) -> StageEnd {
         let UnderWay { mut drive, mut pace, mut last, mut dwells, mut lost } =
-            self.under_way.take().unwrap_or_else(|| {
-                let nominal = 1.0 / stage.increments as f64;
-                let [smallest, largest] = self.increment_range;
-                let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
-                UnderWay {
-                    drive: self.drive(stage),
-                    pace,
-                    last: None,
-                    dwells: false,
-                    lost: Counters::default(),
-                }
-            });
+            self.under_way.take().unwrap_or_else(|| self.begin(stage));
         let (mut repeats, mut woken) = (0, 0);
         loop {
             match self.break_up(&mut drive) {
@@ -398,6 +423,15 @@ impl Scene {
             }
         }
         StageEnd::Finished
+    }
+
+    /// A stage before its first increment.
+    pub(super) fn begin(&self, stage: &LoadStage) -> UnderWay {
+        let nominal = 1.0 / stage.increments as f64;
+        let [smallest, largest] = self.increment_range;
+        let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
+        let drive = self.drive(stage);
+        UnderWay { drive, pace, last: None, dwells: false, lost: Counters::default() }
     }
 
     /// Breaks up what the last increment left to; whether anything did.
@@ -571,7 +605,7 @@ impl Scene {
 
 impl Drive {
     /// Takes in bodies behind those it knows, free, and reference points that moved from `before` to `poses`.
-    fn grow(&mut self, before: &[Pose], poses: &[Pose]) {
+    pub(super) fn grow(&mut self, before: &[Pose], poses: &[Pose]) {
         for ((from, old), new) in self.from.iter_mut().zip(before).zip(poses) {
             from.position += new.position - old.position;
         }
@@ -594,7 +628,7 @@ impl Drive {
 
     /// `poses` with every held component where it belongs at the share `to` of the stage, an
     /// increment of `share` after `committed`.
-    fn driven(&self, poses: &[Pose], committed: &[Pose], share: f64, to: f64) -> Vec<Pose> {
+    pub(super) fn driven(&self, poses: &[Pose], committed: &[Pose], share: f64, to: f64) -> Vec<Pose> {
         (0..poses.len())
             .map(|i| {
                 let (held, travel, from) = (&self.held[i], &self.travel[i], &self.from[i]);

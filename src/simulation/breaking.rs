@@ -1,8 +1,6 @@
-//! What damage has made of the bodies, as the results file shows it: cells, grains, and the breakage of a specimen.
+//! What damage has made of the bodies, as the results file shows it: cells and grains.
 
-use crate::error::Result;
 use crate::model::Model;
-use crate::specimen::breakage::{Breakage, GrainFate, Piece, measure, sieve_size};
 use crate::tensor::Vec3;
 
 /// The cells of one grain as generated.
@@ -83,35 +81,6 @@ pub fn grain_states(model: &Model) -> Vec<GrainState> {
         }
     };
     model.generated.iter().zip(model.parts()).map(of_grain).collect()
-}
-
-/// Breakage of the grains of a specimen over `sieves` [m].
-///
-/// # Errors
-/// As [`measure`].
-pub fn breakage(model: &Model, sieves: &[f64]) -> Result<Breakage> {
-    let fate =
-        |(first, parts): (&std::sync::Arc<crate::grain::DamagedGrain>, &Vec<usize>)| -> Result<GrainFate> {
-            let volume = first.origin_volume();
-            let before = Piece { size: sieve_size(&first.mesh().surface_corners()), volume };
-            let mut fate = GrainFate { before, pieces: vec![], crushed_volume: 0.0, damaged_volume: 0.0 };
-            for body in parts.iter().map(|part| &model.bodies[*part]) {
-                let Some(grain) = &body.damaged else { continue };
-                let volume = grain.mesh().volume();
-                let whole = grain.mesh().cells.len() == first.mesh().cells.len();
-                let size = if whole { before.size } else { sieve_size(&grain.mesh().surface_corners()) };
-                fate.pieces.push(Piece { size, volume });
-                fate.damaged_volume += grain.summary().damaged_volume;
-            }
-            let left: f64 = fate.pieces.iter().map(|piece| piece.volume).sum();
-            fate.crushed_volume = (volume - left).max(0.0);
-            Ok(fate)
-        };
-    let parts = model.parts();
-    let grains =
-        model.generated.iter().zip(&parts).filter_map(|(first, parts)| Some((first.as_ref()?, parts)));
-    let fates = grains.map(fate).collect::<Result<Vec<_>>>()?;
-    measure(&fates, sieves)
 }
 
 /// Damage, and whether it was deleted, of a cell, with the body that carries it: a deleted one goes with what is left of its grain.

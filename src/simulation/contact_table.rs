@@ -3,6 +3,7 @@
 use crate::assembly::Contacts;
 use crate::contact::Memory;
 use crate::results::Column;
+use crate::scene::Pressing;
 use crate::tensor::Vec3;
 
 /// The contact points of an accepted configuration.
@@ -40,6 +41,27 @@ impl ContactTable {
             table.friction_forces.push(e.friction.into());
             table.slips.push(memory.get(&pair.key()).map_or(0.0, |kept| kept.slip));
             table.mobilised.push(if bound > 0.0 { e.friction.norm() / bound } else { 0.0 });
+        }
+        table
+    }
+
+    /// The nodes that the plates of a press meet: from the plate to the node's body.
+    pub fn of_press(pressing: &Pressing) -> Self {
+        let mut table = ContactTable::default();
+        let plates = pressing.plates();
+        for (body, push) in pressing.pushes() {
+            let normal = Vec3::new(0.0, 0.0, if push.upper { -1.0 } else { 1.0 });
+            let pressure = push.force.dot(&normal);
+            table.bodies[0].push(plates[usize::from(push.upper)] as i64);
+            table.bodies[1].push(*body as i64);
+            table.points.push(push.at.into());
+            table.normals.push(normal.into());
+            table.forces.push(push.force.into());
+            table.normal_forces.push(pressure);
+            table.friction_forces.push((push.force - normal * pressure).into());
+            table.slips.push(0.0);
+            // No friction law: a node sticks or is free.
+            table.mobilised.push(f64::NAN);
         }
         table
     }

@@ -7,9 +7,11 @@
 
 mod breaking;
 mod contact_table;
+mod draws;
 mod fields;
 mod grain_stress;
 mod kept;
+mod meter;
 mod observer;
 mod plan;
 mod profile;
@@ -19,9 +21,11 @@ mod resume;
 mod rock;
 pub mod scene;
 mod seating;
+mod shapes;
 mod specimen_table;
 mod start;
 
+pub use draws::{Drawn, expected as expected_draws};
 pub use observer::{Observer, Resumption, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
 pub use profile::Profile;
@@ -254,8 +258,8 @@ fn triaxial_test(
         }
     }
     if !matches!(end, StageEnd::Interrupted) {
-        let sieves: Vec<f64> = wanted.grading.iter().map(|point| point[0]).collect();
-        recorder.write_breakage(&rig, &sieves)?;
+        recorder.write_breakage(&rig)?;
+        recorder.write_pieces(&rig.model)?;
     }
     let (end, outcome, reason) = ending(end);
     let dossier = rig.dossier.take().filter(|_| matches!(end, End::Stopped { .. })).map(Box::new);
@@ -426,7 +430,9 @@ fn scene_run(
                     "belongs to a scene of other bodies; has a mesh file changed?",
                 ));
             }
-            let mut recorder = Recorder::over(resume::reopen(out, &kept)?, case, clock);
+            let mut writer = resume::reopen(out, &kept)?;
+            writer.drop_summaries(point.at.stage)?;
+            let mut recorder = Recorder::over(writer, case, clock);
             observer.resumed(&found.continuation(&kept, version));
             recorder.begin_scene(case, &first, &parameters, folder)?;
             recorder.restore(point.sums, StageCurve::default(), kept.states);
@@ -435,6 +441,9 @@ fn scene_run(
         }
         None => {
             let mut recorder = Recorder::create(case, source, options, clock)?;
+            let drawn = draws::of_scene(case, &parameters)?;
+            observer.rock_drawn(&drawn);
+            recorder.write_rock(&drawn)?;
             recorder.begin_scene(case, &scene, &parameters, folder)?;
             recorder.hold_scene(&scene)?;
             recorder.keep()?;
@@ -479,6 +488,9 @@ fn scene_run(
         return Err(error);
     }
     recorder.end_stage()?;
+    if !matches!(end, StageEnd::Interrupted) {
+        recorder.write_pieces(&scene.model)?;
+    }
     let (end, outcome, reason) = ending(end);
     let mut profile = Profile::default();
     profile.book_since("scene", clock);
@@ -519,6 +531,7 @@ fn specimen_of(
     let specimen = generate(&parameters, progress)?;
     let meshes = meshes_of(wanted, &specimen)?;
     observer.specimen_ready(&SpecimenReport::new(&specimen, &meshes, clock.elapsed()));
+    observer.rock_drawn(&draws::of_specimen(case, &meshes)?);
     Ok((specimen, meshes))
 }
 

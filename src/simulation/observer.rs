@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use crate::mesh::{Mesh, QualityReport};
 use crate::results::HistoryRow;
+use crate::simulation::draws::Drawn;
 use crate::simulation::plan::PlannedStage;
 use crate::solver::StopSignal;
 use crate::specimen::{Phase, Specimen};
@@ -16,6 +17,8 @@ pub trait Observer {
     fn specimen_progress(&mut self, _phase: Phase, _share: f64) {}
     /// The specimen stands and its grains are meshed.
     fn specimen_ready(&mut self, _report: &SpecimenReport) {}
+    /// What the cells have drawn from the rock's laws.
+    fn rock_drawn(&mut self, _drawn: &[Drawn]) {}
     /// Loose grains have been brought into touch: out-of-balance force over the mean contact force,
     /// and factorisations.
     fn seated(&mut self, _out_of_balance: f64, _factorisations: usize) {}

@@ -136,21 +136,29 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
 }
 
 fn cover(case: &Case, pressure: f64) -> Result<Cover> {
-    let (thickness, shear_modulus, law, mesh_size) = match case.membrane {
+    let (thickness, shear_modulus, law, mesh_size, refinement) = match case.membrane {
         MembraneCase::Pressure => return Ok(Cover::Pressure),
         MembraneCase::RigidWall => return Ok(Cover::RigidWall),
-        MembraneCase::Rubber { thickness, shear_modulus, law, mooney_share, gent_limit, mesh_size } => {
+        MembraneCase::Rubber {
+            thickness,
+            shear_modulus,
+            law,
+            mooney_share,
+            gent_limit,
+            mesh_size,
+            refinement,
+        } => {
             let law = match law {
                 RubberLawCase::NeoHookean => RubberLaw::NeoHookean,
                 RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
                 RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
             };
-            (thickness, shear_modulus, law, mesh_size)
+            (thickness, shear_modulus, law, mesh_size, refinement)
         }
     };
     let rubber =
         Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
-    Ok(Cover::Rubber(RubberSheet { rubber, thickness, mesh_size, pressure }))
+    Ok(Cover::Rubber(RubberSheet { rubber, thickness, mesh_size, refinement, pressure }))
 }
 
 /// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it names.

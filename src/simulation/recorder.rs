@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::case::{Case, RawCase};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::model::Model;
 use crate::results::{
     BodyRow, CaseRecord, Column, Existing, FieldMesh, FieldState, GrainRow, HistoryRow,
     Outcome as FileOutcome, Writer, check_unused,
@@ -19,11 +20,13 @@ use crate::tensor::{Mat3, Pose};
 use crate::triaxial::{LocalStrain, Rig, StageCurve, StageEnd, StepReport, Test};
 
 use super::Options;
-use super::breaking::{breakage, cell_states, grain_states};
+use super::breaking::{cell_states, grain_states};
 use super::contact_table::ContactTable;
+use super::draws::{self, Drawn};
 use super::fields::{Points, field_mesh};
 use super::grain_stress::{components, mean_stresses};
 use super::kept::{Consolidated, Origin, Position, State, TestPoint};
+use super::meter::{self, Meter};
 use super::observer::StageReport;
 use super::plan::PlannedStage;
 use super::profile::Profile;
@@ -78,6 +81,7 @@ pub struct Recorder {
     pub at: Position,
     /// Of the stage under way.
     curve: StageCurve,
+    meter: Meter,
 }
 
 /// Whether the results file can be written, before anything is computed.
@@ -139,6 +143,7 @@ impl Recorder {
             restarts: RestartKeeper::new(case.output.restart_every),
             at: Position::default(),
             curve: StageCurve::default(),
+            meter: Meter::new(case),
         }
     }
 
@@ -171,11 +176,17 @@ impl Recorder {
     /// Writes `/grains` and `/specimen`.
     pub fn write_specimen(&mut self, case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Result<()> {
         self.grains = specimen.grains.len();
-        self.writer.write_table("grains", &specimen_table::grains(case, specimen, meshes))?;
+        self.writer.write_table("grains", &specimen_table::grains(case, specimen, meshes)?)?;
+        self.write_rock(&draws::of_specimen(case, meshes)?)?;
         for (group, columns) in specimen_table::specimen(specimen, meshes) {
             self.writer.write_table(&group, &columns)?;
         }
         self.writer.commit()
+    }
+
+    /// Writes `/rock`.
+    pub fn write_rock(&mut self, drawn: &[Drawn]) -> Result<()> {
+        draws::tables(drawn).iter().try_for_each(|(group, columns)| self.writer.write_table(group, columns))
     }
 
     /// Writes the mesh and the first state: the specimen as generated, which is the reference
@@ -252,7 +263,8 @@ impl Recorder {
     /// Takes down an accepted increment; it is in the file when this returns.
     pub fn accept(&mut self, stage: &PlannedStage, rig: &Rig, report: &StepReport<'_>) -> Result<HistoryRow> {
         let begun = Instant::now();
-        let row = self.row(stage, report);
+        let mut row = self.row(stage, report);
+        meter::note(&mut row, &rig.model, &mut self.meter);
         self.curve.push(&report.row);
         let poses = &rig.committed.poses;
         let state = State {
@@ -401,11 +413,20 @@ impl Recorder {
     }
 
     /// Writes `/breakage` of a specimen whose grains can break; once, at the end of the run.
-    pub fn write_breakage(&mut self, rig: &Rig, sieves: &[f64]) -> Result<()> {
+    pub fn write_breakage(&mut self, rig: &Rig) -> Result<()> {
         if rig.model.can_break() {
-            self.writer.write_breakage(&breakage(&rig.model, sieves)?)?;
+            let breakage = self.meter.final_measure(&rig.model)?;
+            self.writer.write_breakage(&breakage)?;
         }
         Ok(())
+    }
+
+    /// Writes `/pieces` where bodies can break; once, at the end of the run.
+    pub fn write_pieces(&mut self, model: &Model) -> Result<()> {
+        match model.can_break() {
+            true => self.writer.write_table("pieces", &meter::pieces(model)),
+            false => Ok(()),
+        }
     }
 
     /// Keeps what is known of the increment that stopped the run in `/status`.
@@ -533,6 +554,12 @@ impl Recorder {
             failed_points: row.damage.failed_points as i64,
             deleted_cells: row.damage.deleted_cells as i64,
             fragments: row.damage.fragments as i64,
+            broken_grains: 0,
+            breakage_marsal: f64::NAN,
+            breakage_hardin: f64::NAN,
+            breakage_einav: f64::NAN,
+            damaged_share: f64::NAN,
+            crushed_share: f64::NAN,
             condensed_bodies: row.fidelity.condensed as i64,
             promoted: row.fidelity.promoted as i64,
             demoted: row.fidelity.demoted as i64,

@@ -17,7 +17,7 @@ use crate::mesh::{CellId, Mesh};
 pub fn quantity(law: &Law) -> Quantity {
     let scatter = match law.scatter {
         Scatter::Constant => material::Law::Constant,
-        Scatter::Weibull { shape } => material::Law::Weibull { shape },
+        Scatter::Weibull { shape, .. } => material::Law::Weibull { shape },
         Scatter::Normal { variation } => material::Law::Normal { variation },
         Scatter::Lognormal { variation } => material::Law::LogNormal { variation },
         Scatter::Gamma { shape } => material::Law::Gamma { shape },
@@ -44,6 +44,20 @@ pub fn elasticity(
     let moduli = field(&rock.youngs_modulus, Property::YoungsModulus).map_err(fail)?;
     let ratios = field(&rock.poissons_ratio, Property::PoissonsRatio).map_err(fail)?;
     moduli.into_iter().zip(ratios).map(|(e, nu)| Elastic::new(e, nu).map_err(fail)).collect()
+}
+
+/// Strength of a cell of so much `volume` [m^3] over that of the volume that the law's mean is meant for: `(V0 / V)^(1/k)`, Weibull's (1939)
+/// weakest link. 1 where the law names no size.
+fn size_factor(law: &Law, volume: f64) -> f64 {
+    match law.scatter {
+        Scatter::Weibull { shape, reference_size: Some(size) } => (size.powi(3) / volume).powf(1.0 / shape),
+        Scatter::Weibull { reference_size: None, .. }
+        | Scatter::Constant
+        | Scatter::Normal { .. }
+        | Scatter::Lognormal { .. }
+        | Scatter::Gamma { .. }
+        | Scatter::Exponential => 1.0,
+    }
 }
 
 /// A fault of a mesh under the name of its body.
@@ -134,8 +148,14 @@ pub fn damaged(
     let mesh = grain.mesh();
     let cells = mesh.cells.len();
     let field = |law: &Law, property| sample_field(&quantity(law), property, seed, index as u64, cells);
-    let tensile = field(tensile, Property::TensileStrength).map_err(fail)?.values;
-    let compressive = field(compressive, Property::CompressiveStrength).map_err(fail)?.values;
+    // The weakest link: a cell that is smaller than what the mean is meant for is stronger.
+    let scaled = |law: &Law, property| {
+        let values = field(law, property)?.values;
+        let scale = |(cell, value): (CellId, f64)| value * size_factor(law, mesh.cell_volume(cell));
+        Ok(mesh.cell_ids().zip(values).map(scale).collect::<Vec<f64>>())
+    };
+    let tensile = scaled(tensile, Property::TensileStrength).map_err(fail)?;
+    let compressive = scaled(compressive, Property::CompressiveStrength).map_err(fail)?;
     let law = |cell: CellId| {
         let size = crack_band_size(mesh.cell_volume(cell));
         let (f_t, f_c) = (tensile[cell.index()], compressive[cell.index()]);

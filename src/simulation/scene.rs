@@ -7,15 +7,21 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, SolverCase, StageCase};
+use crate::case::{
+    BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, SolverCase,
+    StageCase,
+};
 use crate::contact::law::Friction;
+use crate::crushing::Grip;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
+use crate::mesh::Mesh;
 use crate::mesh::file::read_mesh;
-use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
 use crate::model::Body;
 use crate::results::{BodyRow, HistoryRow};
-use crate::scene::{BodyLoad, LoadStage, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState};
+use crate::scene::{
+    BodyLoad, LoadStage, PressParameters, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState,
+};
 use crate::simulation::rock;
 use crate::solver::{DamageSettings, Settings};
 use crate::tensor::{Mat3, Pose, Rotation, Vec3};
@@ -28,9 +34,7 @@ use super::grain_stress::body_stresses;
 use super::kept::{Position, State};
 use super::plan::PlannedStage;
 use super::recorder::{Recorder, Sums};
-
-/// Cells of a polyhedron whose case gives no `mesh_size`.
-const CELLS: usize = 24;
+use super::shapes::{body_mesh, polyhedron, shown_mesh};
 
 /// A restart point of a scene.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -84,9 +88,15 @@ impl Recorder {
             time: history.time,
             increment: row.increment as u64,
             poses: scene.model.frames(poses),
-            stress: body_stresses(scene, parameters, row.gravity),
+            stress: match &scene.pressing {
+                Some(pressing) => pressing.mean_stresses(poses.len()),
+                None => body_stresses(scene, parameters, row.gravity),
+            },
             local_strains: Vec::new(),
-            contacts: ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
+            contacts: match &scene.pressing {
+                Some(pressing) => ContactTable::of_press(pressing),
+                None => ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
+            },
             cells: cell_states(&scene.model),
             grains: Vec::new(),
             levels: scene.model.bodies.iter().map(Body::level).collect(),
@@ -108,23 +118,14 @@ impl Recorder {
 /// the generator cannot mesh that.
 fn body_meshes(case: &Case, parameters: &SceneParameters, folder: &Path) -> Result<Vec<Option<Mesh>>> {
     let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
-    let mesh = |(body, built): (&BodyCase, &SceneBody)| -> Result<Option<Mesh>> {
-        if built.grain.is_some() || built.full.is_some() || body.mesh_size.is_some() {
-            return body_mesh(body, folder).map(Some);
+    let mesh = |(index, (body, built)): (usize, (&BodyCase, &SceneBody))| {
+        let meshed = built.grain.is_some() || built.full.is_some() || body.mesh_size.is_some();
+        match meshed {
+            true => body_mesh(case, index, body, folder).map(Some),
+            false => shown_mesh(case, index, body, folder),
         }
-        let made = match &body.shape {
-            ShapeCase::Mesh(file) => return read_mesh(&folder.join(file)).map(Some),
-            ShapeCase::Box(size) => cuboid_mesh(*size, size.iter().copied().fold(0.0, f64::max)),
-            ShapeCase::Sphere(radius) => sphere_mesh(*radius, 0.5 * radius, None),
-            ShapeCase::Polyhedron(points) => {
-                let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
-                grain_mesh(&Polyhedron::convex_hull(&points)?, CELLS)
-            }
-        };
-        // The mesh is for the eye only: a body that resists it is shown by its facets.
-        Ok(made.ok())
     };
-    scene.bodies.iter().zip(&parameters.bodies).map(mesh).collect()
+    scene.bodies.iter().zip(&parameters.bodies).enumerate().map(mesh).collect()
 }
 
 /// Runs the scene of `case` without a results file. `folder` is where its mesh files are relative to.
@@ -160,6 +161,26 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         settings: settings(&case.solver),
         increment_range: [case.solver.increment_min, case.solver.increment_max],
         stages,
+        press: scene.press.as_ref().map(|press| press_of(scene, press)).transpose()?,
+    })
+}
+
+fn press_of(scene: &SceneCase, press: &PressCase) -> Result<PressParameters> {
+    let number = |name: &str| {
+        let found = scene.bodies.iter().position(|body| body.name == name);
+        found.ok_or_else(|| Error::Usage(format!("the press names {name:?}, which is no body")))
+    };
+    let grip = match press.grip {
+        GripCase::Rough => Grip::Rough,
+        GripCase::Frictionless => Grip::Frictionless,
+        GripCase::Tied => Grip::Tied,
+    };
+    Ok(PressParameters {
+        body: number(&press.body)?,
+        bottom: number(&press.bottom)?,
+        top: number(&press.top)?,
+        grip,
+        patch: press.patch,
     })
 }
 
@@ -258,18 +279,17 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
     };
     let mesh = match fidelity {
         Fidelity::Rigid => None,
-        Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => Some(body_mesh(body, folder)?),
+        Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => Some(body_mesh(case, index, body, folder)?),
     };
     let shape = match &body.shape {
-        ShapeCase::Box(size) => rounded(Polyhedron::cuboid(*size)?),
+        ShapeCase::Box(_) | ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_) => {
+            let hull = polyhedron(case, index, body)?;
+            rounded(hull.ok_or_else(|| Error::Usage(format!("{:?} has no shape", body.name)))?)
+        }
         ShapeCase::Sphere(radius) => match &mesh {
             Some(mesh) => meshed_sphere(case, body, *radius, mesh)?,
             None => SceneShape::Sphere(*radius),
         },
-        ShapeCase::Polyhedron(points) => {
-            let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
-            rounded(Polyhedron::convex_hull(&points)?)
-        }
         ShapeCase::Mesh(file) => {
             let mesh = read_mesh(&folder.join(file))?;
             let hull = mesh.convex_hull()?;
@@ -310,39 +330,6 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         fixed: body.fixed,
     })
 }
-
-/// Cells across a deformable body's smallest extent where no `mesh_size` is given.
-const CELLS_ACROSS: f64 = 3.0;
-
-fn body_mesh(body: &BodyCase, folder: &Path) -> Result<Mesh> {
-    let extent = body.shape.smallest_extent().unwrap_or(f64::INFINITY);
-    let size = body.mesh_size.unwrap_or(extent / CELLS_ACROSS);
-    let named = |error| match error {
-        Error::Mesh { message, .. } => Error::Mesh { name: body.name.clone(), message },
-        other => other,
-    };
-    match &body.shape {
-        ShapeCase::Box(edges) => cuboid_mesh(*edges, size),
-        ShapeCase::Sphere(radius) => {
-            let near = body.refine.map(|refine| NearPoint {
-                point: Vec3::from(refine.point),
-                radius: refine.radius,
-                mesh_size: refine.mesh_size,
-                growth: REFINED_GROWTH,
-            });
-            sphere_mesh(*radius, size, near.as_ref())
-        }
-        ShapeCase::Polyhedron(points) => {
-            let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
-            polyhedron_mesh(&Polyhedron::convex_hull(&points)?, size)
-        }
-        ShapeCase::Mesh(file) => return read_mesh(&folder.join(file)),
-    }
-    .map_err(named)
-}
-
-/// Growth of the cells with the distance from where a mesh is refined.
-const REFINED_GROWTH: f64 = 0.6;
 
 /// A meshed sphere is the hull of its surface nodes, corners on the sphere.
 fn meshed_sphere(case: &Case, body: &BodyCase, radius: f64, mesh: &Mesh) -> Result<SceneShape> {

@@ -1,13 +1,19 @@
 //! `/grains` and `/specimen`: the grains as generated, and what the specimen is like.
 
 use crate::case::{Case, Fidelity};
+use crate::error::Result;
 use crate::mesh::{Mesh, QualityReport};
 use crate::results::Column;
 use crate::specimen::Specimen;
 use crate::specimen::statistics::Histogram;
 
+use super::draws::grain_means;
+
 /// The static columns of `/grains`.
-pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> {
+///
+/// # Errors
+/// As [`grain_means`].
+pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Result<Vec<Column>> {
     let grains = &specimen.grains;
     let count = grains.len();
     let volumes: Vec<f64> = grains.iter().map(|g| g.nominal.volume()).collect();
@@ -17,12 +23,13 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> 
         axes
     });
     let rock = &case.rock;
+    let [moduli, ratios] = grain_means(case, meshes)?;
     let level = match case.fidelity_of_grains() {
         Fidelity::Auto | Fidelity::Rigid => 0,
         Fidelity::Condensed => 1,
         Fidelity::Full => 2,
     };
-    vec![
+    Ok(vec![
         Column::floats("mass", "kg", "mass", volumes.iter().map(|v| rock.density * v).collect()),
         Column::floats("volume", "m3", "volume of the nominal polyhedron", volumes),
         Column::floats(
@@ -67,20 +74,20 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Vec<Column> 
             "mean_youngs_modulus",
             "Pa",
             "Young's modulus of the grain, mean over its cells",
-            vec![rock.youngs_modulus.mean; count],
+            moduli,
         ),
         Column::floats(
             "mean_poissons_ratio",
             "1",
             "Poisson's ratio of the grain, mean over its cells",
-            vec![rock.poissons_ratio.mean; count],
+            ratios,
         ),
         Column::integers(
             "fidelity",
             "how the grain deforms at first: 0 rigid with local compliance, 1 condensed, 2 full",
             vec![level; count],
         ),
-    ]
+    ])
 }
 
 /// Tables of `/specimen`, each with its group.

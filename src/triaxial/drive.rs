@@ -109,8 +109,9 @@ impl Drive {
             }
             Steps::Strain { nominal, largest, growth } => {
                 let strain = self.axial_strain().abs().max(f64::MIN_POSITIVE);
-                let share = (nominal / strain).min(1.0);
-                Pace::new(share, smallest * share, (largest / strain).min(1.0)).growing_by(growth)
+                // Sizes, whichever way the plate goes.
+                let share = (nominal.abs() / strain).min(1.0);
+                Pace::new(share, smallest * share, (largest.abs() / strain).min(1.0)).growing_by(growth)
             }
         }
     }

@@ -57,10 +57,10 @@ impl Default for EnergyGate {
 impl EnergyGate {
     /// Whether the `gap` [J] of an increment is too large for its `turnover` [J]. Forces that are out
     /// of balance by the share `force_tolerance` store that share squared of the `stored` energy [J]
-    /// of all contacts, about: a gap below it says nothing.
+    /// of all contacts, about: where hardly any work is done, a gap below it says nothing.
     pub fn is_breached(&self, gap: f64, turnover: f64, stored: f64, force_tolerance: f64) -> bool {
         let floor = force_tolerance * force_tolerance * stored;
-        self.tolerance.is_finite() && gap.abs() > self.tolerance * turnover + floor
+        self.tolerance.is_finite() && gap.abs() > (self.tolerance * turnover).max(floor)
     }
 }
 

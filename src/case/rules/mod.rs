@@ -4,6 +4,7 @@
 //! so that all faults are found in one go; a rule keeps quiet where a value that it needs is at fault.
 
 mod material;
+mod press;
 mod scene;
 mod specimen;
 mod stages;
@@ -87,6 +88,7 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
         }
         (true, false) => {
             scene::check(case, folder, walker);
+            press::check(case, walker);
             stages::check_scene(&case["stages"], &case["scene"]["bodies"], walker);
             for key in ["plates", "membrane", "start_from"] {
                 if let Some(value) = raw.get(key) {

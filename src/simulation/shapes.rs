@@ -1,0 +1,132 @@
+//! The shapes and meshes of a scene's bodies, from what its case says.
+
+use std::path::Path;
+
+use crate::case::{BodyCase, Case, ShapeCase};
+use crate::error::{Error, Result};
+use crate::geometry::Polyhedron;
+use crate::mesh::file::read_mesh;
+use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
+use crate::specimen::shape::{ShapeLaw, grain};
+use crate::tensor::{Rotation, Vec3};
+
+/// Cells of a random grain whose case gives no `mesh_size`: those of a specimen's.
+const GRAIN_CELLS: usize = 38;
+/// Cells of a polyhedron whose case gives no `mesh_size`, where it is only shown.
+const CELLS: usize = 24;
+/// Cells across a deformable body's smallest extent where no `mesh_size` is given.
+const CELLS_ACROSS: f64 = 3.0;
+/// Growth of the cells with the distance from where a mesh is refined.
+const REFINED_GROWTH: f64 = 0.6;
+/// Vertices of a random grain and their least distance: the defaults of specimens.
+const GRAIN_VERTICES: [usize; 2] = [8, 16];
+const GRAIN_SEPARATION: f64 = 0.45;
+
+/// The polyhedron that body number `index` is, in body coordinates; `None` for a sphere and for a mesh file.
+///
+/// # Errors
+/// `Error::Mesh` where it has no volume, `Error::Specimen` where no grain is found.
+pub fn polyhedron(case: &Case, index: usize, body: &BodyCase) -> Result<Option<Polyhedron>> {
+    Ok(Some(match &body.shape {
+        ShapeCase::Box(size) => Polyhedron::cuboid(*size)?,
+        ShapeCase::Cylinder { radius, length, sides } => Polyhedron::cylinder(*radius, *length, *sides)?,
+        ShapeCase::Polyhedron(points) => {
+            let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
+            Polyhedron::convex_hull(&points)?
+        }
+        ShapeCase::Grain(sizes) => {
+            let law = ShapeLaw {
+                vertices: GRAIN_VERTICES,
+                vertex_separation: GRAIN_SEPARATION,
+                rounding: case.contact.rounding,
+            };
+            laid(&grain(&law, *sizes, 0, case.seed, index as u64)?.nominal)?
+        }
+        ShapeCase::Sphere(_) | ShapeCase::Mesh(_) => return Ok(None),
+    }))
+}
+
+/// A polyhedron turned to lie on the facet nearest to its centroid, as it would on a plate: none is more stable.
+fn laid(shape: &Polyhedron) -> Result<Polyhedron> {
+    let centroid = shape.centroid();
+    let height = |(facet, normal): (&[usize; 3], &Vec3)| normal.dot(&(shape.vertices[facet[0]] - centroid));
+    let lowest = shape.facets.iter().zip(&shape.normals).min_by(|a, b| height(*a).total_cmp(&height(*b)));
+    let Some((_, normal)) = lowest else { return Ok(shape.clone()) };
+    let down = -Vec3::z();
+    let turn = Rotation::rotation_between(normal, &down)
+        .unwrap_or_else(|| Rotation::from_scaled_axis(Vec3::new(std::f64::consts::PI, 0.0, 0.0)));
+    let turned: Vec<Vec3> = shape.vertices.iter().map(|v| turn * (v - centroid)).collect();
+    Polyhedron::convex_hull(&turned)
+}
+
+/// The mesh of body number `index`, which deforms. `folder` is where mesh files are relative to.
+///
+/// # Errors
+/// `Error::Mesh` naming the body, `Error::Io` where a file cannot be read.
+pub fn body_mesh(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Result<Mesh> {
+    let extent = body.shape.smallest_extent().unwrap_or(f64::INFINITY);
+    let size = body.mesh_size.unwrap_or(extent / CELLS_ACROSS);
+    let named = |error| match error {
+        Error::Mesh { message, .. } => Error::Mesh { name: body.name.clone(), message },
+        other => other,
+    };
+    let made = match (&body.shape, polyhedron(case, index, body).map_err(named)?) {
+        (ShapeCase::Box(edges), _) => cuboid_mesh(*edges, size),
+        (ShapeCase::Sphere(radius), _) => {
+            let near = body.refine.map(|refine| NearPoint {
+                point: Vec3::from(refine.point),
+                radius: refine.radius,
+                mesh_size: refine.mesh_size,
+                growth: REFINED_GROWTH,
+            });
+            sphere_mesh(*radius, size, near.as_ref())
+        }
+        (ShapeCase::Grain(_), Some(hull)) if body.mesh_size.is_none() => grain_mesh(&hull, GRAIN_CELLS),
+        (ShapeCase::Mesh(file), _) => return read_mesh(&folder.join(file)),
+        (ShapeCase::Grain(_) | ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. }, hull) => hull
+            .ok_or_else(|| Error::Usage(format!("{:?} has no shape", body.name)))
+            .and_then(|hull| polyhedron_mesh(&hull, size)),
+    };
+    made.map_err(named)
+}
+
+/// A coarse mesh of body number `index` to show it by; `None` where the generator cannot mesh that.
+///
+/// # Errors
+/// As [`body_mesh`].
+pub fn shown_mesh(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Result<Option<Mesh>> {
+    let made = match (&body.shape, polyhedron(case, index, body)?) {
+        (ShapeCase::Mesh(file), _) => return read_mesh(&folder.join(file)).map(Some),
+        (ShapeCase::Box(size), _) => cuboid_mesh(*size, size.iter().copied().fold(0.0, f64::max)),
+        (ShapeCase::Sphere(radius), _) => sphere_mesh(*radius, 0.5 * radius, None),
+        (ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_), Some(hull)) => {
+            grain_mesh(&hull, CELLS)
+        }
+        (ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_), None) => {
+            return Ok(None);
+        }
+    };
+    // The mesh is for the eye only: a body that resists it is shown by its facets.
+    Ok(made.ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn laid_polyhedron_stands_on_its_lowest_facet() {
+        let points = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.5], [0.0, 2.0, 0.2], [0.3, 0.4, 1.0]].map(Vec3::from);
+        let shape = Polyhedron::convex_hull(&points).expect("a hull");
+        let lying = laid(&shape).expect("a hull");
+        assert!(lying.centroid().norm() < 1e-12 && (lying.volume() / shape.volume() - 1.0).abs() < 1e-12);
+        let low = lying.vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+        assert_eq!(lying.vertices.iter().filter(|v| v.z < low + 1e-12).count(), 3);
+        let nearest = |shape: &Polyhedron| {
+            let centroid = shape.centroid();
+            let heights = shape.facets.iter().zip(&shape.normals);
+            heights.map(|(f, n)| n.dot(&(shape.vertices[f[0]] - centroid))).fold(f64::INFINITY, f64::min)
+        };
+        assert!((nearest(&shape) + low).abs() < 1e-12);
+    }
+}
