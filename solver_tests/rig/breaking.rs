@@ -9,6 +9,7 @@ use riprap::material::{DamageLaw, DamageParameters, Elastic};
 use riprap::mesh::grain_mesh;
 use riprap::model::DamageCounts;
 use riprap::scene::audit;
+use riprap::tensor::Vec3;
 use riprap::triaxial::{Cover, Lateral, Rig, RigState, Row, StageEnd, Test};
 
 use crate::ready::{consolidate, drive, rig, run, specimen};
@@ -84,4 +85,26 @@ fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
     assert_eq!(end, StageEnd::Finished);
     assert_eq!(format!("{rest:?}"), format!("{:?}", &rows[done..]));
     assert!(fresh.committed == whole.committed);
+}
+
+/// A grain at the side that has turned about itself takes its part of the cover with it, inside out. A new cover lies outside again, and the nominal
+/// volume, the cover's in another measure, goes on.
+#[test]
+fn a_folded_cover_is_laid_anew() {
+    let mut rig = rig(Cover::Pressure);
+    assert!(!rig.mend_cover(), "nothing is folded");
+    let side = (0..16)
+        .max_by(|a, b| {
+            let radius = |i: &usize| rig.committed.poses[*i].position.xy().norm();
+            radius(a).total_cmp(&radius(b))
+        })
+        .expect("grains");
+    let pose = rig.committed.poses[side];
+    rig.committed.poses[side] = pose.moved(&Vec3::zeros(), &Vec3::new(0.0, 0.0, std::f64::consts::PI));
+    let folded = |rig: &Rig| rig.model.cover.as_ref().expect("a cover").inward_facets(&rig.committed.poses);
+    assert!(folded(&rig) > 0);
+    let nominal = rig.nominal_ratio * rig.volume(&rig.committed.poses);
+    assert!(rig.mend_cover());
+    assert_eq!(folded(&rig), 0);
+    assert!((rig.nominal_ratio * rig.volume(&rig.committed.poses) / nominal - 1.0).abs() < 1e-12);
 }

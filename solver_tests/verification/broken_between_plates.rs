@@ -164,3 +164,10 @@ fn a_resting_bar_is_condensed_before_it_damages() {
     println!("peak forces {peaks:?} N");
     assert!((peaks[0] / peaks[1] - 1.0).abs() < 2.0 / 14.0, "{peaks:?}");
 }
+
+#[test]
+fn the_case_says_what_is_dust() {
+    let share = |rock: &str| scene(&case(rock, 1.0)).settings.damage.least_share;
+    assert_eq!(share("{}"), 0.02);
+    assert_eq!(share(r#"{"damage": {"least_fragment": 0.1}}"#), 0.1);
+}

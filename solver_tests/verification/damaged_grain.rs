@@ -319,6 +319,40 @@ fn work_is_stored_or_set_free() {
     assert!((stored + freed - work).abs() < 0.02 * freed);
 }
 
+/// With a least change, no `1 - d` is further than that from where the same loads bring a grain that follows every change, but for what the
+/// strains of neighbours that lag behind add: the same again at most here, where damage is spread.
+#[test]
+fn small_changes_wait_until_they_have_come_together() {
+    let mesh = mesh(38);
+    let least = 5e-4;
+    let grown = [0.0, least].map(|least| {
+        let mut grain =
+            DamagedGrain::new(mesh.clone(), laws(mesh.cells.len()), DENSITY, Ancestry::of_grain(0))
+                .expect("a grain");
+        let places = squeeze(&grain, 1.0);
+        let mut factored = 0;
+        for k in 1..=20 {
+            let now: Vec<_> = places.iter().map(|(point, f)| (*point, f * 60.0 * f64::from(k))).collect();
+            for round in 0.. {
+                assert!(round < 500, "does not settle at step {k}");
+                let change = grain.propose_beyond(&now, 0.1, least).expect("solvable");
+                factored += usize::from(grain.refresh().expect("solvable"));
+                if change.applied <= 1e-7 && change.held_back <= 0.0 {
+                    break;
+                }
+            }
+            grain.commit(&now).expect("a commit");
+        }
+        (grain, factored)
+    });
+    let [(followed, often), (waited, seldom)] = &grown;
+    assert!(followed.summary().largest > 0.05, "nothing damaged");
+    assert!(2 * seldom < *often, "{seldom} factors, {often} without");
+    for (a, b) in followed.intact().iter().flatten().zip(waited.intact().iter().flatten()) {
+        assert!((a - b).abs() <= 2.0 * least, "{a} {b}");
+    }
+}
+
 #[test]
 fn rejected_trials_leave_no_trace() {
     let mesh = mesh(38);

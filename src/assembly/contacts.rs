@@ -8,7 +8,7 @@ use crate::assembly::network::Network;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::wall::touch_wall_into;
 use crate::contact::force::{self, ElasticTangent, Evaluation, Kinematics, PointState, SitePoints, Tangent};
-use crate::contact::law::Weakening;
+use crate::contact::law::{CORE_FLOOR, Weakening};
 use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{ContactShape, Corner, Feature, Site};
@@ -30,9 +30,6 @@ pub struct TooClose {
     pub b: usize,
     pub distance: f64,
 }
-
-/// Cores may not come closer than this share of the sum of their rounding radii.
-pub(super) const CORE_FLOOR: f64 = 0.2;
 
 /// Margin of the broad phase and of a pair's list of features, over the smallest rounding radius.
 const BROAD_MARGIN: f64 = 4.0;
@@ -191,6 +188,7 @@ impl PairWork {
                 lead: memory.map_or(0.0, |m| m.lead),
                 compliance: 0.0,
                 given: Vec3::zeros(),
+                hardens: brittle,
             };
             let mut firmness = 1.0;
             if elastic || brittle {

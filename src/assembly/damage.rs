@@ -17,6 +17,9 @@ use crate::grain::{DamageChange, DamagedGrain};
 use crate::model::{Body, Model};
 use crate::tensor::Vec3;
 
+/// Proposals that a brittle grain settles by in one move, besides the first.
+const MOST_ALONE: usize = 8;
+
 /// Grains with trial damage, by body; empty until damage is asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Trial {
@@ -110,12 +113,12 @@ impl Damages {
 }
 
 impl Contacts {
-    /// Moves the trial damage towards what the forces of the last augmentation ask for, by at most `max_change` at a point, and
-    /// displaces the surfaces of the bodies that got softer. Evaluate anew afterwards.
+    /// Moves the trial damage towards what the forces of the last augmentation ask for, by at most `max_change` at a point and by nothing
+    /// below `least_change`, and displaces the surfaces of the bodies that got softer. Evaluate anew afterwards.
     ///
     /// # Errors
     /// Where a body cannot be factored any more: give the increment up.
-    pub fn move_damage(&mut self, model: &Model, max_change: f64) -> Result<DamageStep> {
+    pub fn move_damage(&mut self, model: &Model, max_change: f64, least_change: f64) -> Result<DamageStep> {
         let start = Instant::now();
         let grains = &mut self.trial.grains;
         if grains.is_empty() {
@@ -123,13 +126,38 @@ impl Contacts {
             let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.resting.is_none()).cloned();
             grains.extend(model.bodies.iter().map(breaks));
         }
-        let step = |(grain, loads): (&mut Option<DamagedGrain>, &SurfaceLoads)| -> Result<_> {
-            let Some(grain) = grain else { return Ok(None) };
-            let change = grain.propose(loads, max_change)?;
-            Ok(Some((change, grain.refresh()?)))
-        };
-        let changes: Vec<Option<(DamageChange, bool)>> =
-            grains.par_iter_mut().zip(&self.surface_loads).map(step).collect::<Result<_>>()?;
+        let step =
+            |((grain, loads), body): ((&mut Option<DamagedGrain>, &SurfaceLoads), &Body)| -> Result<_> {
+                let Some(grain) = grain else { return Ok(None) };
+                let mut change = grain.propose_beyond(loads, max_change, least_change)?;
+                let mut fresh = grain.refresh()?;
+                // The forces on a brittle grain do not follow its mesh: it goes on by itself, as far as one move may go.
+                for _ in 0..MOST_ALONE {
+                    let is_settled = change.applied <= 2.0 * least_change;
+                    let left = max_change - change.applied;
+                    if !body.is_brittle() || is_settled || change.failed_cells > 0 || left < least_change {
+                        break;
+                    }
+                    let more = grain.propose_beyond(loads, left, least_change)?;
+                    if more.applied == 0.0 {
+                        change.held_back = more.held_back;
+                        break;
+                    }
+                    fresh |= grain.refresh()?;
+                    change = DamageChange {
+                        applied: change.applied + more.applied,
+                        newly_failed: change.newly_failed + more.newly_failed,
+                        ..more
+                    };
+                }
+                Ok(Some((change, fresh)))
+            };
+        let changes: Vec<Option<(DamageChange, bool)>> = grains
+            .par_iter_mut()
+            .zip(&self.surface_loads)
+            .zip(&model.bodies)
+            .map(step)
+            .collect::<Result<_>>()?;
         let mut total = DamageStep::default();
         for (body, change) in changes.into_iter().enumerate() {
             let Some((change, fresh)) = change else { continue };

@@ -292,6 +292,12 @@ static DAMAGE: &[Key] = &[
         "null",
         "Crack-band regularisation: the exponent then follows from this and the cell size; null is off.",
     ),
+    Key::default(
+        "least_fragment",
+        Quantity(Dimension::None, Range { low: 0.0, above: true, high: 0.5, below: false }),
+        "0.02",
+        "Parts that come apart with less than this share of the volume of the grain as generated are dust: they leave the model, and count as deleted cells and in the finest class of the grading.",
+    ),
 ];
 
 static CONTACT: &[Key] = &[

@@ -292,6 +292,8 @@ pub struct DamageCase {
     pub recovery_in_tension: f64,
     /// Crack-band regularisation [J/m2]; `None` is off.
     pub fracture_energy: Option<f64>,
+    /// Parts below this share of the grain as generated are dust.
+    pub least_fragment: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

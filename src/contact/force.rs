@@ -58,6 +58,8 @@ pub struct PointState {
     /// it gave under the unknown force [m], in space, which it gives back. Where the two forces agree nothing of it is left.
     pub compliance: f64,
     pub given: Vec3,
+    /// Whether it hardens before the cores meet ([`ContactLaw::hardening`]): where a body can break.
+    pub hardens: bool,
 }
 
 impl PointState {
@@ -272,7 +274,10 @@ fn wrench<T: Real>(
     let given = Vector::constant(&state.given);
     let pushed = overlap + T::constant(state.offset) + normal.dot(given);
     let behind = T::constant(state.behind()) + weight.scaled(state.spring * state.compliance);
-    let load = law.normal_behind(pushed, behind).scaled(state.spring);
+    let linear = law.normal_behind(pushed, behind).scaled(state.spring);
+    let alone = state.behind() == 0.0 && state.compliance == 0.0;
+    let hardened = law.hardening(overlap, state.radii).filter(|_| state.hardens && alone);
+    let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
     let pressure = weight * load;
     let mut evaluation = Evaluation {
         weight: weight.value(),
@@ -349,7 +354,8 @@ fn wrench<T: Real>(
     let mut force_b = force_on_b;
     let mut moment_b = arm_b.cross(force_b);
 
-    let excess = law.energy_at(load.scaled(1.0 / state.spring)).scaled(state.spring);
+    let excess = law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring);
+    let excess = hardened.map_or(excess, |[_, more]| excess + more.scaled(state.spring));
     evaluation.energy = (weight * excess).value();
     if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)
         && edge_weight.value.value() < 1.0
@@ -461,6 +467,7 @@ mod tests {
             lead: 0.0,
             compliance: 0.0,
             given: Vec3::zeros(),
+            hardens: true,
         }
     }
 

@@ -3,6 +3,13 @@
 
 use crate::tensor::dual::Real;
 
+/// Cores may not come closer than this share of the sum of their rounding radii.
+pub const CORE_FLOOR: f64 = 0.2;
+/// From this share of the roundings on an overlap hardens the contact of two rigid bodies, without limit before cores are at their floor.
+pub const HARDENS_FROM: f64 = 0.5;
+/// Where the hardening is cut off, just before the floor.
+const HARDEST: f64 = 0.99;
+
 /// Settings that all contacts of a model share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactLaw {
@@ -30,6 +37,33 @@ impl ContactLaw {
         } else {
             overlap - T::constant(0.5 * self.onset)
         }
+    }
+
+    /// What an overlap beyond [`HARDENS_FROM`] of the roundings adds to [`ContactLaw::normal`] [m] and to [`ContactLaw::energy`] [m^2]: with
+    /// `x` from 0 there to 1 at the floor and `w` the way between, energy `w^2 x^4 / (1 - x)`. Twice continuously differentiable.
+    ///
+    /// A softened contact under a large force would otherwise bring two cores to their floor, where every further step is
+    /// refused and no solver finds a way on or back.
+    pub fn hardening<T: Real>(&self, overlap: T, roundings: f64) -> Option<[T; 2]> {
+        let way = (1.0 - CORE_FLOOR - HARDENS_FROM) * roundings;
+        let from = HARDENS_FROM * roundings;
+        if overlap.value() <= from {
+            return None;
+        }
+        let one = T::constant(1.0);
+        let x = (overlap - T::constant(from)).scaled(1.0 / way);
+        let x = if x.value() < HARDEST { x } else { T::constant(HARDEST) };
+        let (left, cube) = (one - x, x * x * x);
+        let force = cube * (T::constant(4.0) - x.scaled(3.0)) / (left * left);
+        Some([force.scaled(way), (cube * x / left).scaled(way * way)])
+    }
+
+    /// Slope of the normal force by the overlap over the stiffness, hardening included: at least 1.
+    pub fn steepness(&self, overlap: f64, roundings: f64) -> f64 {
+        let way = (1.0 - CORE_FLOOR - HARDENS_FROM) * roundings;
+        let x = ((overlap - HARDENS_FROM * roundings) / way).clamp(0.0, HARDEST);
+        let left = 1.0 - x;
+        1.0 + 12.0 * x * x / left + 2.0 * x.powi(3) * (4.0 - 3.0 * x) / left.powi(3)
     }
 
     /// [`ContactLaw::normal`] of a spring that shares `total` [m] with a compliance behind it, `behind` times
@@ -247,6 +281,24 @@ mod tests {
             let slope = (LAW.energy(overlap + h) - LAW.energy(overlap - h)) / (2.0 * h);
             assert!((slope - LAW.normal(overlap)).abs() < 1e-12, "{overlap}");
         }
+    }
+
+    #[test]
+    fn hardening_is_derivative_of_its_energy_and_begins_smoothly() {
+        let roundings = 2e-3;
+        let added = |overlap: f64| LAW.hardening(overlap, roundings).unwrap_or([0.0; 2]);
+        for share in [0.3, 0.49, 0.51, 0.6, 0.7, 0.76, 0.79] {
+            let (overlap, h) = (share * roundings, 1e-9);
+            let [force, _] = added(overlap);
+            let slope = (added(overlap + h)[1] - added(overlap - h)[1]) / (2.0 * h);
+            // Differences of the energy w^2 x^4/(1-x), w = 6e-4 m, err by h^2/6 of its third derivative.
+            assert!((slope - force).abs() < 1e-6 * (force + 1e-3 * roundings), "{share}: {slope} {force}");
+            let steep = 1.0 + (added(overlap + h)[0] - added(overlap - h)[0]) / (2.0 * h);
+            assert!((steep - LAW.steepness(overlap, roundings)).abs() < 1e-5 * steep, "{share}");
+        }
+        // Nothing up to half of the roundings, and more than any other force before the floor.
+        assert_eq!(LAW.hardening(0.5 * roundings, roundings), None);
+        assert!(added(0.79 * roundings)[0] > 100.0 * roundings);
     }
 
     #[test]

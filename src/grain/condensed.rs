@@ -10,7 +10,7 @@
 //! Source: free-free flexibility with inertia relief, e.g. Felippa & Park (2002), "The construction
 //! of free-free flexibility matrices", Comput. Methods Appl. Mech. Eng. 191:2139-2168.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector6;
 
@@ -31,9 +31,9 @@ const DENSE_SURFACE_NODES: usize = 600;
 /// A condensed elastic grain.
 #[derive(Debug)]
 pub struct CondensedGrain {
-    mesh: Mesh,
-    rock: Vec<Elastic>,
-    surface: Surface,
+    mesh: Arc<Mesh>,
+    rock: Arc<Vec<Elastic>>,
+    surface: Arc<Surface>,
     mass: MassProperties,
     flexibility: Flexibility,
 }
@@ -103,14 +103,34 @@ impl CondensedGrain {
             let columns = surface.nodes().iter().map(|_| OnceLock::new()).collect();
             Flexibility::OnDemand { held: Box::new(held), columns }
         };
-        Ok(CondensedGrain { rock: cell_elasticity.to_vec(), mesh, surface, mass, flexibility })
+        let (mesh, surface) = (Arc::new(mesh), Arc::new(surface));
+        Ok(CondensedGrain { rock: Arc::new(cell_elasticity.to_vec()), mesh, surface, mass, flexibility })
     }
 
-    pub const fn mesh(&self) -> &Mesh {
+    /// This grain, which solves on demand, with another part `intact` of its stiffness: the bits of
+    /// [`Self::with_damage_on_demand`], without what does not change. `None` where it does not solve on demand.
+    pub fn with_intact(&self, intact: &[[f64; POINT_COUNT]]) -> Option<Result<Self>> {
+        let Flexibility::OnDemand { held, columns } = &self.flexibility else { return None };
+        let made = held.with_intact(&self.mesh, &self.rock, intact);
+        Some(made.map_err(|fault| Error::Mesh { name: "grain".into(), message: fault.to_string() }).map(
+            |held| CondensedGrain {
+                mesh: self.mesh.clone(),
+                rock: self.rock.clone(),
+                surface: self.surface.clone(),
+                mass: self.mass,
+                flexibility: Flexibility::OnDemand {
+                    held: Box::new(held),
+                    columns: columns.iter().map(|_| OnceLock::new()).collect(),
+                },
+            },
+        ))
+    }
+
+    pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    pub const fn surface(&self) -> &Surface {
+    pub fn surface(&self) -> &Surface {
         &self.surface
     }
 
@@ -371,6 +391,24 @@ mod tests {
                 (grain.locate(&place), Vec3::new(draw(), draw(), draw()) * 1e3)
             })
             .collect()
+    }
+
+    #[test]
+    fn a_grain_softened_again_has_the_bits_of_one_made_anew() {
+        let mesh = grain_mesh(&shape(), 38).expect("a mesh");
+        let rock = rocks(mesh.cells.len());
+        let intact = |k: usize| -> Vec<[f64; POINT_COUNT]> {
+            (0..rock.len()).map(|cell| [1.0 / (1 + (cell * k) % 5) as f64; POINT_COUNT]).collect()
+        };
+        let make = |k| {
+            CondensedGrain::with_damage_on_demand(mesh.clone(), &rock, DENSITY, &intact(k)).expect("a grain")
+        };
+        let again = make(1).with_intact(&intact(3)).expect("on demand").expect("a grain");
+        let anew = make(3);
+        let loads = loads(&anew);
+        assert_eq!(again.nodal_displacements(&loads), anew.nodal_displacements(&loads));
+        assert_ne!(make(1).nodal_displacements(&loads), anew.nodal_displacements(&loads));
+        assert!(grain().with_intact(&intact(1)).is_none());
     }
 
     /// Dense reference: `[K, M R; R^T M, 0]` with `u` and the accelerations unknown.

@@ -113,8 +113,8 @@ pub(super) struct Condition {
 /// A crushable meshed grain in body coordinates.
 #[derive(Debug, Clone)]
 pub struct DamagedGrain {
-    pub(super) laws: Vec<DamageLaw>,
-    pub(super) elements: Vec<StraightTet10>,
+    pub(super) laws: Arc<Vec<DamageLaw>>,
+    pub(super) elements: Arc<Vec<StraightTet10>>,
     pub(super) density: f64,
     pub(super) committed: Condition,
     trial: Condition,
@@ -122,14 +122,14 @@ pub struct DamagedGrain {
     stale: bool,
     /// For each point, the sign of its last change of `1 - d` times the limit of the next: halved when the sign turns, doubled (up to the
     /// caller's limit) when it stays, after the Rprop rule of Riedmiller & Braun (1993). So cracks that open and close in turn settle.
-    pace: Vec<[f64; POINT_COUNT]>,
+    pace: Vec<[Pace; POINT_COUNT]>,
     /// Energy that the proposals since the last commit set free, each at the strains it was made at [J].
     freed: f64,
     pub(super) dissipated: f64,
     /// For each cell, its number in the mesh of the grain as generated.
-    pub(super) origin_cells: Vec<CellId>,
+    pub(super) origin_cells: Arc<Vec<CellId>>,
     /// For each facet of the surface, whether breaking exposed it.
-    pub(super) exposed: Vec<bool>,
+    pub(super) exposed: Arc<Vec<bool>>,
     pub(super) ancestry: Ancestry,
     /// The mesh of the grain as generated.
     pub(super) origin: Arc<Mesh>,
@@ -144,16 +144,35 @@ pub struct DamagedGrain {
 /// Limits below this mean that a point flips.
 const FLIPPING: f64 = 1e-4;
 
-/// The limit of a wanted change, with its sign; see [`DamagedGrain::pace`].
-fn next_pace(last: f64, wanted: f64, most: f64) -> f64 {
-    let size = if last == 0.0 {
-        most
-    } else if last * wanted < 0.0 {
-        0.5 * last.abs()
-    } else {
-        (2.0 * last.abs()).min(most)
-    };
-    size.copysign(wanted)
+/// Turns after which a point's limit grows by the second factor, not by the first. Without it, points that go twice one way and twice the
+/// other would never settle.
+const MOST_TURNS: u8 = 4;
+const GROWTH: [f64; 2] = [2.0, 1.2];
+
+/// How a point's `1 - d` may change next; see [`DamagedGrain::pace`].
+#[derive(Debug, Clone, Copy, Default)]
+struct Pace {
+    /// The last limit, with the sign of the change.
+    limit: f64,
+    /// How often the sign turned.
+    turns: u8,
+}
+
+impl Pace {
+    /// The limit of a `wanted` change.
+    fn next(&mut self, wanted: f64, most: f64) -> f64 {
+        let last = self.limit;
+        let size = if last == 0.0 {
+            most
+        } else if last * wanted < 0.0 {
+            self.turns = self.turns.saturating_add(1);
+            0.5 * last.abs()
+        } else {
+            (GROWTH[usize::from(self.turns >= MOST_TURNS)] * last.abs()).min(most)
+        };
+        self.limit = size.copysign(wanted);
+        size
+    }
 }
 
 /// Condenses with failed points held.
@@ -164,9 +183,11 @@ pub(super) fn condense(
     intact: &[[f64; POINT_COUNT]],
 ) -> Result<CondensedGrain> {
     let elastic: Vec<Elastic> = laws.iter().map(|law| *law.elastic()).collect();
-    let held: Vec<[f64; POINT_COUNT]> =
-        intact.iter().map(|points| points.map(|share| share.max(HELD))).collect();
-    CondensedGrain::with_damage_on_demand(mesh, &elastic, density, &held)
+    CondensedGrain::with_damage_on_demand(mesh, &elastic, density, &held(intact))
+}
+
+fn held(intact: &[[f64; POINT_COUNT]]) -> Vec<[f64; POINT_COUNT]> {
+    intact.iter().map(|points| points.map(|share| share.max(HELD))).collect()
 }
 
 fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {
@@ -257,17 +278,17 @@ impl DamagedGrain {
         let Past { origin_cells, exposed, ancestry, origin, offset, lasting } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
-            pace: vec![[0.0; POINT_COUNT]; laws.len()],
-            laws,
-            elements,
+            pace: vec![[Pace::default(); POINT_COUNT]; laws.len()],
+            laws: Arc::new(laws),
+            elements: Arc::new(elements),
             density,
             trial: committed.clone(),
             committed,
             stale: false,
             freed: 0.0,
             dissipated: 0.0,
-            origin_cells,
-            exposed,
+            origin_cells: Arc::new(origin_cells),
+            exposed: Arc::new(exposed),
             ancestry,
             origin,
             offset,
@@ -362,6 +383,17 @@ impl DamagedGrain {
     ///
     /// The caller goes on until `applied` is below its tolerance and nothing is held back.
     pub fn propose(&mut self, loads: &[(SurfacePoint, Vec3)], max_change: f64) -> Result<DamageChange> {
+        self.propose_beyond(loads, max_change, 0.0)
+    }
+
+    /// As [`Self::propose`], but a point whose `1 - d` would change by no more than `least_change`, and does not fail, keeps it until more has
+    /// come together: a grain that hardly softens needs no new factor.
+    pub fn propose_beyond(
+        &mut self,
+        loads: &[(SurfacePoint, Vec3)],
+        max_change: f64,
+        least_change: f64,
+    ) -> Result<DamageChange> {
         self.refresh()?;
         let u = self.trial.condensed.nodal_displacements(loads);
         let mut most = 0.0_f64;
@@ -393,16 +425,18 @@ impl DamagedGrain {
                 let wanted = 1.0 - law.damage(&new);
                 let after = if new.failed {
                     if self.lasting { before.min(1.0 - law.threshold()) } else { 0.0 }
+                } else if (wanted - before).abs() <= least_change {
+                    before
                 } else {
                     // Closing and opening cracks change d too.
-                    let pace = &mut self.pace[cell][point];
-                    *pace = next_pace(*pace, wanted - before, max_change);
-                    if pace.abs() < FLIPPING {
+                    let limit = self.pace[cell][point].next(wanted - before, max_change);
+                    if limit < FLIPPING {
                         change.flipping += 1;
+                        before
                     } else {
-                        change.held_back = change.held_back.max((wanted - before).abs() - pace.abs());
+                        change.held_back = change.held_back.max((wanted - before).abs() - limit);
+                        wanted.clamp(before - limit, before + limit)
                     }
-                    wanted.clamp(before - pace.abs(), before + pace.abs())
                 };
                 change.applied = change.applied.max((after - before).abs());
                 change.newly_failed += usize::from(new.failed);
@@ -425,8 +459,13 @@ impl DamagedGrain {
         if !self.stale {
             return Ok(false);
         }
-        let condensed = condense(self.mesh().clone(), &self.laws, self.density, &self.trial.intact)?;
-        self.trial.condensed = Arc::new(condensed);
+        // A sound grain is condensed in another way.
+        let known = Some(&self.trial.condensed).filter(|_| !self.trial.sound);
+        let softer = match known.and_then(|known| known.with_intact(&held(&self.trial.intact))) {
+            Some(softer) => softer,
+            None => condense(self.mesh().clone(), &self.laws, self.density, &self.trial.intact),
+        };
+        self.trial.condensed = Arc::new(softer?);
         self.trial.sound = false;
         self.stale = false;
         Ok(true)
@@ -448,7 +487,7 @@ impl DamagedGrain {
     /// Begins a new step.
     fn settle(&mut self) {
         self.freed = 0.0;
-        self.pace.iter_mut().for_each(|pace| *pace = [0.0; POINT_COUNT]);
+        self.pace.iter_mut().for_each(|pace| *pace = [Pace::default(); POINT_COUNT]);
     }
 
     /// Keeps the trial damage, with the strains under the accepted `loads`.

@@ -1,10 +1,14 @@
 //! The stiffness of a floating grain, held and factored: solutions in the grain's frame.
 
+use std::sync::Arc;
+
 use crate::element::POINT_COUNT;
 use crate::grain::mass::{MassProperties, nodal_moments};
-use crate::grain::stiffness::{StiffnessFault, node_graph, stiffness_matrix};
+use crate::grain::stiffness::{StiffnessFault, node_graph, stiffness_on, stiffness_pattern};
 use crate::grain::surface::Surface;
-use crate::linalg::{FactorError, Factorisation, Ordering, SparseCholesky, SymmetricMatrix};
+use crate::linalg::{
+    FactorError, Factorisation, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern,
+};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::{Mat3, Vec3};
@@ -39,6 +43,13 @@ pub(crate) struct DenseFlexibility {
 #[derive(Debug)]
 pub(crate) struct HeldGrain {
     factor: SparseCholesky,
+    frame: Arc<Frame>,
+}
+
+/// What does not change with the grain's stiffness.
+#[derive(Debug)]
+struct Frame {
+    pattern: SymmetricPattern,
     /// Node positions from the centroid [m].
     arms: Vec<Vec3>,
     /// `integral of rho N dV` of each node [kg].
@@ -59,7 +70,7 @@ impl HeldGrain {
     ) -> Result<Self, HoldFault> {
         let arms: Vec<Vec3> = mesh.nodes.iter().map(|x| x - mass.centroid).collect();
         let (masses, moments) = nodal_moments(mesh, density, &mass.centroid);
-        let mut stiffness = stiffness_matrix(mesh, rock, intact)?;
+        let mut stiffness = stiffness_on(stiffness_pattern(mesh)?, mesh, rock, intact)?;
         hold(&mut stiffness, &arms)?;
         let ordering = if arms.len() < DISSECTION_NODES {
             Ordering::MinimumDegree
@@ -69,17 +80,33 @@ impl HeldGrain {
         let mut factor = SparseCholesky::analyse(stiffness.pattern(), &ordering, Factorisation::Llt)?;
         factor.factorise(&stiffness)?;
         let inverse_inertia = mass.inertia.try_inverse().ok_or(HoldFault::NoExtent)?;
-        Ok(HeldGrain { factor, arms, masses, moments, inverse_mass: 1.0 / mass.mass, inverse_inertia })
+        let (pattern, inverse_mass) = (stiffness.pattern().clone(), 1.0 / mass.mass);
+        let frame = Frame { pattern, arms, masses, moments, inverse_mass, inverse_inertia };
+        Ok(HeldGrain { factor, frame: Arc::new(frame) })
+    }
+
+    /// The same grain with another part `intact` of its stiffness; the bits of [`Self::new`].
+    pub fn with_intact(
+        &self,
+        mesh: &Mesh,
+        rock: &[Elastic],
+        intact: &[[f64; POINT_COUNT]],
+    ) -> Result<Self, HoldFault> {
+        let mut stiffness = stiffness_on(self.frame.pattern.clone(), mesh, rock, intact)?;
+        hold(&mut stiffness, &self.frame.arms)?;
+        let mut factor = self.factor.again()?;
+        factor.factorise(&stiffness)?;
+        Ok(HeldGrain { factor, frame: self.frame.clone() })
     }
 
     /// Acceleration and angular acceleration that a force on a node gives the rigid grain.
     fn acceleration(&self, node: usize, force: &Vec3) -> (Vec3, Vec3) {
-        (force * self.inverse_mass, self.inverse_inertia * self.arms[node].cross(force))
+        (force * self.frame.inverse_mass, self.frame.inverse_inertia * self.frame.arms[node].cross(force))
     }
 
     /// `f -= M R a`.
     fn subtract_inertia(&self, f: &mut [f64], (linear, angular): (Vec3, Vec3)) {
-        for ((f, mass), moment) in f.chunks_exact_mut(3).zip(&self.masses).zip(&self.moments) {
+        for ((f, mass), moment) in f.chunks_exact_mut(3).zip(&self.frame.masses).zip(&self.frame.moments) {
             let inertia = linear * *mass + angular.cross(moment);
             f.iter_mut().zip(&inertia).for_each(|(f, i)| *f -= i);
         }
@@ -88,13 +115,13 @@ impl HeldGrain {
     /// Takes out the mean displacement and rotation: `u -= R (R^T M R)^-1 R^T M u`.
     fn remove_mean_motion(&self, u: &mut [f64]) {
         let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
-        for ((u, mass), moment) in u.chunks_exact(3).zip(&self.masses).zip(&self.moments) {
+        for ((u, mass), moment) in u.chunks_exact(3).zip(&self.frame.masses).zip(&self.frame.moments) {
             let u = Vec3::new(u[0], u[1], u[2]);
             momentum += u * *mass;
             angular += moment.cross(&u);
         }
-        let (shift, turn) = (momentum * self.inverse_mass, self.inverse_inertia * angular);
-        for (u, arm) in u.chunks_exact_mut(3).zip(&self.arms) {
+        let (shift, turn) = (momentum * self.frame.inverse_mass, self.frame.inverse_inertia * angular);
+        for (u, arm) in u.chunks_exact_mut(3).zip(&self.frame.arms) {
             let rigid = shift + turn.cross(arm);
             u.iter_mut().zip(&rigid).for_each(|(u, r)| *u -= r);
         }
@@ -120,7 +147,7 @@ impl HeldGrain {
 
     /// Right-hand sides for unit forces along x, y, z on `node`, balanced by inertia.
     fn unit_loads_into(&self, out: &mut [f64], node: usize) {
-        for (axis, column) in out.chunks_exact_mut(3 * self.arms.len()).enumerate() {
+        for (axis, column) in out.chunks_exact_mut(3 * self.frame.arms.len()).enumerate() {
             column.fill(0.0);
             column[3 * node + axis] = 1.0;
             self.subtract_inertia(column, self.acceleration(node, &Vec3::ith(axis, 1.0)));
@@ -129,7 +156,7 @@ impl HeldGrain {
 
     /// Flexibility of all surface nodes for forces on surface node number `column`.
     pub fn column(&self, surface: &Surface, column: usize) -> Vec<Mat3> {
-        let size = 3 * self.arms.len();
+        let size = 3 * self.frame.arms.len();
         let mut x = vec![0.0; 3 * size];
         self.unit_loads_into(&mut x, surface.nodes()[column].index());
         if self.factor.back_substitute_shared(&mut x, 3).is_err() {
@@ -144,10 +171,10 @@ impl HeldGrain {
         let nodes = surface.nodes();
         let on_surface = |node: &NodeId| nodes.binary_search(node).is_ok();
         let inner_nodes: Vec<NodeId> =
-            (0..self.arms.len() as u32).map(NodeId).filter(|node| !on_surface(node)).collect();
+            (0..self.frame.arms.len() as u32).map(NodeId).filter(|node| !on_surface(node)).collect();
         let mut packed = vec![Mat3::zeros(); nodes.len() * (nodes.len() + 1) / 2];
         let mut inner = vec![Mat3::zeros(); inner_nodes.len() * nodes.len()];
-        let size = 3 * self.arms.len();
+        let size = 3 * self.frame.arms.len();
         let mut x = vec![0.0; 3 * size * BATCH.min(nodes.len())];
         for first in (0..nodes.len()).step_by(BATCH) {
             let batch = &nodes[first..(first + BATCH).min(nodes.len())];

@@ -14,7 +14,7 @@ impl DamagedGrain {
         }
         let u = self.committed.condensed.nodal_displacements(loads);
         let mut largest = 0.0_f64;
-        let cells = self.mesh().cells.iter().zip(&self.elements).zip(&self.laws);
+        let cells = self.mesh().cells.iter().zip(self.elements.iter()).zip(self.laws.iter());
         for ((nodes, element), law) in cells {
             let element: &StraightTet10 = element;
             for strain in element.strains(&nodes.map(|node| u[node.index()])) {

@@ -23,9 +23,24 @@ pub fn node_graph(mesh: &Mesh) -> Result<NodeGraph, StiffnessFault> {
     NodeGraph::from_cliques(mesh.nodes.len(), cliques.iter().map(|c| &c[..])).ok_or(StiffnessFault::TooLarge)
 }
 
+/// Three unknowns a node, those that share a cell coupled.
+pub fn stiffness_pattern(mesh: &Mesh) -> Result<SymmetricPattern, StiffnessFault> {
+    SymmetricPattern::from_graph(&node_graph(mesh)?, 3).ok_or(StiffnessFault::TooLarge)
+}
+
 /// Stiffness [N/m] with one elastic law a cell; each integration point keeps the part `intact` of its own (1:
 /// sound). Unknown `3 n + a` is the displacement of node n along axis a.
 pub fn stiffness_matrix(
+    mesh: &Mesh,
+    rock: &[Elastic],
+    intact: &[[f64; POINT_COUNT]],
+) -> Result<SymmetricMatrix, StiffnessFault> {
+    stiffness_on(stiffness_pattern(mesh)?, mesh, rock, intact)
+}
+
+/// As [`stiffness_matrix`], on the mesh's [`stiffness_pattern`].
+pub fn stiffness_on(
+    pattern: SymmetricPattern,
     mesh: &Mesh,
     rock: &[Elastic],
     intact: &[[f64; POINT_COUNT]],
@@ -37,7 +52,6 @@ pub fn stiffness_matrix(
             states: intact.len(),
         });
     }
-    let pattern = SymmetricPattern::from_graph(&node_graph(mesh)?, 3).ok_or(StiffnessFault::TooLarge)?;
     let mut stiffness = SymmetricMatrix::zeros(pattern);
     for cell in mesh.cell_ids() {
         let element =
@@ -51,13 +65,8 @@ pub fn stiffness_matrix(
                 if node < other {
                     continue;
                 }
-                for a in 0..3 {
-                    let last = if node == other { a } else { 2 };
-                    for b in 0..=last {
-                        let stored = stiffness.add(3 * node + a, 3 * other + b, block[(a, b)]);
-                        debug_assert!(stored, "the pattern comes from the same cells");
-                    }
-                }
+                let stored = stiffness.add_node_block(node, other, |a, b| block[(a, b)]);
+                debug_assert!(stored, "the pattern comes from the same cells");
             }
         }
     }

@@ -73,7 +73,7 @@ impl DamagedGrain {
             generation,
             offset: self.offset,
             cells: self.origin_cells.iter().map(|cell| cell.0).collect(),
-            exposed: self.exposed.clone(),
+            exposed: self.exposed.to_vec(),
             states: self.committed.states.iter().flatten().map(state).collect(),
             intact: self.committed.intact.iter().flatten().copied().collect(),
             dissipated: self.dissipated,
@@ -138,15 +138,15 @@ impl DamagedGrain {
         let condensed = Arc::new(condense(mesh, &self.laws, self.density, &self.committed.intact)?);
         let (states, intact) = (self.committed.states.clone(), self.committed.intact.clone());
         let past = Past {
-            origin_cells: self.origin_cells.clone(),
-            exposed: self.exposed.clone(),
+            origin_cells: self.origin_cells.to_vec(),
+            exposed: self.exposed.to_vec(),
             ancestry: self.ancestry,
             origin: self.origin.clone(),
             offset,
             lasting: self.lasting,
         };
         let condition = Condition { states, intact, condensed, sound: false };
-        let mut grain = Self::assemble(self.laws.clone(), self.density, condition, past)?;
+        let mut grain = Self::assemble(self.laws.to_vec(), self.density, condition, past)?;
         grain.dissipated = self.dissipated;
         Ok(grain)
     }

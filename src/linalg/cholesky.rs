@@ -5,6 +5,8 @@
 //! matrices met here, so callers parallelise over grains and cases. The same input gives the same
 //! bits on any thread count.
 
+use std::sync::Arc;
+
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltError;
 use faer::linalg::cholesky::llt::factor::LltError;
@@ -77,7 +79,7 @@ impl Default for Refinement {
 /// A sparse factorisation with reusable buffers.
 pub struct SparseCholesky {
     kind: Factorisation,
-    symbolic: SymbolicCholesky<u32>,
+    symbolic: Arc<SymbolicCholesky<u32>>,
     pattern_entries: usize,
     values: Vec<f64>,
     factorised: bool,
@@ -118,6 +120,19 @@ impl SparseCholesky {
         };
         let symbolic =
             cholesky::factorize_symbolic_cholesky(symbolic_ref(pattern), Side::Lower, order, params)?;
+        Self::over(Arc::new(symbolic), pattern.entries(), kind)
+    }
+
+    /// For another matrix of the same pattern, with the same symbolic factorisation.
+    pub fn again(&self) -> Result<Self, FactorError> {
+        Self::over(self.symbolic.clone(), self.pattern_entries, self.kind)
+    }
+
+    fn over(
+        symbolic: Arc<SymbolicCholesky<u32>>,
+        pattern_entries: usize,
+        kind: Factorisation,
+    ) -> Result<Self, FactorError> {
         let numeric = match kind {
             Factorisation::Llt => symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
             Factorisation::Ldlt => symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default()),
@@ -126,10 +141,10 @@ impl SparseCholesky {
         Ok(SparseCholesky {
             kind,
             values: vec![0.0; symbolic.len_val()],
-            pattern_entries: pattern.entries(),
+            pattern_entries,
             factorised: false,
             scratch: allocate(scratch)?,
-            residual: vec![0.0; 2 * size],
+            residual: vec![0.0; 2 * symbolic.nrows()],
             symbolic,
         })
     }

@@ -113,6 +113,24 @@ impl SymmetricMatrix {
         self.values.fill(0.0);
     }
 
+    /// Adds `block(a, b)` to entries (`3 row + a`, `3 column + b`), `row` at least `column`, of a matrix whose pattern has three unknowns a
+    /// node ([`SymmetricPattern::from_graph`]); of a diagonal block the lower triangle. Returns whether the block is in the pattern.
+    #[must_use = "a block outside the pattern is not added"]
+    pub fn add_node_block(&mut self, row: usize, column: usize, block: impl Fn(usize, usize) -> f64) -> bool {
+        let Some(first) = self.pattern.position(3 * row, 3 * column) else { return false };
+        let starts = &self.pattern.starts;
+        let below = first - starts[3 * column] as usize;
+        for b in 0..3 {
+            // Each column of a node lacks one entry more above its diagonal.
+            let start = starts[3 * column + b] as usize + below - if row == column { 0 } else { b };
+            let top = if row == column { b } else { 0 };
+            for a in top..3 {
+                self.values[start + a - top] += block(a, b);
+            }
+        }
+        true
+    }
+
     /// Adds `value` to entry (`i`, `j`) of the symmetric matrix (both triangles at once). Returns
     /// whether the entry is in the pattern; nothing is added where it is not.
     #[must_use = "an entry outside the pattern is not added"]
@@ -168,6 +186,25 @@ mod tests {
             .flat_map(|[i, j]| (0..3).flat_map(move |a| (0..3).map(move |b| (3 * i + a, 3 * j + b))));
         let expected = SymmetricPattern::from_entries(12, entries).expect("in range");
         assert_eq!(SymmetricPattern::from_graph(&graph, 3), Some(expected));
+    }
+
+    #[test]
+    fn blocks_of_nodes_go_where_their_entries_go() {
+        let graph = NodeGraph::from_cliques(5, [&[0u32, 2, 3][..], &[1, 2], &[3, 4]]).expect("a graph");
+        let pattern = SymmetricPattern::from_graph(&graph, 3).expect("small");
+        let (mut whole, mut single) =
+            (SymmetricMatrix::zeros(pattern.clone()), SymmetricMatrix::zeros(pattern));
+        for (row, column) in [(0, 0), (2, 0), (3, 2), (2, 1), (4, 3), (4, 4), (3, 0)] {
+            let value = |a: usize, b: usize| (1 + 9 * row + 45 * column + 3 * a + b) as f64;
+            assert!(whole.add_node_block(row, column, value));
+            for a in 0..3 {
+                for b in 0..=if row == column { a } else { 2 } {
+                    assert!(single.add(3 * row + a, 3 * column + b, value(a, b)));
+                }
+            }
+        }
+        assert_eq!(whole, single);
+        assert!(!whole.add_node_block(1, 0, |_, _| 1.0));
     }
 
     #[test]

@@ -99,12 +99,35 @@ pub struct Response {
 /// Principal view of a strain.
 struct Principal {
     values: Vec3,
-    axes: Mat3,
     theta_t: f64,
     theta_c: f64,
     /// Tensile share of the principal effective stresses.
     r: f64,
     stresses: Vec3,
+}
+
+/// The strain tensor of a Voigt strain.
+fn tensor_of(e: &Vector6<f64>) -> Mat3 {
+    let (xy, yz, zx) = (0.5 * e[3], 0.5 * e[4], 0.5 * e[5]);
+    Mat3::new(e[0], xy, zx, xy, e[1], yz, zx, yz, e[2])
+}
+
+/// Principal values of a strain in closed form (Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix", Comm. ACM 4:168). Two that are equal come
+/// apart by 1e-8 of the largest at most; sums over them are exact to rounding, since their mean is.
+fn principal_values(e: &Vector6<f64>) -> Vec3 {
+    let (xy, yz, zx) = (0.5 * e[3], 0.5 * e[4], 0.5 * e[5]);
+    let mean = (e[0] + e[1] + e[2]) / 3.0;
+    let (x, y, z) = (e[0] - mean, e[1] - mean, e[2] - mean);
+    let size = ((x * x + y * y + z * z + 2.0 * (xy * xy + yz * yz + zx * zx)) / 6.0).sqrt();
+    if size == 0.0 {
+        return Vec3::repeat(mean);
+    }
+    let (x, y, z, xy, yz, zx) = (x / size, y / size, z / size, xy / size, yz / size, zx / size);
+    let half_determinant = 0.5 * (x * (y * z - yz * yz) - xy * (xy * z - yz * zx) + zx * (xy * yz - y * zx));
+    let angle = half_determinant.clamp(-1.0, 1.0).acos() / 3.0;
+    let first = mean + 2.0 * size * angle.cos();
+    let last = mean + 2.0 * size * (angle + 2.0 * std::f64::consts::FRAC_PI_3).cos();
+    Vec3::new(first, 3.0 * mean - first - last, last)
 }
 
 /// Nodes and weights of the three-point Gauss rule on 0..1.
@@ -184,26 +207,16 @@ impl DamageLaw {
     }
 
     fn principal(&self, strain: &Vector6<f64>) -> Principal {
-        let e = strain;
-        let tensor = Mat3::new(
-            e[0],
-            0.5 * e[3],
-            0.5 * e[5],
-            0.5 * e[3],
-            e[1],
-            0.5 * e[4],
-            0.5 * e[5],
-            0.5 * e[4],
-            e[2],
-        );
-        let eigen = SymmetricEigen::new(tensor);
-        let values = eigen.eigenvalues;
+        self.principal_of(principal_values(strain))
+    }
+
+    fn principal_of(&self, values: Vec3) -> Principal {
         let part = |sign: f64| values.iter().map(|v| (sign * v).max(0.0).powi(2)).sum::<f64>().sqrt();
         let (lambda, mu) = self.elastic.lame();
         let stresses = values.map(|v| lambda * values.sum() + 2.0 * mu * v);
         let total: f64 = stresses.iter().map(|s| s.abs()).sum();
         let r = if total > 0.0 { stresses.iter().map(|s| s.max(0.0)).sum::<f64>() / total } else { 0.0 };
-        Principal { theta_t: part(1.0), theta_c: part(-1.0), values, axes: eigen.eigenvectors, r, stresses }
+        Principal { theta_t: part(1.0), theta_c: part(-1.0), values, r, stresses }
     }
 
     /// Whether a sound point certainly stays sound: theta_t and theta_c are at most the norm of the strain tensor.
@@ -358,7 +371,8 @@ impl DamageLaw {
                 dissipated: 0.0,
             };
         }
-        let new = self.principal(strain);
+        let eigen = SymmetricEigen::new(tensor_of(strain));
+        let new = self.principal_of(eigen.eigenvalues);
         let state = self.grown(strain, old, &new);
         let dissipated = self.dissipation(old, &state);
         if state.failed {
@@ -372,7 +386,7 @@ impl DamageLaw {
         }
         let effective = self.elastic.stress(strain);
         let intact = self.integrity(state.tension, state.compression, new.r);
-        let slope = self.integrity_slope(&new, &state);
+        let slope = self.integrity_slope(&new, &eigen.eigenvectors, &state);
         Response {
             stress: effective * intact,
             damage: 1.0 - intact,
@@ -383,7 +397,7 @@ impl DamageLaw {
     }
 
     /// Derivative of `1 - d` by the strain.
-    fn integrity_slope(&self, new: &Principal, state: &DamageState) -> Vector6<f64> {
+    fn integrity_slope(&self, new: &Principal, axes: &Mat3, state: &DamageState) -> Vector6<f64> {
         let [w_c, w_t] = self.recovery;
         let (k_t, k_c) = (1.0 - w_t * new.r, 1.0 - w_c * (1.0 - new.r));
         let (d_t, d_c) = (self.tension.damage(state.tension), self.compression.damage(state.compression));
@@ -392,12 +406,11 @@ impl DamageLaw {
         let mut slope = Vector6::zeros();
         if new.theta_t >= state.tension && new.theta_t > 0.0 {
             let by_value = new.values.map(|v| v.max(0.0) / new.theta_t);
-            slope -= sum_of_axes(&new.axes, &by_value) * (a * k_c * self.tension.slope(state.tension));
+            slope -= sum_of_axes(axes, &by_value) * (a * k_c * self.tension.slope(state.tension));
         }
         if new.theta_c >= state.compression && new.theta_c > 0.0 {
             let by_value = new.values.map(|v| -(-v).max(0.0) / new.theta_c);
-            slope -=
-                sum_of_axes(&new.axes, &by_value) * (b * k_t * self.compression.slope(state.compression));
+            slope -= sum_of_axes(axes, &by_value) * (b * k_t * self.compression.slope(state.compression));
         }
         // r depends on the strain through the effective stress; dA/dr = w_t d_c, dB/dr = -w_c d_t.
         let by_r = b * w_t * d_c - a * w_c * d_t;
@@ -414,7 +427,7 @@ impl DamageLaw {
             // C applied to the (coaxial) derivative by the stress.
             let (lambda, mu) = self.elastic.lame();
             let by_value = by_stress.map(|g| lambda * by_stress.sum() + 2.0 * mu * g);
-            slope += sum_of_axes(&new.axes, &by_value) * by_r;
+            slope += sum_of_axes(axes, &by_value) * by_r;
         }
         slope
     }

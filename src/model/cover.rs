@@ -30,6 +30,7 @@
 
 mod bridging;
 mod drape;
+mod stored;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -41,6 +42,7 @@ use crate::mesh::CylinderMesh;
 use crate::tensor::{Mat3, Pose, Vec3, Vector6};
 
 pub use drape::{DrapeStatistics, Outline, Rim};
+pub use stored::StoredCover;
 
 /// A node of the cover: a material point of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]

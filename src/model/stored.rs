@@ -9,7 +9,8 @@ use crate::contact::ContactShape;
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{DamagedGrain, StoredGrain};
-use crate::model::{Body, BodyKind, Model};
+use crate::model::cover::StoredCover;
+use crate::model::{Body, BodyKind, Model, PressureCover};
 use crate::tensor::Vec3;
 
 /// The bodies that can break, and the cover's nodes; empty where nothing can.
@@ -17,10 +18,8 @@ use crate::tensor::Vec3;
 pub struct StoredBodies<'a> {
     /// In the order of the bodies; `None` for those that cannot break.
     bodies: Vec<Option<StoredBody<'a>>>,
-    /// Body and point of the cover's nodes.
-    glued: Vec<u32>,
-    #[serde(with = "crate::tensor::stored")]
-    points: Vec<Vec3>,
+    /// Where there is one.
+    cover: Option<StoredCover>,
     /// The bodies that rest.
     resting: Vec<u32>,
 }
@@ -61,13 +60,8 @@ impl Model {
                 grain,
             })
         });
-        let nodes = self.cover.as_ref().map_or(&[][..], |cover| cover.nodes());
-        StoredBodies {
-            bodies: stored.collect(),
-            glued: nodes.iter().map(|node| node.body as u32).collect(),
-            points: nodes.iter().map(|node| node.point).collect(),
-            resting,
-        }
+        let cover = self.cover.as_ref().map(PressureCover::stored);
+        StoredBodies { bodies: stored.collect(), cover, resting }
     }
 
     /// Takes stored bodies; `false`, and nothing is changed, where they are another model's. This model is as generated.
@@ -91,12 +85,11 @@ impl Model {
         if !self.can_break() || stored.bodies.is_empty() {
             return Ok(self.can_break() != stored.bodies.is_empty());
         }
-        let count = self.cover.as_ref().map_or(0, |cover| cover.nodes().len());
-        let nodes_fit = stored.glued.len() == count && stored.points.len() == count;
+        let cover_fits = stored.cover.is_some() == self.cover.is_some();
         let bodies_fit = stored.bodies.len() >= self.bodies.len()
             && stored.bodies.iter().zip(&self.generated).all(|(a, b)| a.is_some() == b.is_some())
             && stored.bodies[self.bodies.len()..].iter().all(Option::is_some);
-        if !nodes_fit || !bodies_fit {
+        if !cover_fits || !bodies_fit {
             return Ok(false);
         }
         let first = self.bodies.clone();
@@ -135,9 +128,8 @@ impl Model {
             }
             self.shapes[index] = ContactShape::new(stored.rounded.into_owned());
         }
-        if let Some(cover) = &self.cover {
-            let glue = |node: usize| (stored.glued[node] as usize, stored.points[node]);
-            self.cover = Some(cover.glued_anew(glue)?);
+        if let Some(cover) = &stored.cover {
+            self.cover = Some(PressureCover::restored(cover, self.carriers())?);
         }
         Ok(true)
     }

@@ -149,7 +149,7 @@ pub fn generate_specimen(
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
     let parameters = plan::rig_parameters(case, plan::largest_pressure(case))?;
-    let rig = Rig::new(&specimen, &parameters, plan::settings(&case.solver))?;
+    let rig = Rig::new(&specimen, &parameters, plan::settings(case))?;
     recorder.begin(case, &rig, &specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
     let (wall_time, profile) = (clock.elapsed(), Profile::default());
@@ -380,7 +380,7 @@ fn continued_test(
 }
 
 fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<Rig> {
-    let mut settings = plan::settings(&case.solver);
+    let mut settings = plan::settings(case);
     settings.stop = observer.stop_signal();
     Rig::new(&origin.specimen, &plan::rig_parameters(case, origin.membrane_pressure)?, settings)
 }

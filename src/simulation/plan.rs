@@ -186,7 +186,9 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
     }
 }
 
-pub fn settings(solver: &SolverCase) -> Settings {
+/// Solver settings of a case; what it does not mention is as usual.
+pub fn settings(case: &Case) -> Settings {
+    let solver = &case.solver;
     Settings {
         force_tolerance: solver.force_tolerance,
         rough_tolerance: solver.rough_tolerance.unwrap_or(0.0),
@@ -194,9 +196,16 @@ pub fn settings(solver: &SolverCase) -> Settings {
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
         accuracy: solver.chosen_accuracy(),
-        damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
+        damage: damage_settings(case),
         // Halvings that stay above the smallest increment.
         max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
         ..Settings::default()
     }
+}
+
+/// How damage is followed in a case.
+pub fn damage_settings(case: &Case) -> DamageSettings {
+    let usual = DamageSettings::default();
+    let least_share = case.rock.damage.as_ref().map_or(usual.least_share, |damage| damage.least_fragment);
+    DamageSettings { max_change: case.solver.damage_change, least_share, ..usual }
 }

@@ -8,8 +8,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use crate::case::{
-    BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, SolverCase,
-    StageCase,
+    BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, StageCase,
 };
 use crate::contact::law::Friction;
 use crate::crushing::Grip;
@@ -22,8 +21,9 @@ use crate::results::{BodyRow, HistoryRow};
 use crate::scene::{
     BodyLoad, LoadStage, PressParameters, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState,
 };
+use crate::simulation::plan::damage_settings;
 use crate::simulation::rock;
-use crate::solver::{DamageSettings, Settings};
+use crate::solver::Settings;
 use crate::tensor::{Mat3, Pose, Rotation, Vec3};
 use crate::triaxial::StageEnd;
 
@@ -158,7 +158,7 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         bodies,
         gravity: Vec3::from(scene.gravity),
         friction,
-        settings: settings(&case.solver),
+        settings: settings(case),
         increment_range: [case.solver.increment_min, case.solver.increment_max],
         stages,
         press: scene.press.as_ref().map(|press| press_of(scene, press)).transpose()?,
@@ -185,7 +185,8 @@ fn press_of(scene: &SceneCase, press: &PressCase) -> Result<PressParameters> {
 }
 
 /// Solver settings of a case; what it does not mention is as usual.
-pub fn settings(solver: &SolverCase) -> Settings {
+pub fn settings(case: &Case) -> Settings {
+    let solver = &case.solver;
     Settings {
         force_tolerance: solver.force_tolerance,
         gap_tolerance: solver.gap_tolerance,
@@ -193,7 +194,7 @@ pub fn settings(solver: &SolverCase) -> Settings {
         max_dwell: solver.max_dwell,
         max_newton: solver.max_newton_iterations,
         accuracy: solver.chosen_accuracy(),
-        damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
+        damage: damage_settings(case),
         ..Settings::default()
     }
 }

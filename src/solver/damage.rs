@@ -38,6 +38,9 @@ impl Default for DamageSettings {
     }
 }
 
+/// A point keeps its damage where less than this share of the tolerance is asked for: its grain needs no new factor.
+const UNMOVED: f64 = 0.5;
+
 /// What gaps of damaged bodies may miss, over the typical size of the bodies.
 const GAP_FLOOR: f64 = 1e-6;
 
@@ -101,7 +104,7 @@ impl DamageWatch {
         if !self.is_due(off, settings) {
             return Ok(false);
         }
-        let step = contacts.move_damage(model, max_change)?;
+        let step = contacts.move_damage(model, max_change, UNMOVED * tolerance)?;
         self.ripe = step.failed_cells > 0;
         let settled = step.applied <= tolerance && step.held_back <= tolerance;
         tracing::trace!(

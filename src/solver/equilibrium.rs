@@ -2,6 +2,7 @@
 
 use crate::assembly::elastic::Relaxed;
 use crate::solver::damage::DamageWatch;
+use crate::solver::fall::FallEnd;
 use crate::solver::hold::Hold;
 use crate::solver::newton::{Newton, NewtonEnd};
 use crate::tensor;
@@ -26,6 +27,8 @@ pub struct Equilibrium {
     pub history: Vec<f64>,
     /// Energy in elastic bodies [J].
     pub surface_energy: f64,
+    /// Whether it ended because bodies fell as far as they may before a commit.
+    pub far: bool,
     /// Why a body that damage has softened could not be solved for, if so.
     pub broke: Option<String>,
 }
@@ -41,6 +44,11 @@ const HARDENING: f64 = 30.0;
 const SOFT_TOLERANCE: f64 = 1e-2;
 /// An augmentation that stopped because bodies went as far as they may, in a dwell, over one that did not.
 const ON_THE_WAY: f64 = 0.1;
+
+/// Bodies fall where they are out of balance by more than this, over the mean contact force, until they are by less than the second.
+const FALLS: [f64; 2] = [0.1, 0.03];
+/// Falls in the search for one equilibrium; each waits twice as long as the one before.
+const MOST_FALLS: u32 = 6;
 
 impl Newton<'_> {
     pub fn balance(&self) -> Balance {
@@ -116,11 +124,14 @@ impl Newton<'_> {
         let mut fresh = false;
         let mut damage = DamageWatch::new(self.model, settings);
         self.gather();
+        let mut falls = 0;
+        let mut next_fall = if self.can_fall() { settings.falls_after } else { 0 };
         let ended = |converged, balance, history, surface_energy| Equilibrium {
             converged,
             balance,
             history,
             surface_energy,
+            far: false,
             broke: None,
         };
         loop {
@@ -163,6 +174,21 @@ impl Newton<'_> {
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
+            if next_fall > 0 && history.len() > next_fall && balance.out_of_balance > FALLS[0] {
+                falls += 1;
+                next_fall =
+                    if falls < MOST_FALLS { history.len() + (settings.falls_after << falls) } else { 0 };
+                let (from, steps) = (balance.out_of_balance, self.counters.falling_steps);
+                let end = self.fall(FALLS[1], settings.fall_steps);
+                let (steps, to) = (self.counters.falling_steps - steps, self.balance().out_of_balance);
+                tracing::debug!(from, to, steps, ?end, "fall");
+                if end == FallEnd::Far {
+                    history.push(to);
+                    return Equilibrium { far: true, ..ended(false, self.balance(), history, 0.0) };
+                }
+                (hold, fresh) = (Hold::new(settings), false);
+                continue;
+            }
             let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)
                 * balance.reference_force;
             let end = self

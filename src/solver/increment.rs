@@ -59,6 +59,8 @@ pub struct IncrementReport {
     pub measures: ContactMeasures,
     /// Damage of the bodies that can break.
     pub damage: Damages,
+    /// Whether bodies fell as far as they may before a commit ([`Settings::fall_travel`]).
+    pub fell: bool,
     /// The load factor that the loads' control was found to need; zero without one.
     pub factor: f64,
 }
@@ -146,6 +148,7 @@ pub fn advance(
             history: Vec::new(),
             measures: ContactMeasures::default(),
             damage: Damages::default(),
+            fell: false,
             factor: 0.0,
         };
     };
@@ -219,6 +222,7 @@ pub fn advance(
         history: outcome.history,
         measures,
         damage: damage.unwrap_or_default(),
+        fell: outcome.far,
         factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
     };
     *contacts = newton.contacts;

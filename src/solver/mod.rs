@@ -6,6 +6,7 @@ pub mod damage;
 pub mod dossier;
 pub mod drape;
 pub mod equilibrium;
+mod fall;
 pub mod fidelity;
 mod hold;
 pub mod increment;

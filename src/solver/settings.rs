@@ -24,6 +24,12 @@ pub struct Settings {
     /// Whether this is a dwell: contacts begin soft, holds fall as far as they have to, and augmentations that stop because bodies
     /// went as far as they may count a tenth.
     pub dwells: bool,
+    /// Augmentations before bodies that are far from balance fall (`solver::fall`); zero: never.
+    pub falls_after: usize,
+    /// How far bodies fall before a state is committed, over the smallest rounding; friction acts against the way since then.
+    pub fall_travel: f64,
+    /// Most steps of a fall.
+    pub fall_steps: usize,
     /// Newton iterations in an augmentation.
     pub max_newton: usize,
     /// Backtracking steps in a line search.
@@ -63,6 +69,9 @@ impl Default for Settings {
             max_augmentations: 600,
             max_dwell: 0,
             dwells: false,
+            falls_after: 0,
+            fall_travel: f64::INFINITY,
+            fall_steps: 3000,
             max_newton: 12,
             max_backtracks: 5,
             motion_cap: 0.6,
@@ -92,6 +101,11 @@ impl Settings {
             proximal_min: 1e-3,
             ..self.clone()
         }
+    }
+
+    /// For grains that broke, and increments that were given up at their smallest: bodies that do not soon come to rest fall.
+    pub fn falling(&self) -> Self {
+        Settings { falls_after: 8, ..self.clone() }
     }
 
     /// For bodies that have a long way to fall; `None` where a stop is wanted instead.

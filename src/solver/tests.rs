@@ -99,6 +99,44 @@ fn block_slides_on_an_incline_beyond_the_friction_angle() {
     }
 }
 
+/// A block that hangs 20 mm above the plate, its rounding's twentyfold, and is pressed towards it: falling finds the plate, and the
+/// augmentations the same rest as for a block that starts on it.
+#[test]
+fn a_block_falls_onto_a_plate() {
+    let (model, mut committed, mut loads) = block_on_plate(0.65);
+    loads.applied[1].z = -1e4;
+    let rest = settle(&model, &committed, &loads);
+    assert_eq!(rest.status, StepStatus::Converged);
+    committed.poses[1].position.z += 0.02;
+    let falling = Settings { falls_after: 1, ..Settings::default() };
+    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &falling };
+    let start = || vec![committed.poses.clone()];
+    let fell = advance(&increment, start(), &mut Contacts::default());
+    assert_eq!(fell.status, StepStatus::Converged, "{:?}", fell.history);
+    assert!(fell.counters.falling_steps > 10 && !fell.fell, "{:?}", fell.counters);
+    // A force that misses by 1e-3 moves the block by that share of what its contacts yield.
+    let yielded = committed.poses[1].position.z - 0.02 - rest.poses[1].position.z;
+    let apart = fell.poses[1].position.z - rest.poses[1].position.z;
+    assert!(yielded > 1e-6 && apart.abs() < 2e-3 * yielded, "{apart} of {yielded}");
+
+    // In pieces: it stops where it has come to touch, and goes on from there.
+    let pieces = Settings { fall_travel: 3.0, ..falling.clone() };
+    let mut here = committed.clone();
+    let mut count = 0;
+    let end = loop {
+        let piece = Increment { committed: &here, settings: &pieces, ..increment };
+        let report = advance(&piece, vec![here.poses.clone()], &mut Contacts::default());
+        if !report.fell {
+            break report;
+        }
+        count += 1;
+        assert!(count < 10, "falls for ever");
+        here = Committed { poses: report.poses, memory: report.memory, ..here };
+    };
+    assert!(count > 0 && end.converged(), "{count}, {:?}", end.history);
+    assert!((end.poses[1].position.z - rest.poses[1].position.z).abs() < 2e-3 * yielded);
+}
+
 #[test]
 fn a_raised_signal_has_the_increment_given_up() {
     let (model, committed, mut loads) = block_on_plate(0.65);

@@ -96,6 +96,11 @@ impl Drive {
         }
     }
 
+    /// Whether the pressure follows from the volume under the cover.
+    pub fn prescribes_volume(&self) -> bool {
+        matches!(self.kind, Kind::Driven { lateral: Lateral::Volume | Lateral::Area, .. })
+    }
+
     pub fn is_loaded(&self) -> bool {
         matches!(self.kind, Kind::Loaded { .. })
     }

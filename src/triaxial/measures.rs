@@ -98,6 +98,21 @@ impl Zero {
     }
 }
 
+impl Zero {
+    /// Has the rig lay a new cover where the old one is folded; strains go on from what they are, though the new one encloses another
+    /// volume.
+    pub(super) fn mend(&mut self, rig: &mut Rig) {
+        let before = (rig.volume(&rig.committed.poses), section_areas(rig, &rig.committed.poses));
+        if rig.mend_cover() {
+            self.volume *= rig.volume(&rig.committed.poses) / before.0;
+            let now = section_areas(rig, &rig.committed.poses);
+            for (area, (now, before)) in self.areas.iter_mut().zip(now.iter().zip(&before.1)) {
+                *area *= now / before;
+            }
+        }
+    }
+}
+
 fn section_areas(rig: &Rig, poses: &[Pose]) -> [f64; SLICES] {
     let mut areas = [f64::NAN; SLICES];
     if let Some(cover) = &rig.model.cover {

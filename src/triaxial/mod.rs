@@ -15,6 +15,7 @@ pub mod stage;
 mod starts;
 pub mod summary;
 pub mod test;
+mod watch;
 pub mod zones;
 
 pub use deformation::LocalStrain;

@@ -321,6 +321,38 @@ impl Rig {
         Ok(())
     }
 
+    /// Lays a new cover where the one that there is has been folded by grains that turned and fell; whether it did. Work goes on cover
+    /// by cover; the nominal void ratio goes on, as strains do.
+    pub fn mend_cover(&mut self) -> bool {
+        let poses = &self.committed.poses;
+        let Some(folded) = self.model.cover.as_ref().filter(|_| self.model.membrane.is_none()) else {
+            return false;
+        };
+        let (before, volume) = (folded.inward_facets(poses), self.volume(poses));
+        if before == 0 {
+            return false;
+        }
+        // Plates are twice as wide as the specimen as generated.
+        let corners = self.model.bodies[self.bottom].nominal.vertices.iter();
+        let fitting = self
+            .draped(0.5 * corners.map(|v| v.x).fold(0.0, f64::max))
+            .and_then(|loose| self.draped(loose.statistics().mean_radius));
+        match fitting {
+            Ok(fitting) if fitting.inward_facets(poses) < before => {
+                self.model.cover = Some(fitting);
+                let after = self.volume(&self.committed.poses);
+                self.nominal_ratio *= volume / after;
+                tracing::debug!(folded = before, volume, after, "a new cover");
+                true
+            }
+            Ok(_) => false,
+            Err(error) => {
+                tracing::debug!(%error, "no new cover");
+                false
+            }
+        }
+    }
+
     fn draped(&self, rim_radius: f64) -> Result<PressureCover> {
         let poses = &self.committed.poses;
         let grains: Vec<usize> =

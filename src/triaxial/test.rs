@@ -14,8 +14,9 @@ use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
-use crate::triaxial::stage::{Path, Stage, StageEnd, Until};
+use crate::triaxial::stage::{Path, Stage, StageEnd};
 use crate::triaxial::starts::{describe, starts};
+use crate::triaxial::watch::Watch;
 
 /// What is known after each accepted increment.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,21 +57,24 @@ pub struct StepReport<'a> {
 /// Share of the consolidation pressure under which grains are seated. Under a small share the
 /// forces are too weak to bring loose grains into touch within the solver's limits.
 const SEATING_SHARE: f64 = 0.5;
-/// Trials of a load whose cross-section is not known before, and of an increment that is to land.
+/// Trials of a load whose cross-section is not known before.
 const AREA_TRIALS: usize = 5;
-const LANDING_TRIALS: usize = 8;
 /// Where a stage is over and grains broke in its last increment, the tolerances of the dwell are those of an increment of this share.
 const DWELL_SHARE: f64 = 1e-3;
 /// Rough balances that a dwell gets where it does not find a fine one.
 const MOST_SETTLINGS: usize = 10;
+/// Pieces in which a dwell may follow a collapse, each of about a rounding.
+const MOST_PIECES: usize = 300;
+/// Augmentations of an increment of a specimen that has broken, before its grains fall.
+const LATE: usize = 60;
+/// How far bodies fall in a piece, over the smallest rounding.
+const PIECE: f64 = 1.0;
 /// Increments in a row that may be accepted in rough balance.
 const MOST_ROUGH: usize = 50;
 /// Times that an increment is repeated since a grain ought to have been condensed in it.
 const MOST_REPEATS: usize = 3;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
 const LEAST_PRESSURE: f64 = 1e-3;
-/// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
-const LANDING_TOLERANCE: f64 = 1e-3;
 
 /// References and running sums of a test.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -107,8 +111,16 @@ struct UnderWay {
     dwells: bool,
     /// Rough balances that the dwell has been given so far.
     settlings: usize,
+    /// Pieces of the collapse that the dwell follows.
+    pieces: usize,
     /// Increments accepted in rough balance, one after the other.
     rough: usize,
+    /// What pieces and rough balances have taken.
+    #[serde(skip)]
+    spent: Counters,
+    /// Whether the increment at hand was given up at its smallest and is tried once more with bodies that may fall.
+    #[serde(skip)]
+    falls: bool,
     /// Times that the increment at hand has been repeated with more condensed grains.
     #[serde(skip)]
     repeats: usize,
@@ -214,7 +226,12 @@ impl Test {
         };
         loop {
             match self.break_up(rig) {
-                Ok(true) => (way.dwells, way.last) = (true, None),
+                Ok(true) => {
+                    (way.dwells, way.last) = (true, None);
+                    if !way.drive.prescribes_volume() {
+                        self.zero.mend(rig);
+                    }
+                }
                 Ok(false) => {}
                 Err(error) => return StageEnd::Stopped { reason: error.to_string() },
             }
@@ -234,14 +251,22 @@ impl Test {
                     return StageEnd::Interrupted;
                 }
                 Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
+                // A loaded plate would fall until nothing is left of the specimen.
+                Err(_) if !way.dwells && !way.falls && rig.model.can_break() && !way.drive.is_loaded() => {
+                    way.falls = true;
+                    continue;
+                }
+                Err(miss) if way.dwells && self.follow(rig, &mut way, &miss, share, to) => continue,
                 Err(miss) => match miss.report.filter(|report| report.is_rough(&rig.settings)) {
                     Some(report) if way.rough < MOST_ROUGH => {
                         way.rough += 1;
                         *report
                     }
-                    Some(_) | None if way.dwells && way.settlings < MOST_SETTLINGS => {
-                        self.settle(rig, &way, share, to);
-                        way.settlings += 1;
+                    Some(_) | None
+                        if way.dwells
+                            && way.settlings < MOST_SETTLINGS
+                            && self.settle(rig, &mut way, share, to) =>
+                    {
                         continue;
                     }
                     Some(_) | None if way.dwells => return StageEnd::Stopped { reason: miss.reason },
@@ -284,6 +309,8 @@ impl Test {
             );
             self.peak_friction_angle = way.curve.peak();
             let local_strains = self.zero.neighbourhood.local_strains(&rig.model.frames(&report.poses));
+            let mut counters = report.counters;
+            counters.add(&way.spent);
             let row = Row {
                 measures: *m,
                 picture: Picture::of(rig, &rig.contacts, &report.poses, m, &self.zero, &local_strains),
@@ -294,7 +321,7 @@ impl Test {
                 energy_gap: trial.energy_gap,
                 poorly_closed: trial.poorly_closed,
                 control_error: trial.control_error,
-                counters: report.counters,
+                counters,
                 out_of_balance: report.balance.out_of_balance,
                 sliding_fraction: report.measures.sliding_fraction,
                 max_penetration: report.measures.max_penetration,
@@ -303,7 +330,8 @@ impl Test {
             };
             let last = self.commit(rig, &way.drive, &report, &trial, share);
             way.last = Some(last).filter(|_| !way.dwells);
-            (way.dwells, way.settlings) = (false, 0);
+            (way.dwells, way.falls, way.settlings, way.pieces) = (false, false, 0, 0);
+            way.spent = Counters::default();
             let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
             let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
             self.start_elastic += transition.energy;
@@ -359,7 +387,10 @@ impl Test {
             last: None,
             dwells: false,
             settlings: 0,
+            pieces: 0,
             rough: 0,
+            spent: Counters::default(),
+            falls: false,
             repeats: 0,
             woken: 0,
         })
@@ -367,19 +398,53 @@ impl Test {
 
     /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
     /// seating does: a collapse is followed in pieces. Nothing more breaks meanwhile; what is set free goes to the stabilisation with the dwell.
-    fn settle(&mut self, rig: &mut Rig, way: &UnderWay, share: f64, to: f64) {
+    /// `false`, and nothing is changed, where it comes to nothing better balanced than what it began with.
+    fn settle(&mut self, rig: &mut Rig, way: &mut UnderWay, share: f64, to: f64) -> bool {
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let (area, pressure) = (now.volume / now.height, now.pressure);
         let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
         let loads = way.drive.loads(rig, share, to, &guess);
-        let mut settings = rig.settings.for_seating();
+        let mut settings = rig.settings.falling().for_seating();
         settings.damage.moves = false;
         let increment =
             Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
         let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
-        // What pressure and ram do on the way, as for an increment.
-        let trial = self.weigh(rig, way, &report, share, to);
-        self.commit(rig, &way.drive, &report, &trial, share);
+        let before = report.history.first().copied().unwrap_or(0.0);
+        way.settlings += 1;
+        way.spent.add(&report.counters);
+        let is_better = report.balance.out_of_balance < before;
+        tracing::debug!(before, after = report.balance.out_of_balance, is_better, "settled");
+        if is_better {
+            // What pressure and ram do on the way, as for an increment.
+            let trial = self.weigh(rig, way, &report, share, to);
+            self.commit(rig, &way.drive, &report, &trial, share);
+        }
+        is_better
+    }
+
+    /// Commits a piece of the collapse that a dwell follows, so that friction acts against the way from there on. What is set free goes to
+    /// the stabilisation. `false`, and nothing is changed, where there is none, where pieces would end up with more energy than they
+    /// had, and after too many.
+    fn follow(&mut self, rig: &mut Rig, way: &mut UnderWay, miss: &Miss, share: f64, to: f64) -> bool {
+        let Some(report) = miss.report.as_deref().filter(|report| report.fell) else { return false };
+        let trial = self.weigh(rig, way, report, share, to);
+        tracing::debug!(
+            piece = way.pieces,
+            out_of_balance = report.balance.out_of_balance,
+            elastic = trial.ledger.elastic,
+            creates_energy = trial.creates_energy,
+            "followed"
+        );
+        if trial.creates_energy || way.pieces >= MOST_PIECES {
+            return false;
+        }
+        way.pieces += 1;
+        way.spent.add(&report.counters);
+        self.commit(rig, &way.drive, report, &trial, share);
+        if !way.drive.prescribes_volume() {
+            self.zero.mend(rig);
+        }
+        true
     }
 
     /// Breaks up what the last increment left to; whether anything did.
@@ -504,17 +569,24 @@ impl Test {
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let mut counters = Counters::default();
+        let falls = way.dwells || way.falls || rig.model.is_broken();
+        let falling = falls.then(|| {
+            let falling = rig.settings.falling();
+            if !way.dwells && !way.falls {
+                return Settings { falls_after: LATE, ..falling };
+            }
+            let travel = if way.dwells { PIECE } else { f64::INFINITY };
+            let falls_after = if way.pieces > 0 { 1 } else { falling.falls_after };
+            Settings { fall_travel: travel, falls_after, ..falling }
+        });
+        let settings = falling.as_ref().unwrap_or(&rig.settings);
         for _ in 0..AREA_TRIALS {
             let loads = drive.loads(rig, share, to, &guess);
-            let increment = Increment {
-                model: &rig.model,
-                committed: &rig.committed,
-                loads: &loads,
-                settings: &rig.settings,
-            };
+            let increment =
+                Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
             let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
             counters.add(&report.counters);
-            if !report.converged() && !way.dwells {
+            if !report.converged() && !way.dwells && !way.falls {
                 // Once more with care, from the plainest start, before the increment is cut.
                 let settings = rig.settings.cautious();
                 let careful = Increment { settings: &settings, ..increment };
@@ -567,7 +639,9 @@ impl Test {
         let (old, new) = (&rig.committed.poses, &report.poses);
         let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
         pressure_loads_into(&mut loads, &rig.model, new, pressure);
-        let ram = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
+        let balancing = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
+        // Where bodies still fall, a loaded plate is not in balance with its ram, whose force is known.
+        let ram = if report.fell && drive.is_loaded() { self.ram } else { balancing };
         let state = self.state(rig, new, pressure, ram);
         let lift = new[rig.top].position.z - old[rig.top].position.z;
         let ram_work = 0.5 * (self.ram + ram) * lift;
@@ -599,94 +673,6 @@ impl Test {
             control_error: drive.miss(share, to, &state),
             ram,
             pressure,
-        }
-    }
-}
-
-/// Watches for what ends a stage before its path does.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Watch {
-    until: Until,
-    start: f64,
-    before: f64,
-    peak: f64,
-    /// The largest share that the next increment may have, to land.
-    limit: Option<f64>,
-    trials: usize,
-    done: bool,
-}
-
-impl Watch {
-    fn new(until: &Until, deviatoric_stress: f64) -> Self {
-        let arrived =
-            until.deviatoric_stress.is_some_and(|to| (to - deviatoric_stress).abs() <= 1e-9 * to.abs());
-        Watch {
-            until: *until,
-            start: deviatoric_stress,
-            before: deviatoric_stress,
-            peak: deviatoric_stress,
-            limit: None,
-            trials: 0,
-            done: arrived,
-        }
-    }
-
-    fn is_near(&self, deviatoric_stress: f64) -> bool {
-        self.until.deviatoric_stress.is_some_and(|to| {
-            (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * (to - self.start).abs().max(to.abs())
-        })
-    }
-
-    fn is_past(&self, deviatoric_stress: f64) -> bool {
-        self.until
-            .deviatoric_stress
-            .is_some_and(|to| (to - self.start).signum() * (deviatoric_stress - to) >= 0.0)
-    }
-
-    /// Whether a trial of `share` went too far past the stress to land on; then sets the limit of the
-    /// next one. After enough trials (a snap may leap over any stress) it may go past.
-    fn overshoots(&mut self, share: f64, measures: &Measures) -> bool {
-        let q = measures.deviatoric_stress;
-        let Some(to) = self.until.deviatoric_stress else { return false };
-        if self.is_near(q) || !self.is_past(q) || self.trials >= LANDING_TRIALS {
-            return false;
-        }
-        self.trials += 1;
-        let fraction = (to - self.before) / (q - self.before);
-        self.limit = Some(share * fraction.clamp(0.05, 0.98));
-        true
-    }
-
-    /// After a failed increment that was short in order to land: goes on as if there were nothing to
-    /// land on, and past it.
-    fn gives_up_landing(&mut self) -> bool {
-        let landing = self.limit.take().is_some();
-        if landing {
-            self.trials = LANDING_TRIALS;
-        }
-        landing
-    }
-
-    fn accept(&mut self, measures: &Measures) {
-        let q = measures.deviatoric_stress;
-        self.peak = self.peak.max(q);
-        self.done = self.is_near(q)
-            || self.is_past(q)
-            || self.until.drop_after_peak.is_some_and(|drop| q < (1.0 - drop) * self.peak);
-        self.before = q;
-        self.limit = None;
-    }
-
-    fn end(&self, stage: &Stage) -> StageEnd {
-        if self.done || !stage.until.must {
-            return StageEnd::Finished;
-        }
-        let wanted = self.until.deviatoric_stress.unwrap_or(f64::NAN);
-        StageEnd::Stopped {
-            reason: format!(
-                "the deviatoric stress is {:.4e} Pa at the end of the path and has not reached {wanted:.4e} Pa",
-                self.before
-            ),
         }
     }
 }

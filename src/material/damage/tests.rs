@@ -249,3 +249,33 @@ fn impossible_parameters_are_refused() {
     let negative = DamageParameters { tension: Softening::FractureEnergy(-1.0), ..Default::default() };
     assert!(refused(F_T, F_C, negative));
 }
+
+/// Closed form against an iteration: to rounding, but for equal values, which may come apart by the root of it; the sums of squares that
+/// the law is made of, to rounding there too.
+#[test]
+fn principal_values_are_eigenvalues() {
+    let mut strains = random_strains(200, 1e-3);
+    strains.extend([
+        Vector6::new(1e-3, -2e-4, -2e-4, 0.0, 0.0, 0.0),
+        Vector6::new(-1e-3, 2e-4, 2e-4, 0.0, 0.0, 0.0),
+        Vector6::new(2e-4, 2e-4, 2e-4, 0.0, 0.0, 0.0),
+        Vector6::new(0.0, 0.0, 0.0, 1e-3, 0.0, 0.0),
+        Vector6::zeros(),
+    ]);
+    let squares = |values: &Vec3, sign: f64| values.iter().map(|v| (sign * v).max(0.0).powi(2)).sum::<f64>();
+    for (k, strain) in strains.iter().enumerate() {
+        let mut values: Vec<f64> = principal_values(strain).iter().copied().collect();
+        let mut expected: Vec<f64> =
+            SymmetricEigen::new(tensor_of(strain)).eigenvalues.iter().copied().collect();
+        values.sort_by(f64::total_cmp);
+        expected.sort_by(f64::total_cmp);
+        let tolerance = if k < 200 { 1e-12 } else { 1e-7 } * strain.norm();
+        for (value, expected) in values.iter().zip(&expected) {
+            assert!((value - expected).abs() <= tolerance, "{strain}: {values:?} {expected}");
+        }
+        for sign in [1.0, -1.0] {
+            let [found, wanted] = [&values, &expected].map(|v| squares(&Vec3::new(v[0], v[1], v[2]), sign));
+            assert!((found - wanted).abs() <= 1e-13 * strain.norm_squared(), "{strain}: {found} {wanted}");
+        }
+    }
+}

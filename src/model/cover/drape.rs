@@ -1,6 +1,8 @@
 //! Draping a cover over the grains: a grid of nodes around the specimen is shot radially inwards,
 //! and each node sticks to the first grain surface that it meets.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
 use crate::tensor::{Pose, Vec3};
@@ -33,7 +35,7 @@ pub struct Rim {
 }
 
 /// What draping found.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct DrapeStatistics {
     /// Nodes on the rims.
     pub rim_nodes: usize,

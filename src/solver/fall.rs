@@ -1,0 +1,144 @@
+//! Falls: damped motion towards balance, for collapses that proximal augmentations follow too slowly.
+//!
+//! A body that lost its support has centimetres to go, and stiff contacts let a Newton step go tens of micrometres. So bodies move as
+//! if they had masses, explicitly: a step costs an evaluation of the contacts and no factorisation. Masses are those for which all contacts
+//! swing at one pace (the stiffness on a body times the square of the step); only the way through the collapse depends on them, not
+//! the balance at its end, which the augmentations after it have to find. Each component of the force is reduced by a share
+//! of itself where it drives the motion and raised by it where it brakes (Cundall 1987, "Distinct element models of rock and soil structure": local
+//! damping), so that bodies come to rest each by itself, whatever others still do.
+
+use crate::model::BodyKind;
+use crate::solver::newton::Newton;
+use crate::tensor::Pose;
+
+/// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. The network is stiffer than that by up to 4, and
+/// explicit steps are stable below 2 over the root of it.
+const STEP: f64 = 0.4;
+/// Share of a force that local damping takes.
+const DAMPING: f64 = 0.7;
+/// What drag leaves of all velocities in a step; a body that nothing touches and nothing presses comes to rest by it.
+const DRAG: f64 = 0.98;
+/// Largest motion of a body in a step, over what Newton's iterations may do at once.
+const SHARE_OF_CAP: f64 = 0.3;
+/// What is left of velocities and of the step where bodies would have come too close.
+const SHOCK: f64 = 0.25;
+/// Shocks in a row before the fall is given up.
+const MOST_SHOCKS: usize = 20;
+
+/// How a fall ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FallEnd {
+    /// Bodies are nearly in balance.
+    Landed,
+    /// One that touches others has gone as far as friction may be told from where it was: commit, and go on from there.
+    Far,
+    /// They still move, or swing.
+    Moving,
+}
+
+impl Newton<'_> {
+    /// Whether bodies can fall: all unknowns are the motion of rigid ones.
+    pub(super) fn can_fall(&self) -> bool {
+        let model = self.model;
+        self.steering.is_none()
+            && !model.has_elastic()
+            && !model.has_full()
+            && model.membrane.is_none()
+            && model.wall.is_none()
+    }
+
+    /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are
+    /// done.
+    pub(super) fn fall(&mut self, enough: f64, most_steps: usize) -> FallEnd {
+        let count = self.dofs.count();
+        let mut velocity: Vec<f64> = vec![0.0; count];
+        let mut step = vec![0.0; count];
+        let lengths = self.settings.travel.lengths(self.model);
+        let centre = self.poses.clone();
+        let mut pace = STEP;
+        let mut shocks = 0;
+        self.away.iter_mut().for_each(|d| *d = 0.0);
+        for _ in 0..most_steps {
+            let out_of_balance = self.balance().out_of_balance;
+            if out_of_balance < enough {
+                return FallEnd::Landed;
+            }
+            if self.settings.stop.is_raised() {
+                break;
+            }
+            if self.has_gone_far(&centre) {
+                return FallEnd::Far;
+            }
+            self.counters.falling_steps += 1;
+            let stiffness = self.stiffness_of_bodies();
+            for body in 0..self.dofs.carriers() {
+                for (component, unknown) in self.dofs.of(body).iter().enumerate() {
+                    let Some(k) = unknown.map(|k| k as usize) else { continue };
+                    let force = self.residual[k];
+                    let against = if velocity[k] == 0.0 { 0.0 } else { velocity[k].signum() };
+                    let damped = force - DAMPING * force.abs() * against;
+                    // Velocities in lengths a step.
+                    velocity[k] = DRAG * velocity[k] + pace * pace * damped / stiffness[body][component / 3];
+                }
+            }
+            // Each body within its own cap; what is light must not hold up the others.
+            for body in 0..self.dofs.carriers() {
+                let (translation, rotation) = self.dofs.motion(&velocity, 1.0, body);
+                let radius = self.model.shapes.get(body).map_or(0.0, |shape| shape.bounding_radius);
+                let reach = translation.norm() + rotation.norm() * radius;
+                let most = SHARE_OF_CAP * self.settings.motion_cap * lengths[body];
+                if reach > most {
+                    for k in self.dofs.of(body).iter().flatten() {
+                        velocity[*k as usize] *= most / reach;
+                    }
+                }
+            }
+            let factor = self.largest_factor(&velocity);
+            step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
+            let from = (self.poses.clone(), self.away.clone());
+            if self.try_step(&from, &step, 1.0, 0.0).is_some() {
+                shocks = 0;
+                pace = (1.1 * pace).min(STEP);
+            } else {
+                self.go_to(from.0, from.1);
+                velocity.iter_mut().for_each(|v| *v *= SHOCK);
+                pace *= SHOCK;
+                shocks += 1;
+                if shocks > MOST_SHOCKS {
+                    break;
+                }
+            }
+        }
+        FallEnd::Moving
+    }
+
+    fn has_gone_far(&self, from: &[Pose]) -> bool {
+        let most = self.settings.fall_travel * self.model.smallest_rounding();
+        let gone = |i: usize| (self.poses[i].position - from[i].position).norm() > most;
+        most.is_finite() && self.contacts.active().any(|(pair, _)| gone(pair.a()) || gone(pair.b()))
+    }
+
+    /// What contacts resist each body's translation and rotation with [N/m], and at least what one would.
+    fn stiffness_of_bodies(&self) -> Vec<[f64; 2]> {
+        let own = |body: usize| {
+            let body = &self.model.bodies[body];
+            if body.stiffness.is_finite() && body.kind != BodyKind::Gone { 0.5 * body.stiffness } else { 0.0 }
+        };
+        let mut stiffness: Vec<[f64; 2]> = (0..self.dofs.carriers()).map(|i| [own(i); 2]).collect();
+        let law = &self.model.law;
+        for (pair, point) in self.contacts.active() {
+            let e = &point.evaluation;
+            let spring = point.state.spring
+                * e.weight
+                * if point.state.hardens { law.steepness(-e.gap, point.state.radii) } else { 1.0 };
+            for body in [pair.a(), pair.b()] {
+                let arm =
+                    (e.point - self.poses[body].position).norm() / self.model.bodies[body].rotation_scale;
+                stiffness[body][0] += spring;
+                stiffness[body][1] += spring * arm * arm;
+            }
+        }
+        stiffness.iter_mut().flatten().for_each(|k| *k = k.max(1e-3 * self.typical_stiffness));
+        stiffness
+    }
+}

@@ -1,0 +1,99 @@
+//! What ends a stage before its path does: a stress to land on, a drop behind a peak.
+
+use serde::{Deserialize, Serialize};
+
+use crate::triaxial::measures::Measures;
+use crate::triaxial::stage::{Stage, StageEnd, Until};
+
+/// Trials of an increment that is to land.
+const LANDING_TRIALS: usize = 8;
+/// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
+const LANDING_TOLERANCE: f64 = 1e-3;
+
+/// Watches for what ends a stage before its path does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Watch {
+    until: Until,
+    start: f64,
+    before: f64,
+    peak: f64,
+    /// The largest share that the next increment may have, to land.
+    pub(super) limit: Option<f64>,
+    trials: usize,
+    pub(super) done: bool,
+}
+
+impl Watch {
+    pub(super) fn new(until: &Until, deviatoric_stress: f64) -> Self {
+        let arrived =
+            until.deviatoric_stress.is_some_and(|to| (to - deviatoric_stress).abs() <= 1e-9 * to.abs());
+        Watch {
+            until: *until,
+            start: deviatoric_stress,
+            before: deviatoric_stress,
+            peak: deviatoric_stress,
+            limit: None,
+            trials: 0,
+            done: arrived,
+        }
+    }
+
+    fn is_near(&self, deviatoric_stress: f64) -> bool {
+        self.until.deviatoric_stress.is_some_and(|to| {
+            (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * (to - self.start).abs().max(to.abs())
+        })
+    }
+
+    fn is_past(&self, deviatoric_stress: f64) -> bool {
+        self.until
+            .deviatoric_stress
+            .is_some_and(|to| (to - self.start).signum() * (deviatoric_stress - to) >= 0.0)
+    }
+
+    /// Whether a trial of `share` went too far past the stress to land on; then sets the limit of the
+    /// next one. After enough trials (a snap may leap over any stress) it may go past.
+    pub(super) fn overshoots(&mut self, share: f64, measures: &Measures) -> bool {
+        let q = measures.deviatoric_stress;
+        let Some(to) = self.until.deviatoric_stress else { return false };
+        if self.is_near(q) || !self.is_past(q) || self.trials >= LANDING_TRIALS {
+            return false;
+        }
+        self.trials += 1;
+        let fraction = (to - self.before) / (q - self.before);
+        self.limit = Some(share * fraction.clamp(0.05, 0.98));
+        true
+    }
+
+    /// After a failed increment that was short in order to land: goes on as if there were nothing to
+    /// land on, and past it.
+    pub(super) fn gives_up_landing(&mut self) -> bool {
+        let landing = self.limit.take().is_some();
+        if landing {
+            self.trials = LANDING_TRIALS;
+        }
+        landing
+    }
+
+    pub(super) fn accept(&mut self, measures: &Measures) {
+        let q = measures.deviatoric_stress;
+        self.peak = self.peak.max(q);
+        self.done = self.is_near(q)
+            || self.is_past(q)
+            || self.until.drop_after_peak.is_some_and(|drop| q < (1.0 - drop) * self.peak);
+        self.before = q;
+        self.limit = None;
+    }
+
+    pub(super) fn end(&self, stage: &Stage) -> StageEnd {
+        if self.done || !stage.until.must {
+            return StageEnd::Finished;
+        }
+        let wanted = self.until.deviatoric_stress.unwrap_or(f64::NAN);
+        StageEnd::Stopped {
+            reason: format!(
+                "the deviatoric stress is {:.4e} Pa at the end of the path and has not reached {wanted:.4e} Pa",
+                self.before
+            ),
+        }
+    }
+}
