@@ -61,9 +61,13 @@ fn damage_row_is_what_the_work_leaves_over() {
         assert!(first > 0 && first < rows.len(), "nothing broke: {end:?}");
         let before = &rows[first - 1].ledger;
         let last = &rows[rows.len() - 1].ledger;
-        // Up to the snap the trapezoid's own error; in the snap the rest is stabilisation, never less than nothing.
-        assert!(before.error().abs() < 1e-3 * before.external, "{before:?}");
-        assert!(last.error().abs() < 1e-3 * last.external, "{last:?}");
+        // In the first increment the bodies come into touch: their force begins somewhere within it and grows faster than the way, so
+        // the trapezoid takes too much for work, by a fifth here (a quarter of that with half the increment). What follows has to close: up to the
+        // snap to the trapezoid's own error; in the snap the rest is stabilisation, never less than nothing.
+        let touch = rows[0].ledger.error();
+        assert!(touch >= 0.0 && touch < 0.25 * rows[0].ledger.external, "{:?}", rows[0].ledger);
+        assert!((before.error() - touch).abs() < 1e-3 * before.external, "{before:?}");
+        assert!((last.error() - touch).abs() < 1e-3 * last.external, "{last:?}");
         assert!(last.damage > 0.1 * last.external, "{last:?}");
         (peak(&rows), rows[first].ledger.damage)
     });

@@ -4,6 +4,7 @@ use crate::assembly::damage::Trial;
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, SurfaceLoads, reach};
 use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
+use crate::assembly::network::Network;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::wall::touch_wall_into;
 use crate::contact::force::{self, ElasticTangent, Evaluation, Kinematics, PointState, SitePoints, Tangent};
@@ -73,7 +74,7 @@ pub struct PairWork {
     /// Tangents of the active points, in their order.
     #[serde(skip)]
     pub tangents: Vec<Tangent>,
-    /// The same where a body is full, with what its nodes' displacements change.
+    /// The same where a body deforms, with what displacements of its surface change.
     #[serde(skip)]
     pub elastic_tangents: Vec<ElasticTangent>,
     /// Smallest distance between the cores' features [m].
@@ -185,6 +186,8 @@ impl PairWork {
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
                 lead: memory.map_or(0.0, |m| m.lead),
+                compliance: 0.0,
+                given: Vec3::zeros(),
                 hardens: brittle,
             };
             let mut firmness = 1.0;
@@ -213,12 +216,16 @@ impl PairWork {
                 if full {
                     spot.follow([side(a), side(b)]);
                 }
-                state.stiffness = 1.0 / (1.0 / state.spring + spot.compliance);
                 state.elastic = spot.elastic;
                 state.elastic_change = spot.change;
-                if let Some(held) = last {
-                    state.offset = spot.compliance * held.load;
-                    state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
+                if let Some(given) = spot.given {
+                    (state.compliance, state.given) = (spot.compliance, given);
+                } else {
+                    state.stiffness = 1.0 / (1.0 / state.spring + spot.compliance);
+                    if let Some(held) = last {
+                        state.offset = spot.compliance * held.load;
+                        state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
+                    }
                 }
             }
             let evaluation =
@@ -319,6 +326,9 @@ pub struct Contacts {
     /// What full bodies need besides.
     #[serde(skip)]
     pub frames: Frames,
+    /// Contact forces on condensed bodies that are unknowns.
+    #[serde(skip)]
+    pub network: Network,
     /// Contacts of the membrane, where the model has one.
     #[serde(skip)]
     pub membrane: MembraneContacts,
@@ -348,6 +358,7 @@ impl Default for Contacts {
             travel: Travel::default(),
             strength: unlimited(),
             frames: Frames::default(),
+            network: Network::default(),
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -360,6 +371,7 @@ impl Contacts {
     /// Starts an increment from the committed memory.
     pub fn start(&mut self, model: &Model, committed: &Committed) {
         self.membrane.start();
+        self.network.clear();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
         self.start_nodes(model);
@@ -443,14 +455,14 @@ impl Contacts {
         self.pairs.par_iter_mut().for_each(|pair| {
             let PairWork { features, points, tangents, elastic_tangents, .. } = pair;
             let (a, b) = (features.a as usize, features.b as usize);
-            let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
+            let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
             tangents.clear();
             elastic_tangents.clear();
             let shapes = [&model.shapes[a], &model.shapes[b]];
             for ContactPoint { site, state, .. } in points.iter().filter(|p| p.evaluation.is_active()) {
                 let sites = site_points(site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
                 let [a, b] = [&kinematics[a], &kinematics[b]];
-                if full {
+                if deforms {
                     let elastic = force::elastic_tangent(&model.law, site, &sites, a, b, state);
                     tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
                     elastic_tangents.push(elastic);
@@ -459,6 +471,7 @@ impl Contacts {
                 }
             }
         });
+        self.combine_tangents(poses);
         self.timings.book(Kernel::Tangents, start);
     }
 
@@ -527,6 +540,7 @@ impl Contacts {
     /// Forgets where contacts lie on the bodies' surfaces, and so how firm they are there. Evaluate anew afterwards.
     pub fn forget_places(&mut self) {
         self.pairs.iter_mut().for_each(|pair| pair.spots.clear());
+        self.network.lift();
     }
 
     /// Every active contact point with its pair.
@@ -546,7 +560,6 @@ impl Contacts {
 
     /// What contacts will remember once the present configuration is accepted.
     pub fn memory(&self, model: &Model) -> Memory {
-        let tangential_ratio = model.law.tangential_ratio;
         let mut memory = Memory::new();
         for pair in &self.pairs {
             let mut points: Vec<PointMemory> = Vec::new();
@@ -556,12 +569,11 @@ impl Contacts {
                 slip += e.slip() * e.pressure;
                 force += e.pressure;
                 let traction = e.friction / e.weight;
-                let shared = 1.0 / point.state.stiffness - 1.0 / point.state.spring;
                 let held = pair.held(point.site.feature);
                 let slid = held.map_or_else(Vec3::zeros, |h| h.slid);
                 points.push(PointMemory {
                     feature: point.site.feature,
-                    stretch: e.stretch - traction * (shared / tangential_ratio) - slid,
+                    stretch: point.state.own_stretch(&model.law, e) - slid,
                     pressure: e.pressure,
                     load: e.load,
                     traction,

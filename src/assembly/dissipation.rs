@@ -86,8 +86,7 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
     }
     let stiffness = state.spring * law.tangential_ratio;
     let at = |bound: f64, weight: f64, stretch: f64| Stretched::new(law, stiffness, bound, weight, stretch);
-    let shared = 1.0 / state.stiffness - 1.0 / state.spring;
-    let own = e.stretch - e.friction * (shared / (e.weight * law.tangential_ratio));
+    let own = state.own_stretch(law, e);
     let end = at(e.coefficient * e.load, e.weight, own.norm());
     let slip = e.trial_stretch - e.stretch;
     let Some(memory) = pair.carried.point(point.site.feature).filter(|memory| memory.load > 0.0) else {

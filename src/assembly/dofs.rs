@@ -5,11 +5,13 @@ use crate::tensor::{Pose, Vec3};
 
 /// Which components of which body are unknowns, and at which number. Behind the carriers stand, body by body, the
 /// nodes of full grains (three unknowns each: displacements in the grain's frame) and the six multipliers of that
-/// grain's frame; here they count as bodies too.
+/// grain's frame, and then the contacts whose forces are unknowns (three each); here all these count as bodies too.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dofs {
     index: Vec<[Option<u32>; 6]>,
     carriers: usize,
+    /// First block of a contact's force.
+    contacts: usize,
     /// The body that each block behind the carriers is of.
     owner: Vec<u32>,
     /// First node of each body, where it is full.
@@ -44,7 +46,26 @@ impl Dofs {
         let mut scale: Vec<f64> = model.bodies.iter().map(|b| b.rotation_scale).collect();
         // Nodes of a membrane do not turn.
         scale.resize(index.len(), 1.0);
-        Dofs { index, carriers, owner, nodes, scale, count }
+        Dofs { contacts: index.len(), index, carriers, owner, nodes, scale, count }
+    }
+
+    /// Replaces the blocks of contacts by as many as there are `owners`, each of that body.
+    pub fn renew_contacts(&mut self, owners: impl Iterator<Item = u32>) {
+        let lost = self.index.drain(self.contacts..).map(|block| block.iter().flatten().count());
+        self.count -= lost.sum::<usize>();
+        self.owner.truncate(self.contacts - self.carriers);
+        for owner in owners {
+            let next = self.count as u32;
+            self.index.push([Some(next), Some(next + 1), Some(next + 2), None, None, None]);
+            self.owner.push(owner);
+            self.count += 3;
+        }
+        self.scale.resize(self.index.len(), 1.0);
+    }
+
+    /// The block of the k-th contact whose force is an unknown.
+    pub fn contact_block(&self, k: usize) -> usize {
+        self.contacts + k
     }
 
     pub fn count(&self) -> usize {
@@ -65,8 +86,12 @@ impl Dofs {
         *self.nodes.get(body)?
     }
 
-    /// Minus one for multipliers, on which a proximal term acts the other way: the energy is at a maximum in them.
+    /// Minus one for multipliers, on which a proximal term acts the other way: the energy is at a maximum in them. Zero for the
+    /// forces of contacts, which nothing holds.
     pub fn sign(&self, block: usize) -> f64 {
+        if block >= self.contacts {
+            return 0.0;
+        }
         let is_free = |component: usize| self.index[block][component].is_some();
         if block >= self.carriers && is_free(3) { -1.0 } else { 1.0 }
     }

@@ -1,17 +1,21 @@
 //! The grains' own flexibility in the contacts' gaps.
 //!
 //! Where a body is a condensed grain, the gap of a contact holds the elastic displacement of its
-//! surface, `W f` with `W` the grain's exact flexibility and `f` all forces on it. A Newton solve
-//! sees it fixed at the forces of the last augmentation, and in its place a compliance `w` of each
+//! surface, `W f` with `W` the grain's exact flexibility and `f` all forces on it. Where the force of a contact is an
+//! unknown of the solve (`assembly::network`: all that carry or are about to), the displacement is that of these forces. Of
+//! any other contact, one that closes within a solve or whose other body is full, a solve sees it fixed at the forces of the last augmentation, and in its place a compliance `w` of the
 //! contact's own, through a softer spring (the penalty) and an offset:
 //! `f = (overlap(q) - n.W f_old + w f_old) / (c + w)`, `c` being the contact's own compliance. At
 //! rest `f = f_old` and only `c f = overlap - n.W f` is left: the answer does not depend on `w`, the
 //! pace does. This is the augmented Lagrangian with `c = 0`, multiplier `f_old` and penalty `1/w`.
 //! Tangentially alike. All contacts of a body load all its surface.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::assembly::timings::Kernel;
 use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
 use crate::grain::{CondensedGrain, Surface, SurfacePoint};
@@ -52,6 +56,9 @@ pub struct Spot {
     pub compliance: f64,
     /// What damage of brittle bodies leaves of the contact's spring.
     pub firmness: f64,
+    /// Where the contact's force is an unknown (`assembly::network`): what `compliance` gives under it [m], in space. Then `elastic`
+    /// is that of all these forces.
+    pub given: Option<Vec3>,
 }
 
 /// Force of the last augmentation.
@@ -139,6 +146,7 @@ impl Spot {
             change: Vec3::zeros(),
             compliance: scale * OVERESTIMATE * (along(on_a) + along(on_b)),
             firmness: 1.0,
+            given: None,
         };
         spot.follow([a, b]);
         spot
@@ -267,6 +275,7 @@ impl Contacts {
         if !model.has_elastic() {
             return Relaxed::default();
         }
+        let start = Instant::now();
         let surface_loads = self.surface_loads(model, loads, poses);
         let grains = &self.grains;
         self.fields.par_iter_mut().zip(grains).zip(&surface_loads).for_each(|((field, grain), loads)| {
@@ -277,6 +286,7 @@ impl Contacts {
         self.update_reach();
         let energy = self.surface_energy(model, &surface_loads);
         self.surface_loads = surface_loads;
+        self.timings.book(Kernel::Flexibility, start);
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
         let mismatch = |pair: &mut PairWork| {
             let (a, b) = (pair.a(), pair.b());
@@ -303,18 +313,31 @@ impl Contacts {
                 }
                 let traction = if e.is_active() { e.friction / e.weight } else { Vec3::zeros() };
                 let before = old.map_or((0.0, Vec3::zeros()), |h| (h.load, h.traction));
-                let left = along - spot.compliance * (e.load - before.0);
-                let slid = moved - e.normal * along - (traction - before.1) * (spot.compliance / ratio);
+                // What stands in for the flexibility gives more by this than it did.
+                let gives = match spot.given {
+                    Some(given) => (e.normal * e.pressure + e.friction) * spot.compliance - given,
+                    None => {
+                        let sliding = (traction - before.1) * (spot.compliance / ratio);
+                        e.normal * (spot.compliance * (e.load - before.0)) + sliding
+                    }
+                };
+                let across = gives.dot(&e.normal);
+                let left = along - across;
+                let slid = moved - e.normal * along - (gives - e.normal * across);
                 // A slipping contact's stretch follows its normal force, whatever it does.
                 let slid = if e.slip() == 0.0 { slid } else { Vec3::zeros() };
                 largest = largest.max(left.abs()).max(slid.norm());
                 if e.is_active() {
-                    let scale = old.map_or(self.first_scale, |h| h.adapted(left, &slid, tolerance));
+                    let adapted = |held: &Held| {
+                        if spot.given.is_some() { held.scale } else { held.adapted(left, &slid, tolerance) }
+                    };
+                    let scale = old.as_ref().map_or(self.first_scale, adapted);
                     held.push(Held { feature, load: e.load, traction, scale, left, slid });
                 } else if let Some(old) = old {
                     // Its own push was too much for it. Without this a patch of contacts that close at once opens at once, each of
                     // them forgets that it swings, and all close again just as before.
-                    held.push(Held { load: 0.0, traction, scale: 2.0 * old.scale, left: 0.0, slid, ..old });
+                    let scale = if spot.given.is_some() { old.scale } else { 2.0 * old.scale };
+                    held.push(Held { load: 0.0, traction, scale, left: 0.0, slid, ..old });
                 }
             }
             pair.held = held;
@@ -322,6 +345,7 @@ impl Contacts {
             largest
         };
         let largest: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();
+        self.network.lift();
         Relaxed { mismatch: largest.into_iter().fold(0.0, f64::max), energy }
     }
 

@@ -240,8 +240,7 @@ impl Contacts {
             kept.pressure = e.pressure;
             kept.traction = e.friction / e.weight;
             // The stretch of the contact's own spring, as `Contacts::memory` has it.
-            let behind = (1.0 / state.stiffness - 1.0 / state.spring) / model.law.tangential_ratio;
-            kept.stretch = e.stretch - kept.traction * behind;
+            kept.stretch = state.own_stretch(&model.law, e);
             kept.tangential_energy = e.tangential_energy;
             kept.lead = model.law.overlap_for(e.load / spring) - geometric + e.normal.dot(&elastic);
             let softer = state.spring / spring;

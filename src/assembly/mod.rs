@@ -12,6 +12,7 @@ pub mod elastic;
 pub mod fidelity;
 pub mod full;
 pub mod membrane;
+pub mod network;
 pub mod pattern;
 mod rubber;
 pub mod timings;
@@ -24,6 +25,7 @@ pub use elastic::{OVERESTIMATE, SurfaceField};
 pub use fidelity::{ForceChange, Recovery, is_free_to_change};
 pub use full::{full_couplings, full_stiffness_into};
 pub use membrane::MembraneContacts;
+pub use network::Network;
 pub use pattern::BlockPattern;
 pub use rubber::{membrane_couplings, membrane_forces_into, membrane_stiffness_into, membrane_touching};
 pub use timings::{Kernel, Timings};
@@ -73,6 +75,7 @@ pub fn residual_into(
         dofs.scatter(residual, i, &wrench);
     }
     full::node_forces_into(residual, model, dofs, contacts, loads, poses);
+    contacts.network_forces_into(residual, dofs, poses);
 }
 
 /// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call

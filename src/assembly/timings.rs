@@ -15,6 +15,8 @@ pub enum Kernel {
     Residual,
     /// Tangents of the contact points.
     Tangents,
+    /// Displacements of condensed bodies' surfaces, and their flexibility between their contacts.
+    Flexibility,
     /// Contact stiffness into the matrix.
     Assembly,
     /// The cover's stiffness into the matrix.
@@ -30,12 +32,13 @@ pub enum Kernel {
 
 impl Kernel {
     /// In the order of the work.
-    pub const ALL: [Kernel; 11] = [
+    pub const ALL: [Kernel; 12] = [
         Kernel::Search,
         Kernel::Contacts,
         Kernel::Membrane,
         Kernel::Residual,
         Kernel::Tangents,
+        Kernel::Flexibility,
         Kernel::Assembly,
         Kernel::Cover,
         Kernel::Ordering,
@@ -51,6 +54,7 @@ impl Kernel {
             Kernel::Membrane => "membrane",
             Kernel::Residual => "residual",
             Kernel::Tangents => "tangents",
+            Kernel::Flexibility => "flexibility",
             Kernel::Assembly => "assembly",
             Kernel::Cover => "cover",
             Kernel::Ordering => "ordering",

@@ -54,6 +54,10 @@ pub struct PointState {
     pub elastic_change: Vec3,
     /// Overlap besides [m]; see [`crate::contact::memory::PointMemory::lead`].
     pub lead: f64,
+    /// Where the contact's force is an unknown: compliance behind the spring per force, weight included [m/N], in all directions; and what
+    /// it gave under the unknown force [m], in space, which it gives back. Where the two forces agree nothing of it is left.
+    pub compliance: f64,
+    pub given: Vec3,
     /// Whether it hardens before the cores meet ([`ContactLaw::hardening`]): where a body can break.
     pub hardens: bool,
 }
@@ -62,6 +66,12 @@ impl PointState {
     /// Compliance that stands behind the spring, over the spring's own; zero for two rigid bodies.
     fn behind(&self) -> f64 {
         self.spring / self.stiffness - 1.0
+    }
+
+    /// The part of an evaluation's stretch that is the spring's own [m].
+    pub fn own_stretch(&self, law: &ContactLaw, e: &Evaluation) -> Vec3 {
+        let shared = 1.0 / self.stiffness - 1.0 / self.spring;
+        e.stretch - e.friction * (shared / (e.weight * law.tangential_ratio) + self.compliance)
     }
 }
 
@@ -261,9 +271,12 @@ fn wrench<T: Real>(
         (None, None) => T::constant(1.0),
     };
 
-    let pushed = overlap + T::constant(state.offset);
-    let linear = law.normal_behind(pushed, state.behind()).scaled(state.spring);
-    let hardened = law.hardening(overlap, state.radii).filter(|_| state.hardens && state.behind() == 0.0);
+    let given = Vector::constant(&state.given);
+    let pushed = overlap + T::constant(state.offset) + normal.dot(given);
+    let behind = T::constant(state.behind()) + weight.scaled(state.spring * state.compliance);
+    let linear = law.normal_behind(pushed, behind).scaled(state.spring);
+    let alone = state.behind() == 0.0 && state.compliance == 0.0;
+    let hardened = law.hardening(overlap, state.radii).filter(|_| state.hardens && alone);
     let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
     let pressure = weight * load;
     let mut evaluation = Evaluation {
@@ -288,23 +301,26 @@ fn wrench<T: Real>(
 
     let mut force_on_b = normal.times(pressure);
     if state.friction.coefficient > 0.0 {
-        let stiffness = weight.scaled(state.stiffness * law.tangential_ratio);
+        let one = T::constant(1.0);
+        let tangential_spring = state.spring * law.tangential_ratio;
+        let behind = T::constant(state.behind()) + weight.scaled(tangential_spring * state.compliance);
+        let spring = weight.scaled(tangential_spring);
+        let stiffness = spring / (one + behind);
         let slide = frame_a.committed(point) - frame_b.committed(point)
-            + Vector::constant(&state.elastic_change)
+            + Vector::constant(&(state.elastic_change - state.given))
             + *displaced;
         let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
         let trial = carried_over(&state.stretch, normal) - tangential(slide);
         let trial_length = trial.norm();
         let mut bound = pressure.scaled(state.friction.coefficient);
-        let behind = state.behind();
         let most = 1.0 + law.friction_blend;
         // The trial force over the bound at which the contact starts to slip, compliance behind the spring included.
-        let slips_at = (most + behind) / (1.0 + behind);
+        let slips_at = (T::constant(most) + behind) / (one + behind);
         if state.friction.excess > 0.0
-            && stiffness.value() * trial_length.value() > slips_at * bound.value()
+            && stiffness.value() * trial_length.value() > slips_at.value() * bound.value()
             && trial_length.value() > 0.0
         {
-            let slipped = state.friction.slipped(trial_length, pressure.scaled(slips_at) / stiffness);
+            let slipped = state.friction.slipped(trial_length, pressure * slips_at / stiffness);
             bound = pressure * slipped.coefficient;
             evaluation.coefficient = slipped.coefficient.value();
             evaluation.mean_coefficient = slipped.mean / evaluation.coefficient;
@@ -312,7 +328,7 @@ fn wrench<T: Real>(
         // Trial force of the spring in units of what the bound can hold.
         let mut share = 0.0;
         let friction = if trial_length.value() > 0.0 {
-            let x = law.share_behind((stiffness * trial_length / bound).scaled(1.0 + behind), behind);
+            let x = law.share_behind(spring * trial_length / bound, behind);
             share = x.value();
             if share <= 1.0 - law.friction_blend {
                 trial.times(stiffness)
@@ -325,10 +341,11 @@ fn wrench<T: Real>(
         force_on_b = force_on_b + friction;
         evaluation.friction = friction.value();
         evaluation.trial_stretch = trial.value();
+        let behind = behind.value();
         evaluation.stretch =
             if share > most { trial.value() * ((most + behind) / (share + behind)) } else { trial.value() };
-        evaluation.tangential_energy = bound.value().powi(2) / (stiffness.value() * (1.0 + behind))
-            * law.friction_energy(share.min(most));
+        evaluation.tangential_energy =
+            bound.value().powi(2) / spring.value() * law.friction_energy(share.min(most));
     }
     let arm_a = point - frame_a.position;
     let arm_b = point - frame_b.position;
@@ -448,6 +465,8 @@ mod tests {
             elastic: Vec3::new(1e-7, 2e-7, -3e-7),
             elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
             lead: 0.0,
+            compliance: 0.0,
+            given: Vec3::zeros(),
             hardens: true,
         }
     }

@@ -68,17 +68,17 @@ impl ContactLaw {
 
     /// [`ContactLaw::normal`] of a spring that shares `total` [m] with a compliance behind it, `behind` times
     /// its own: the spring takes `x`, and `x + behind N(x) = total`.
-    pub fn normal_behind<T: Real>(&self, total: T, behind: f64) -> T {
-        let (value, onset) = (total.value(), self.onset);
-        if behind == 0.0 {
+    pub fn normal_behind<T: Real>(&self, total: T, behind: T) -> T {
+        let (value, onset, one) = (total.value(), self.onset, T::constant(1.0));
+        if behind.value() == 0.0 {
             self.normal(total)
         } else if value <= 0.0 {
             T::constant(0.0)
-        } else if value < onset * (1.0 + 0.5 * behind) {
-            let root = (T::constant(1.0) + total.scaled(2.0 * behind / onset)).sqrt();
-            self.normal(total.scaled(2.0) / (T::constant(1.0) + root))
+        } else if value < onset * (1.0 + 0.5 * behind.value()) {
+            let root = (one + total * behind.scaled(2.0 / onset)).sqrt();
+            self.normal(total.scaled(2.0) / (one + root))
         } else {
-            (total - T::constant(0.5 * onset)).scaled(1.0 / (1.0 + behind))
+            (total - T::constant(0.5 * onset)) / (one + behind)
         }
     }
 
@@ -135,20 +135,20 @@ impl ContactLaw {
 
     /// The trial force of a contact's own spring over the bound, where a compliance `behind` times the
     /// spring's own takes its part of the stretch: `x + behind S(x) = total`.
-    pub fn share_behind<T: Real>(&self, total: T, behind: f64) -> T {
+    pub fn share_behind<T: Real>(&self, total: T, behind: T) -> T {
         let (value, blend) = (total.value(), self.friction_blend);
         let start = 1.0 - blend;
-        if behind == 0.0 {
+        let linear = T::constant(1.0) + behind;
+        if behind.value() == 0.0 {
             total
-        } else if value <= start * (1.0 + behind) {
-            total.scaled(1.0 / (1.0 + behind))
-        } else if value >= 1.0 + blend + behind {
-            total - T::constant(behind)
+        } else if value <= start * linear.value() {
+            total / linear
+        } else if value >= blend + linear.value() {
+            total - behind
         } else {
-            let past = total - T::constant(start * (1.0 + behind));
-            let linear = 1.0 + behind;
-            let root = (T::constant(linear * linear) - past.scaled(behind / blend)).sqrt();
-            past.scaled(2.0) / (T::constant(linear) + root) + T::constant(start)
+            let past = total - linear.scaled(start);
+            let root = (linear * linear - past * behind.scaled(1.0 / blend)).sqrt();
+            past.scaled(2.0) / (linear + root) + T::constant(start)
         }
     }
 

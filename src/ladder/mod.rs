@@ -24,6 +24,7 @@ pub mod penalties;
 pub mod rig;
 pub mod run;
 pub mod scenes;
+pub mod spheres;
 pub mod standing;
 pub mod wedges;
 
@@ -72,6 +73,11 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "pressure", problem: "work of a follower pressure", climb: membranes::pressed },
     Rung { name: "rig_elastic", problem: "elastic specimens in the rig", climb: rig::elastic },
     Rung { name: "hertz", problem: "condensed sphere on a rigid plane", climb: hertz::normal },
+    Rung {
+        name: "spheres",
+        problem: "two condensed spheres: Hertz, Cattaneo-Mindlin",
+        climb: spheres::pressed_and_pushed,
+    },
     Rung { name: "newton", problem: "order of Newton's method", climb: newton::orders },
     Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },
     Rung { name: "nafems_wedge", problem: "NAFEMS CGS-4: pushed up a slope", climb: wedges::up_a_slope },

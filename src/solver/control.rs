@@ -6,7 +6,7 @@
 //! solves. The factor's unknown and the scalar's residual are scaled to a length and a force, so that they
 //! stand beside the others in the merit.
 
-use crate::assembly::{self, Dofs};
+use crate::assembly::{self, Contacts, Dofs};
 use crate::model::{Control, Controlled, Loads, Model};
 use crate::tensor::{Pose, Vector6};
 
@@ -48,7 +48,7 @@ impl Steering {
             column: Vec::new(),
             row: Vec::new(),
         };
-        steering.update_border(model, dofs, poses);
+        steering.update_border(model, dofs, None, poses);
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         steering.factor_scale = stiffness / norm(&steering.column);
         steering.residual_scale = stiffness / norm(&steering.row);
@@ -92,8 +92,8 @@ impl Steering {
         self.residual_scale * self.lack(model, poses)
     }
 
-    /// Computes the border of the tangent at `poses`.
-    pub fn update_border(&mut self, model: &Model, dofs: &Dofs, poses: &[Pose]) {
+    /// Computes the border of the tangent at `poses`, where `contacts` have their tangents.
+    pub fn update_border(&mut self, model: &Model, dofs: &Dofs, contacts: Option<&Contacts>, poses: &[Pose]) {
         // Unit pressure loads the bodies with minus the derivative of the volume.
         let mut volume = vec![Vector6::zeros(); model.carriers()];
         assembly::pressure_loads_into(&mut volume, model, poses, 1.0);
@@ -107,6 +107,9 @@ impl Steering {
         }
         let pressure = self.control.pressure * self.factor_scale;
         assembly::full::cover_on_nodes_into(&mut self.column, model, dofs, poses, pressure);
+        if let Some(contacts) = contacts {
+            contacts.network.pressure_into(&mut self.column, dofs, pressure);
+        }
         for (body, wrench) in &self.control.applied {
             dofs.scatter(&mut self.column, *body, (wrench * self.factor_scale).as_slice());
         }

@@ -123,6 +123,7 @@ impl Newton<'_> {
         // Whether forces are worth taking over: a solve has brought them towards balance.
         let mut fresh = false;
         let mut damage = DamageWatch::new(self.model, settings);
+        self.gather();
         let mut falls = 0;
         let mut next_fall = if self.can_fall() { settings.falls_after } else { 0 };
         let ended = |converged, balance, history, surface_energy| Equilibrium {
@@ -163,6 +164,7 @@ impl Newton<'_> {
                 }
                 if !converged {
                     self.evaluate();
+                    self.gather();
                 }
             }
             let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;

@@ -41,6 +41,8 @@ pub struct Newton<'a> {
 }
 
 struct System {
+    /// Of the contact forces that the pattern is for.
+    generation: u64,
     pattern: BlockPattern,
     lu: MultifrontalLu,
 }
@@ -102,6 +104,19 @@ impl<'a> Newton<'a> {
         };
         newton.update_residual();
         Ok(newton)
+    }
+
+    /// Makes the forces of contacts on condensed bodies unknowns, or leaves those that are; for the places of contacts found last.
+    pub(super) fn gather(&mut self) {
+        if !self.model.has_elastic() {
+            return;
+        }
+        if self.contacts.gather(self.model, &self.loads, &self.poses) {
+            self.dofs.renew_contacts(self.contacts.network.owners());
+            self.away.clear();
+            self.away.resize(self.dofs.count() + usize::from(self.steering.is_some()), 0.0);
+        }
+        self.evaluate();
     }
 
     fn update_residual(&mut self) {
@@ -167,10 +182,14 @@ impl<'a> Newton<'a> {
         let nodes = |touching| assembly::full_couplings(self.model, &self.dofs, &self.contacts, touching);
         let pairs = || touching().chain(covered()).chain(walled());
         let needed = pairs().chain(pressing()).chain(nodes(true));
-        if !self.system.as_ref().is_some_and(|s| s.pattern.covers(&self.dofs, needed)) {
-            let pattern = BlockPattern::new(&self.dofs, pairs().chain(pressed()).chain(nodes(false)));
+        let generation = self.contacts.network.generation;
+        let fits = |s: &System| s.generation == generation && s.pattern.covers(&self.dofs, needed);
+        if !self.system.as_ref().is_some_and(fits) {
+            let knots = self.contacts.network.couplings(&self.dofs);
+            let couplings = pairs().chain(pressed()).chain(nodes(false)).chain(knots);
+            let pattern = BlockPattern::new(&self.dofs, couplings);
             let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
-            self.system = Some(System { pattern, lu });
+            self.system = Some(System { generation, pattern, lu });
             self.contacts.timings.book(Kernel::Ordering, start);
         }
         let start = Instant::now();
@@ -222,6 +241,7 @@ impl<'a> Newton<'a> {
             &self.dofs,
             &self.contacts,
         );
+        self.contacts.network.stiffness_into(&mut self.values, &system.pattern, &self.dofs);
         let hold = |carrier| {
             self.dofs.sign(carrier) * weight * self.model.holding_stiffness(carrier, self.typical_stiffness)
         };
@@ -232,6 +252,7 @@ impl<'a> Newton<'a> {
         self.contacts.timings.book(Kernel::Assembly, start);
         let start = Instant::now();
         let mut step = held.to_vec();
+        self.contacts.network.complete(&mut step, &self.dofs);
         self.counters.factorisations += 1;
         let motion = ..self.dofs.count();
         let factorised = system.lu.factorise(&self.values);
@@ -240,7 +261,7 @@ impl<'a> Newton<'a> {
         let mut solve = |right: &mut [f64]| system.lu.solve_in_place(&self.values, right).map(|_| ());
         let mut solved = factorised.and_then(|()| solve(&mut step[motion]));
         if let (Ok(()), Some(steering)) = (&solved, &mut self.steering) {
-            steering.update_border(self.model, &self.dofs, &self.poses);
+            steering.update_border(self.model, &self.dofs, Some(&self.contacts), &self.poses);
             if steering.complete(&mut step, |right| solve(right).ok()).is_none() {
                 solved = Err(SolveFailure::Singular);
             }
@@ -296,6 +317,7 @@ impl<'a> Newton<'a> {
         self.away.iter_mut().for_each(|d| *d = 0.0);
         self.steering.iter_mut().for_each(Steering::recentre);
         self.contacts.recentre_nodes(self.model);
+        self.contacts.network.recentre();
         let mut held = self.held_residual(weight);
         let first = merit(&held);
         let mut merits = vec![first];
@@ -382,9 +404,11 @@ impl<'a> Newton<'a> {
     /// Sets the loads to those of the control's unknown in `away`, and the nodes of full bodies to where theirs say.
     fn steer(&mut self) {
         self.contacts.move_nodes(&self.dofs, &self.away);
+        self.contacts.network.move_by(&self.dofs, &self.away);
         if let (Some(steering), Some(away)) = (&mut self.steering, self.away.last()) {
             steering.move_to(*away, &mut self.loads);
         }
+        self.contacts.yield_to_forces(self.loads.pressure);
     }
 
     /// Moves to `from + factor * step` and evaluates; `None` if bodies are too close there.

@@ -1,0 +1,380 @@
+//! Contact forces on condensed bodies as unknowns: the flexibility form.
+//!
+//! A condensed body yields at each of its contacts to the forces of all of them, `W F`, with `W` exact and dense
+//! between its contacts. So the force `F` of a contact (on `b`, in space) is an unknown of its own, and what it has to
+//! meet is the contact's law at the displacements of all such forces: `f(q, W F) - F = 0`. Newton solves these together
+//! with the motion of the bodies, and nothing is left to an augmentation but the places of the contacts on their meshes
+//! and the rotations `turns`, which stay meanwhile.
+//!
+//! **Bodies' rows.** The law's force depends on the motion of all neighbours' neighbours. Rows that are combined with
+//! those of the contacts do not: with `B` the wrench of a unit force, `r_body - B (f - F)` is the balance of the forces
+//! `F` as long as `B` stays. Written so the matrix couples a contact's force with its two bodies and with the forces on
+//! the same condensed bodies, and Newton's step is the same.
+//!
+//! **What the law sees.** The contact's own flexibility w is put behind its spring, and what it gives under the unknown
+//! force is given back: with the displacement `W F - w F` in the gap the law has the stiffness `1/(c + w)` and still
+//! agrees with `F` only where `c F` is all that is left. This is the augmented Lagrangian of Alart & Curnier (1991, Comput. Methods Appl.
+//! Mech. Eng. 92:353-375) with the penalty 1/w. Without it, `f(q, W F)` by the stiff spring alone, steps are the same as long as all contacts
+//! stick or are open, but contacts about to slip or to close overshoot and Newton swings.
+//!
+//! **Units.** Forces are unknowns as lengths, `F = k y`, with a stiffness k typical of the model.
+//!
+//! Which contacts: all that touch, did so in the last augmentation, or would under less than the mean contact force.
+//! Others yield by a compliance of their own, as in `assembly::elastic`.
+
+use rayon::prelude::*;
+
+use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::assembly::elastic::force_on_b;
+use crate::assembly::{BlockPattern, Dofs};
+use crate::contact::Feature;
+use crate::contact::force::{ElasticTangent, Tangent};
+use crate::contact::memory::PairKey;
+use crate::grain::SurfacePoint;
+use crate::tensor::{Mat3, Pose, Vec3};
+
+mod gather;
+
+/// A weight below which what its gradient does is left out of the tangent: the force is then next to nothing.
+const LEAST_WEIGHT: f64 = 0.02;
+
+/// Forces of contacts as unknowns, and what the bodies yield to them.
+#[derive(Debug, Clone, Default)]
+pub struct Network {
+    knots: Vec<Knot>,
+    patches: Vec<Patch>,
+    /// Force per unit of its unknown [N/m].
+    stiffness: f64,
+    /// Whether the knots' places are those of the contacts; else they are left out until gathered anew.
+    placed: bool,
+    /// Grows with each change of the knots, so that nothing made for others is used.
+    pub generation: u64,
+}
+
+/// A contact whose force is an unknown.
+#[derive(Debug, Clone)]
+struct Knot {
+    key: PairKey,
+    feature: Feature,
+    /// On `b`, weight included [N], in space.
+    force: Vec3,
+    /// The same where a Newton solve began.
+    centre: Vec3,
+    /// Displacement of `b`'s surface relative to `a`'s that the knots' forces do not cause [m]: by other loads, and per pressure on the cover.
+    others: Vec3,
+    by_pressure: Vec3,
+    /// The same displacement in the committed state [m].
+    before: Vec3,
+    /// About its own flexibility [m/N]: what the law sees in its place, and gives back.
+    compliance: f64,
+    tangent: KnotTangent,
+}
+
+/// Derivatives at one contact.
+#[derive(Debug, Clone)]
+struct KnotTangent {
+    /// Of the wrench on both bodies by the force.
+    lift: [[f64; 3]; 12],
+    /// Of the law's force by position and spin of `b` and spin of `a`, and by the elastic displacement [N/m].
+    by_motion: [[f64; 9]; 3],
+    by_displacement: Mat3,
+    /// `lift` without what the weight's gradient does.
+    plain: [[f64; 3]; 12],
+    /// What the law's force has above the unknown [N].
+    excess: Vec3,
+}
+
+const STILL: KnotTangent = KnotTangent {
+    lift: [[0.0; 3]; 12],
+    by_motion: [[0.0; 9]; 3],
+    by_displacement: Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    plain: [[0.0; 3]; 12],
+    excess: Vec3::new(0.0, 0.0, 0.0),
+};
+
+/// The knots on one condensed body.
+#[derive(Debug, Clone)]
+struct Patch {
+    body: usize,
+    /// Knot, sign of its force here, and place.
+    spots: Vec<(usize, f64, SurfacePoint)>,
+    /// Displacement of the i-th spot by a force on the j-th [m/N], in space.
+    flexibility: Vec<Mat3>,
+}
+
+impl Patch {
+    fn block(&self, i: usize, j: usize) -> &Mat3 {
+        &self.flexibility[i * self.spots.len() + j]
+    }
+}
+
+impl Network {
+    /// How many contacts' forces are unknowns.
+    pub fn count(&self) -> usize {
+        self.knots.len()
+    }
+
+    /// Body that each knot is booked on.
+    pub fn owners(&self) -> impl Iterator<Item = u32> {
+        self.knots.iter().map(|knot| knot.key.1)
+    }
+
+    /// Forgets all forces.
+    pub(super) fn clear(&mut self) {
+        let generation = self.generation + 1;
+        *self = Network { generation, ..Network::default() };
+    }
+
+    /// Leaves the knots out until they are gathered anew.
+    pub(super) fn lift(&mut self) {
+        self.placed = false;
+    }
+
+    /// Makes the present forces those from which [`Self::move_by`] counts.
+    pub fn recentre(&mut self) {
+        self.knots.iter_mut().for_each(|knot| knot.centre = knot.force);
+    }
+
+    /// Sets the forces to `away` (unknowns) from the centre.
+    pub fn move_by(&mut self, dofs: &Dofs, away: &[f64]) {
+        for (k, knot) in self.knots.iter_mut().enumerate() {
+            knot.force = knot.centre + dofs.motion(away, 1.0, dofs.contact_block(k)).0 * self.stiffness;
+        }
+    }
+
+    /// Displacements of the knots by all forces [m].
+    fn displacements(&self, pressure: f64) -> Vec<Vec3> {
+        let mut moved: Vec<Vec3> =
+            self.knots.iter().map(|knot| knot.others + knot.by_pressure * pressure).collect();
+        let of_patch = |patch: &Patch| -> Vec<Vec3> {
+            let own = |i: usize| {
+                let by = |(j, (knot, sign, _)): (usize, &(usize, f64, SurfacePoint))| {
+                    patch.block(i, j) * (self.knots[*knot].force * *sign)
+                };
+                patch.spots.iter().enumerate().map(by).sum::<Vec3>()
+            };
+            (0..patch.spots.len()).map(own).collect()
+        };
+        let all: Vec<Vec<Vec3>> = self.patches.par_iter().map(of_patch).collect();
+        for (patch, own) in self.patches.iter().zip(&all) {
+            for ((knot, sign, _), u) in patch.spots.iter().zip(own) {
+                moved[*knot] += u * *sign;
+            }
+        }
+        moved
+    }
+
+    /// Which forces depend on which unknowns.
+    pub fn couplings(&self, dofs: &Dofs) -> Vec<(usize, usize)> {
+        let mut all = Vec::new();
+        for (k, knot) in self.knots.iter().enumerate() {
+            let block = dofs.contact_block(k);
+            all.extend([(block, knot.key.0 as usize), (block, knot.key.1 as usize)]);
+        }
+        for patch in &self.patches {
+            for (i, (knot, ..)) in patch.spots.iter().enumerate() {
+                let to = |(other, ..): &(usize, f64, SurfacePoint)| {
+                    (dofs.contact_block(*knot), dofs.contact_block(*other))
+                };
+                all.extend(patch.spots[..i].iter().map(to));
+            }
+        }
+        all
+    }
+
+    /// Turns the forces out of balance that the merit is made of, `B` without what weights do, into those of the tangent.
+    pub fn complete(&self, forces: &mut [f64], dofs: &Dofs) {
+        if !self.placed {
+            return;
+        }
+        for knot in &self.knots {
+            let KnotTangent { lift, plain, excess, .. } = &knot.tangent;
+            let wrench: [f64; 12] =
+                std::array::from_fn(|r| (0..3).map(|c| (plain[r][c] - lift[r][c]) * excess[c]).sum());
+            dofs.scatter(forces, knot.key.0 as usize, &wrench[..6]);
+            dofs.scatter(forces, knot.key.1 as usize, &wrench[6..]);
+        }
+    }
+
+    /// Adds what `rate` [Pa] more pressure on the cover does to the rows of the forces to `forces` [N].
+    pub fn pressure_into(&self, forces: &mut [f64], dofs: &Dofs, rate: f64) {
+        if !self.placed {
+            return;
+        }
+        for (k, knot) in self.knots.iter().enumerate() {
+            let force = knot.tangent.by_displacement * knot.by_pressure * rate;
+            dofs.scatter(forces, dofs.contact_block(k), force.as_slice());
+        }
+    }
+
+    /// Adds the derivatives of all rows by the forces, and of the forces' rows, to `values`.
+    pub fn stiffness_into(&self, values: &mut [f64], pattern: &BlockPattern, dofs: &Dofs) {
+        for (k, knot) in self.knots.iter().enumerate() {
+            let (block, [a, b]) = (dofs.contact_block(k), [knot.key.0 as usize, knot.key.1 as usize]);
+            let tangent = if self.placed { &knot.tangent } else { &STILL };
+            let own = Mat3::identity() + tangent.by_displacement * knot.compliance;
+            let own: [[f64; 3]; 3] =
+                std::array::from_fn(|r| std::array::from_fn(|c| own[(r, c)] * self.stiffness));
+            pattern.add_block(values, dofs, block, block, &own);
+            for (body, first) in [(a, 0), (b, 6)] {
+                let lift: [[f64; 3]; 6] = std::array::from_fn(|r| {
+                    std::array::from_fn(|c| -tangent.lift[first + r][c] * self.stiffness)
+                });
+                pattern.add_block(values, dofs, body, block, &lift);
+            }
+            let by = |sign: f64, spin: usize| -> [[f64; 6]; 3] {
+                std::array::from_fn(|r| {
+                    std::array::from_fn(|c| {
+                        let row = &tangent.by_motion[r];
+                        if c < 3 { -sign * row[c] } else { -row[spin + c - 3] }
+                    })
+                })
+            };
+            pattern.add_block(values, dofs, block, b, &by(1.0, 3));
+            pattern.add_block(values, dofs, block, a, &by(-1.0, 6));
+        }
+        if !self.placed {
+            return;
+        }
+        for patch in &self.patches {
+            for (i, (row, row_sign, _)) in patch.spots.iter().enumerate() {
+                let knot = &self.knots[*row];
+                if knot.tangent.by_displacement == Mat3::zeros() {
+                    continue;
+                }
+                let by = knot.tangent.by_displacement * (-self.stiffness * row_sign);
+                for (j, (column, sign, _)) in patch.spots.iter().enumerate() {
+                    let block = by * patch.block(i, j) * *sign;
+                    let block: [[f64; 3]; 3] =
+                        std::array::from_fn(|r| std::array::from_fn(|c| block[(r, c)]));
+                    let (row, column) = (dofs.contact_block(*row), dofs.contact_block(*column));
+                    pattern.add_block(values, dofs, row, column, &block);
+                }
+            }
+        }
+    }
+}
+
+/// The wrench on both bodies of a unit force on `b` at `point`.
+fn plain_lift(point: &Vec3, [a, b]: [&Vec3; 2]) -> [[f64; 3]; 12] {
+    let (on_a, on_b) = ((point - a).cross_matrix(), (point - b).cross_matrix());
+    std::array::from_fn(|r| {
+        std::array::from_fn(|c| match r {
+            0..3 => -f64::from(u8::from(r == c)),
+            3..6 => -on_a[(r - 3, c)],
+            6..9 => f64::from(u8::from(r - 6 == c)),
+            _ => on_b[(r - 9, c)],
+        })
+    })
+}
+
+impl KnotTangent {
+    /// From the law's derivatives at a contact that touches, which it combines with its own rows.
+    fn combine(elastic: &ElasticTangent, plain: [[f64; 3]; 12], point: &ContactPoint, excess: Vec3) -> Self {
+        let by_motion = std::array::from_fn(|r| std::array::from_fn(|c| elastic[12 + r][c]));
+        let by_displacement = Mat3::from_fn(|r, c| elastic[12 + r][9 + c]);
+        let mut lift = plain;
+        let n = point.evaluation.normal;
+        let along = n.dot(&(by_displacement * n));
+        if point.evaluation.weight < 1.0 && point.evaluation.weight > LEAST_WEIGHT && along < 0.0 {
+            // What is stored per weight pushes along the weight's gradient; it follows the normal force alone.
+            for r in 0..12 {
+                let whole: f64 = (0..3).map(|c| elastic[r][9 + c] * n[c]).sum();
+                let lifted: f64 = (0..3)
+                    .map(|k| plain[r][k] * (0..3).map(|c| by_displacement[(k, c)] * n[c]).sum::<f64>())
+                    .sum();
+                for c in 0..3 {
+                    lift[r][c] += (whole - lifted) / along * n[c];
+                }
+            }
+        }
+        KnotTangent { lift, by_motion, by_displacement, plain, excess }
+    }
+
+    /// The derivative of the wrench by the motion at a given force.
+    fn at_given_force(&self, elastic: &ElasticTangent) -> Tangent {
+        std::array::from_fn(|r| {
+            std::array::from_fn(|c| {
+                elastic[r][c] - (0..3).map(|k| self.lift[r][k] * self.by_motion[k][c]).sum::<f64>()
+            })
+        })
+    }
+}
+
+fn pair_of(pairs: &[PairWork], key: PairKey) -> Option<usize> {
+    pairs.binary_search_by_key(&key, PairWork::key).ok()
+}
+
+impl Contacts {
+    /// Sets the elastic displacements of the knots to those under the present forces and `pressure` [Pa].
+    pub fn yield_to_forces(&mut self, pressure: f64) {
+        if !self.network.placed || self.network.knots.is_empty() {
+            return;
+        }
+        let moved = self.network.displacements(pressure);
+        for (knot, elastic) in self.network.knots.iter().zip(moved) {
+            let Some(pair) = pair_of(&self.pairs, knot.key) else { continue };
+            let spot = self.pairs[pair].spots.iter_mut().find(|spot| spot.feature == knot.feature);
+            if let Some(spot) = spot {
+                (spot.elastic, spot.change) = (elastic, elastic - knot.before);
+                spot.given = Some(knot.force * knot.compliance);
+            }
+        }
+    }
+
+    fn point_of(&self, knot: &Knot) -> Option<&ContactPoint> {
+        let pair = &self.pairs[pair_of(&self.pairs, knot.key)?];
+        pair.points.iter().find(|point| point.site.feature == knot.feature)
+    }
+
+    /// Adds to `residual` [N] what the knots' forces lack, and to the bodies' what makes theirs a balance of these forces.
+    pub(super) fn network_forces_into(&self, residual: &mut [f64], dofs: &Dofs, poses: &[Pose]) {
+        if !self.network.placed {
+            return;
+        }
+        for (k, knot) in self.network.knots.iter().enumerate() {
+            let (mut excess, [a, b]) = (-knot.force, [knot.key.0 as usize, knot.key.1 as usize]);
+            if let Some(point) = self.point_of(knot) {
+                excess += force_on_b(point);
+                let plain = plain_lift(&point.evaluation.point, [&poses[a].position, &poses[b].position]);
+                let wrench: [f64; 12] =
+                    std::array::from_fn(|r| -(0..3).map(|c| plain[r][c] * excess[c]).sum::<f64>());
+                dofs.scatter(residual, a, &wrench[..6]);
+                dofs.scatter(residual, b, &wrench[6..]);
+            }
+            dofs.scatter(residual, dofs.contact_block(k), excess.as_slice());
+        }
+    }
+
+    /// Combines the tangents of the contacts that are knots with the rows of their forces.
+    pub(super) fn combine_tangents(&mut self, poses: &[Pose]) {
+        if !self.network.placed {
+            return;
+        }
+        let mut knots = std::mem::take(&mut self.network.knots);
+        for knot in &mut knots {
+            knot.tangent = STILL;
+            let Some(pair) = pair_of(&self.pairs, knot.key) else { continue };
+            let pair = &mut self.pairs[pair];
+            let Some(at) = pair.points.iter().position(|point| point.site.feature == knot.feature) else {
+                continue;
+            };
+            let (point, bodies) = (&pair.points[at], [pair.a(), pair.b()]);
+            let e = &point.evaluation;
+            let plain = plain_lift(&e.point, bodies.map(|body| &poses[body].position));
+            let excess = force_on_b(point) - knot.force;
+            if !e.is_active() {
+                knot.tangent = KnotTangent { lift: plain, plain, excess: -knot.force, ..STILL };
+                continue;
+            }
+            let number = pair.points[..at].iter().filter(|point| point.evaluation.is_active()).count();
+            let elastic = &pair.elastic_tangents[number];
+            knot.tangent = KnotTangent::combine(elastic, plain, point, excess);
+            pair.tangents[number] = knot.tangent.at_given_force(elastic);
+        }
+        self.network.knots = knots;
+    }
+}
+
+#[cfg(test)]
+mod tests;

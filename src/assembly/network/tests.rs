@@ -1,0 +1,159 @@
+//! The assembled stiffness of contact forces as unknowns against differences of the assembled forces.
+
+use std::sync::Arc;
+
+use super::*;
+use crate::assembly::{contact_stiffness_into, residual_into};
+use crate::contact::law::Friction;
+use crate::contact::{ContactLaw, ContactShape};
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::grain::CondensedGrain;
+use crate::material::Elastic;
+use crate::mesh::cuboid_mesh;
+use crate::model::{Body, BodyKind, Committed, Loads, Model};
+use crate::tensor::Rotation;
+
+const EDGE: f64 = 0.03;
+const ROUNDING: f64 = 1e-3;
+
+/// Three cubes in a pile, askew, overlapping by about 10 um: two condensed ones on a rigid one. Edges of the lower two cross near the end of one.
+fn pile() -> (Model, Committed, Loads) {
+    let block = |index: usize| {
+        let mesh = cuboid_mesh([EDGE; 3], EDGE).expect("a mesh");
+        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
+        let grain = CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain");
+        let core = Polyhedron::cuboid([EDGE - 2.0 * ROUNDING; 3]).expect("a box");
+        let body = Body {
+            name: "cube".into(),
+            kind: BodyKind::Placed,
+            nominal: Polyhedron::cuboid([EDGE; 3]).expect("a box"),
+            stiffness: 1e8,
+            grain: (index > 0).then(|| Arc::new(grain)),
+            damaged: None,
+            resting: None,
+            full: None,
+            friction: None,
+            mass: 0.07,
+            centre_of_mass: Vec3::zeros(),
+            rotation_scale: 0.02,
+        };
+        (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+    };
+    let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) = (0..3).map(block).unzip();
+    let law = ContactLaw {
+        onset: 4e-6,
+        fade_length: 1e-3,
+        parallel_limit: 4e-3,
+        tangential_ratio: 0.9,
+        friction_blend: 0.05,
+    };
+    let place = |index: usize| {
+        let height = index as f64 * (EDGE - 20e-6);
+        let turn = Vec3::new(2e-4, -3e-4, 0.35 * index as f64);
+        Pose::new(Vec3::new(-11e-3 * index as f64, -2e-3, height), Rotation::from_scaled_axis(turn))
+    };
+    let model = Model::new(bodies, shapes, law, Friction::constant(0.4));
+    (model, Committed::new((0..3).map(place).collect()), Loads::none(3))
+}
+
+/// A vector without pattern, the same on every machine.
+fn unpatterned(count: usize, seed: usize) -> Vec<f64> {
+    (0..count).map(|k| ((k * 7919 + seed * 104_729 + 13) % 1009) as f64 / 1009.0 - 0.5).collect()
+}
+
+/// What the knots' forces lack, and the rows of bodies without any of it.
+fn forces(contacts: &Contacts, model: &Model, dofs: &Dofs, poses: &[Pose]) -> (Vec<f64>, Vec<Vec3>) {
+    let mut rows = Vec::new();
+    residual_into(&mut rows, model, dofs, contacts, &Loads::none(3), poses);
+    let excess: Vec<Vec3> = contacts
+        .network
+        .knots
+        .iter()
+        .map(|knot| {
+            let law = contacts.point_of(knot).map_or(Vec3::zeros(), |point| {
+                let e = &point.evaluation;
+                e.normal * e.pressure + e.friction
+            });
+            law - knot.force
+        })
+        .collect();
+    for (knot, excess) in contacts.network.knots.iter().zip(&excess) {
+        let Some(point) = contacts.point_of(knot) else { continue };
+        let [a, b] = [knot.key.0 as usize, knot.key.1 as usize];
+        let lift = plain_lift(&point.evaluation.point, [&poses[a].position, &poses[b].position]);
+        let wrench: Vec<f64> = lift.iter().map(|row| (0..3).map(|c| row[c] * excess[c]).sum()).collect();
+        dofs.scatter(&mut rows, a, &wrench[..6]);
+        dofs.scatter(&mut rows, b, &wrench[6..]);
+    }
+    (rows, excess)
+}
+
+#[test]
+fn stiffness_is_derivative_of_combined_rows() {
+    let (model, committed, loads) = pile();
+    let mut dofs = Dofs::new(&model, &loads);
+    let mut contacts = Contacts::default();
+    contacts.start(&model, &committed);
+    contacts.evaluate(&model, &committed, &committed.poses).expect("far enough apart");
+    assert!(contacts.gather(&model, &loads, &committed.poses), "new knots");
+    dofs.renew_contacts(contacts.network.owners());
+    assert!(contacts.network.count() > 10, "{} knots", contacts.network.count());
+    // Bodies turned and forces that are not the law's, so that no term vanishes by chance.
+    let start: Vec<f64> = unpatterned(dofs.count(), 1).iter().map(|x| 5e-6 * x).collect();
+    let mut began = committed.poses.clone();
+    dofs.move_into(&mut began, &committed.poses, &start, 1.0);
+    let mut at = |step: &[f64]| {
+        let mut poses = began.clone();
+        dofs.move_into(&mut poses, &began, step, 1.0);
+        let away: Vec<f64> = start.iter().zip(step).map(|(start, step)| start + step).collect();
+        contacts.network.move_by(&dofs, &away);
+        contacts.yield_to_forces(0.0);
+        contacts.evaluate(&model, &committed, &poses).expect("far enough apart");
+        let (rows, excess) = forces(&contacts, &model, &dofs, &poses);
+        contacts.update_tangents(&model, &poses);
+        let touching = contacts.pairs.iter().map(|pair| (pair.a(), pair.b()));
+        let pattern = BlockPattern::new(&dofs, touching.chain(contacts.network.couplings(&dofs)));
+        let mut values = vec![0.0; pattern.entries()];
+        contact_stiffness_into(&mut values, &pattern, &dofs, &contacts);
+        contacts.network.stiffness_into(&mut values, &pattern, &dofs);
+        (rows, excess, pattern, values, contacts.network.clone())
+    };
+    let (_, _, pattern, values, network) = at(&vec![0.0; dofs.count()]);
+    let active = network.knots.iter().filter(|knot| knot.tangent.by_displacement != Mat3::zeros()).count();
+    let faded = network.knots.iter().filter(|knot| knot.tangent.lift != knot.tangent.plain).count();
+    assert!(active > 8 && faded > 0, "{active} touch, {faded} of them with part of their weight");
+    let scale = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    for seed in 2..6 {
+        let direction = unpatterned(dofs.count(), seed);
+        let moved = |h: f64| -> Vec<f64> { direction.iter().map(|d| h * d).collect() };
+        let h = 1e-10;
+        let (plus, minus) = (at(&moved(h)), at(&moved(-h)));
+        let mut difference: Vec<f64> =
+            minus.0.iter().zip(&plus.0).map(|(m, p)| (m - p) / (2.0 * h)).collect();
+        for ((knot, minus), plus) in network.knots.iter().zip(&minus.1).zip(&plus.1) {
+            let excess = (minus - plus) / (2.0 * h);
+            let wrench: Vec<f64> = knot
+                .tangent
+                .lift
+                .iter()
+                .map(|row| -(0..3).map(|c| row[c] * excess[c]).sum::<f64>())
+                .collect();
+            dofs.scatter(&mut difference, knot.key.0 as usize, &wrench[..6]);
+            dofs.scatter(&mut difference, knot.key.1 as usize, &wrench[6..]);
+        }
+        let mut product = vec![0.0; dofs.count()];
+        for (column, d) in direction.iter().enumerate() {
+            for k in pattern.pattern.column_starts[column]..pattern.pattern.column_starts[column + 1] {
+                product[pattern.pattern.rows[k]] += values[k] * d;
+            }
+        }
+        for (i, exact) in product.iter().enumerate() {
+            // Forces of 1e4 N, differences of 0.1 N: rounding leaves 1e-7.
+            assert!(
+                (difference[i] - exact).abs() < 1e-6 * scale,
+                "unknown {i}: {} {exact} of {scale}",
+                difference[i]
+            );
+        }
+    }
+}
