@@ -7,10 +7,10 @@
 
 use std::path::Path;
 
+use crate::scene_rows::{rows, scene};
 use riprap::assembly::Contacts;
 use riprap::case::{Case, RawCase};
-use riprap::scene::{Row, Scene, SceneState};
-use riprap::simulation::scene::parameters;
+use riprap::scene::{Row, SceneState};
 use riprap::solver::{Increment, advance};
 use riprap::tensor::Vec3;
 use riprap::triaxial::StageEnd;
@@ -27,20 +27,6 @@ fn case(rock: &str, increments: f64) -> Case {
     stage["increments"] = serde_json::json!(increments);
     stage["bodies"]["pusher"]["displacement"][2] = serde_json::json!(-2.5e-6 * increments);
     RawCase::parse(Path::new("bar.json"), &value.to_string()).expect("parses").check().expect("a sound case")
-}
-
-fn scene(case: &Case) -> Scene {
-    Scene::new(&parameters(case, Path::new("")).expect("parameters")).expect("a sound scene")
-}
-
-/// All rows, or as many as `most`.
-fn rows(scene: &mut Scene, most: usize) -> (Vec<Row>, StageEnd) {
-    let mut rows = Vec::new();
-    let end = scene.run(|_, row| {
-        rows.push(row.clone());
-        rows.len() < most
-    });
-    (rows, end)
 }
 
 fn peak(rows: &[Row]) -> f64 {

@@ -24,6 +24,7 @@ mod newton_order;
 mod penalty_independence;
 mod press;
 mod rattler;
+mod scene_rows;
 mod sliding_over_facets;
 mod smooth_core;
 mod softening_bar;

@@ -9,29 +9,15 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use crate::scene_rows::{rows, scene};
 use riprap::case::{Case, RawCase};
-use riprap::scene::{Row, Scene, SceneState};
-use riprap::simulation::scene::parameters;
+use riprap::scene::{Row, SceneState};
 use riprap::triaxial::StageEnd;
 
 fn case(text: &str, changes: &[(&str, Value)]) -> Case {
-    let value: Value = RawCase::parse(Path::new("press.json"), text).expect("JSON").value;
-    let mut raw = RawCase::parse(Path::new("press.json"), &value.to_string()).expect("JSON");
+    let mut raw = RawCase::parse(Path::new("press.json"), text).expect("JSON");
     raw.set(&changes.iter().map(|(at, value)| (at.to_string(), value.clone())).collect::<Vec<_>>());
     raw.check().unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn scene(case: &Case) -> Scene {
-    Scene::new(&parameters(case, Path::new("")).expect("parameters")).expect("a scene")
-}
-
-fn rows(scene: &mut Scene, most: usize) -> (Vec<Row>, StageEnd) {
-    let mut rows = Vec::new();
-    let end = scene.run(|_, row| {
-        rows.push(row.clone());
-        rows.len() < most
-    });
-    (rows, end)
 }
 
 /// Force on the upper plate, the third body [N].

@@ -153,4 +153,6 @@ pub fn cover_stiffness_into(
 }
 
 #[cfg(test)]
+mod cubes;
+#[cfg(test)]
 mod tests;

@@ -25,7 +25,7 @@
 use rayon::prelude::*;
 
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
-use crate::assembly::elastic::force_on_b;
+use crate::assembly::elastic::{Spot, force_on_b};
 use crate::assembly::{BlockPattern, Dofs};
 use crate::contact::Feature;
 use crate::contact::force::{ElasticTangent, Tangent};
@@ -268,6 +268,11 @@ fn plain_lift(point: &Vec3, [a, b]: [&Vec3; 2]) -> [[f64; 3]; 12] {
     })
 }
 
+/// The wrench on both bodies of `force`, `lift` being that of a unit force.
+fn lifted(lift: &[[f64; 3]; 12], force: &Vec3) -> [f64; 12] {
+    std::array::from_fn(|r| (0..3).map(|c| lift[r][c] * force[c]).sum())
+}
+
 impl KnotTangent {
     /// From the law's derivatives at a contact that touches, which it combines with its own rows.
     fn combine(elastic: &ElasticTangent, plain: [[f64; 3]; 12], point: &ContactPoint, excess: Vec3) -> Self {
@@ -305,6 +310,11 @@ fn pair_of(pairs: &[PairWork], key: PairKey) -> Option<usize> {
     pairs.binary_search_by_key(&key, PairWork::key).ok()
 }
 
+fn spot_of<'a>(pairs: &'a mut [PairWork], knot: &Knot) -> Option<&'a mut Spot> {
+    let pair = pair_of(pairs, knot.key)?;
+    pairs[pair].spots.iter_mut().find(|spot| spot.feature == knot.feature)
+}
+
 impl Contacts {
     /// Sets the elastic displacements of the knots to those under the present forces and `pressure` [Pa].
     pub fn yield_to_forces(&mut self, pressure: f64) {
@@ -313,9 +323,7 @@ impl Contacts {
         }
         let moved = self.network.displacements(pressure);
         for (knot, elastic) in self.network.knots.iter().zip(moved) {
-            let Some(pair) = pair_of(&self.pairs, knot.key) else { continue };
-            let spot = self.pairs[pair].spots.iter_mut().find(|spot| spot.feature == knot.feature);
-            if let Some(spot) = spot {
+            if let Some(spot) = spot_of(&mut self.pairs, knot) {
                 (spot.elastic, spot.change) = (elastic, elastic - knot.before);
                 spot.given = Some(knot.force * knot.compliance);
             }
@@ -337,8 +345,7 @@ impl Contacts {
             if let Some(point) = self.point_of(knot) {
                 excess += force_on_b(point);
                 let plain = plain_lift(&point.evaluation.point, [&poses[a].position, &poses[b].position]);
-                let wrench: [f64; 12] =
-                    std::array::from_fn(|r| -(0..3).map(|c| plain[r][c] * excess[c]).sum::<f64>());
+                let wrench = lifted(&plain, &-excess);
                 dofs.scatter(residual, a, &wrench[..6]);
                 dofs.scatter(residual, b, &wrench[6..]);
             }

@@ -43,13 +43,7 @@ fn wrapped_block() -> (Model, Committed, Loads) {
         block(BodyKind::Plate, [0.2, 0.2, 0.02]),
     ];
     let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) = parts.into_iter().unzip();
-    let law = ContactLaw {
-        onset: 4e-6,
-        fade_length: 1e-3,
-        parallel_limit: 4e-3,
-        tangential_ratio: 0.9,
-        friction_blend: 0.05,
-    };
+    let law = ContactLaw { onset: 4e-6, fade_length: 1e-3, ..ContactLaw::SAMPLE };
     let mut poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, 0.5 * HEIGHT), Rotation::from_scaled_axis(Vec3::new(4e-3, 2e-3, 0.3))),
         Pose::new(Vec3::new(0.0, 0.0, -0.01), Rotation::identity()),

@@ -1,7 +1,12 @@
 //! Bodies and stages of the ladder's problems in a few words.
 
+use std::sync::Arc;
+
 use crate::contact::law::Friction;
-use crate::geometry::Polyhedron;
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::grain::CondensedGrain;
+use crate::material::Elastic;
+use crate::mesh::{NearPoint, sphere_mesh};
 use crate::scene::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::solver::Settings;
 use crate::tensor::{Pose, Rotation, Vec3};
@@ -29,6 +34,25 @@ pub fn body(name: &str, shape: SceneShape, position: [f64; 3], rotation: [f64; 3
         rests: false,
         fixed: false,
     }
+}
+
+/// A condensed sphere: cells of `far` [m], smaller ones as `near` says.
+pub fn condensed_sphere(
+    name: &str,
+    [radius, rounding]: [f64; 2],
+    far: f64,
+    near: &NearPoint,
+    position: [f64; 3],
+) -> SceneBody {
+    let mesh = sphere_mesh(radius, far, Some(near)).expect("a mesh");
+    let nominal = mesh.convex_hull().expect("a hull");
+    let core = nominal.scaled(1.0 - rounding / radius);
+    let shape = SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } };
+    let placed = body(name, shape, position, [0.0; 3]);
+    let rock = Elastic::new(placed.youngs_modulus, placed.poissons_ratio).expect("allowed");
+    let rock = vec![rock; mesh.cells.len()];
+    let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
+    SceneBody { grain: Some(Arc::new(grain)), ..placed }
 }
 
 /// A box of these edge lengths [m], which are positive.

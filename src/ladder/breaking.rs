@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 
 use crate::crushing::{Bench, Grip, Limits, Part, Plate, Press, crush};
 use crate::grain::stiffness::stiffness_matrix;
-use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, SurfacePoint, mean_motion};
+use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, Fragment, SurfacePoint, mean_motion};
 use crate::ladder::damage::{E, F_C, F_T, NU, law, uniaxial};
 use crate::ladder::grains::{rocks, sample_grain};
 use crate::ladder::{Findings, Tolerance, hertz, timed, worse};
@@ -83,6 +83,30 @@ pub struct Cut {
     pub volume: f64,
 }
 
+/// Of a part's assembled stiffness [N/m], the smallest first.
+pub fn eigenvalues(part: &Fragment) -> Vec<f64> {
+    let (mesh, grain) = (part.grain.mesh(), &part.grain);
+    let elastic: Vec<Elastic> = mesh.cell_ids().map(|cell| *grain.law(cell).elastic()).collect();
+    let k = stiffness_matrix(mesh, &elastic, grain.intact()).expect("a stiffness");
+    let dense = DMatrix::from_fn(k.size(), k.size(), |i, j| k.get(i, j));
+    let mut values: Vec<f64> = dense.symmetric_eigenvalues().iter().copied().collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// Mean translation and rotation that the displacements `u` [m] of the whole grain's nodes leave in the frame of a part.
+pub fn motion_left(part: &Fragment, u: &[Vec3]) -> (Vec3, Vec3) {
+    let mesh = part.grain.mesh();
+    let centroid = mesh.centroid();
+    let left: Vec<Vec3> = part
+        .nodes
+        .iter()
+        .zip(&mesh.nodes)
+        .map(|(node, x)| u[node.index()] - part.translation - part.rotation.cross(&(x - centroid)))
+        .collect();
+    mean_motion(mesh, &left)
+}
+
 /// A grain whose cells across its middle have failed.
 pub fn cut_in_two() -> Cut {
     let mesh = grain_mesh(&sample_grain([16.0, 13.0]), 90).expect("a mesh");
@@ -104,21 +128,12 @@ pub fn cut_in_two() -> Cut {
     let mut cut = Cut { parts: outcome.fragments.len(), modes: vec![], motion: 0.0, volume: 0.0 };
     for part in &outcome.fragments {
         let small = part.grain.mesh();
-        let elastic: Vec<Elastic> = small.cell_ids().map(|cell| *part.grain.law(cell).elastic()).collect();
-        let k = stiffness_matrix(small, &elastic, part.grain.intact()).expect("a stiffness");
-        let values = DMatrix::from_fn(k.size(), k.size(), |i, j| k.get(i, j)).symmetric_eigenvalues();
-        let largest = values.amax();
+        let values = eigenvalues(part);
+        let largest = values[values.len() - 1];
         let below = |share: f64| values.iter().filter(|value| value.abs() < share * largest).count();
         // Nothing between a rigid mode's rounding and the softest mode of the rock.
         cut.modes.push(if below(1e-12) == below(1e-9) { below(1e-9) } else { 0 });
-        let centroid = small.centroid();
-        let left: Vec<Vec3> = part
-            .nodes
-            .iter()
-            .zip(&small.nodes)
-            .map(|(node, x)| u[node.index()] - part.translation - part.rotation.cross(&(x - centroid)))
-            .collect();
-        let (shift, turn) = mean_motion(small, &left);
+        let (shift, turn) = motion_left(part, &u);
         cut.motion = worse(cut.motion, (shift.norm() + 0.01 * turn.norm()) / scale);
         cut.volume += small.volume();
     }

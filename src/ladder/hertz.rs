@@ -12,15 +12,10 @@
 //! The error must also fall with the cells. The approach is chosen for `a = 0.1 R`, so that meshes of affordable size have some points
 //! across the contact: 62 with h = a/2.
 
-use std::sync::Arc;
-
-use crate::geometry::RoundedBody;
-use crate::grain::CondensedGrain;
-use crate::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
+use crate::ladder::bodies::{HELD, body, condensed_sphere, cuboid, drive, fixed, load, scene};
 use crate::ladder::{Findings, Run, Tolerance};
-use crate::material::Elastic;
-use crate::mesh::{NearPoint, sphere_mesh};
-use crate::scene::{SceneBody, SceneParameters, SceneShape};
+use crate::mesh::NearPoint;
+use crate::scene::{SceneBody, SceneParameters};
 use crate::tensor::Vec3;
 
 /// Of the sphere [m].
@@ -40,14 +35,7 @@ pub const CELLS: [f64; 2] = [0.8e-3, 0.6e-3];
 pub fn pressed(cell: f64) -> SceneParameters {
     let point = Vec3::new(0.0, 0.0, -RADIUS);
     let near = NearPoint { point, radius: CONTACT + 1e-4, mesh_size: cell, growth: 0.6 };
-    let mesh = sphere_mesh(RADIUS, 7e-3, Some(&near)).expect("a mesh");
-    let nominal = mesh.convex_hull().expect("a hull");
-    let core = nominal.scaled(1.0 - ROUNDING / RADIUS);
-    let rock = vec![Elastic::new(YOUNG, POISSON).expect("allowed"); mesh.cells.len()];
-    let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-    let shape = SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: ROUNDING } };
-    let ball = body("ball", shape, [0.0, 0.0, RADIUS], [0.0; 3]);
-    let ball = SceneBody { grain: Some(Arc::new(grain)), ..ball };
+    let ball = condensed_sphere("ball", [RADIUS, ROUNDING], 7e-3, &near, [0.0, 0.0, RADIUS]);
     let plane = body("plane", cuboid([0.02, 0.02, 0.01]), [0.0, 0.0, -5e-3], [0.0; 3]);
     let plane = fixed(SceneBody { youngs_modulus: 1e13, ..plane });
     let push = drive([Some(0.0), Some(0.0), Some(-APPROACH)], HELD);

@@ -21,16 +21,12 @@
 //! - t: as d without the facets; the moment of Q about the centres shears the spheres by another `a / R`.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::geometry::RoundedBody;
-use crate::grain::CondensedGrain;
-use crate::ladder::bodies::{DENSITY, HELD, body, drive, fixed, load, scene};
+use crate::ladder::bodies::{HELD, condensed_sphere, drive, fixed, load, scene};
 use crate::ladder::{Findings, Tolerance};
-use crate::material::Elastic;
-use crate::mesh::{NearPoint, sphere_mesh};
-use crate::scene::{BodyLoad, Scene, SceneBody, SceneParameters, SceneShape};
+use crate::mesh::NearPoint;
+use crate::scene::{BodyLoad, Scene, SceneBody, SceneParameters};
 use crate::tensor::Vec3;
 use crate::triaxial::StageEnd;
 
@@ -50,14 +46,7 @@ pub const CELLS: [f64; 2] = [0.4e-3, 0.2e-3];
 pub fn sphere(name: &str, side: f64, cell: f64) -> SceneBody {
     let point = Vec3::new(0.0, 0.0, side * RADIUS);
     let near = NearPoint { point, radius: 0.35e-3, mesh_size: cell, growth: 0.6 };
-    let mesh = sphere_mesh(RADIUS, 6e-3, Some(&near)).expect("a mesh");
-    let nominal = mesh.convex_hull().expect("a hull");
-    let core = nominal.scaled(1.0 - ROUNDING / RADIUS);
-    let rock = vec![Elastic::new(YOUNG, POISSON).expect("allowed"); mesh.cells.len()];
-    let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-    let shape = SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: ROUNDING } };
-    let placed = body(name, shape, [0.0, 0.0, -side * RADIUS], [0.0; 3]);
-    SceneBody { grain: Some(Arc::new(grain)), ..placed }
+    condensed_sphere(name, [RADIUS, ROUNDING], 6e-3, &near, [0.0, 0.0, -side * RADIUS])
 }
 
 /// Pressed until they touch, then by [`FORCE`], then pushed by each of [`SHARES`].

@@ -76,12 +76,17 @@ fn drawn(bodies: &[Sampled<'_>], seed: u64) -> Result<Vec<Drawn>> {
     Ok(all)
 }
 
+/// Whether the cells of a specimen's grains have values of their own.
+fn draws(case: &Case) -> bool {
+    case.fidelity_of_grains() != Fidelity::Rigid || case.rock.damage.is_some()
+}
+
 /// Of the grains of a specimen; nothing where all are rigid and none can break, since then no cell has values of its own.
 ///
 /// # Errors
 /// `Error::Usage` where a law cannot give what is possible.
 pub fn of_specimen(case: &Case, meshes: &[Mesh]) -> Result<Vec<Drawn>> {
-    if case.fidelity_of_grains() == Fidelity::Rigid && case.rock.damage.is_none() {
+    if !draws(case) {
         return Ok(Vec::new());
     }
     let bodies: Vec<Sampled<'_>> =
@@ -172,10 +177,9 @@ pub fn tables(drawn: &[Drawn]) -> Vec<(String, Vec<Column>)> {
 /// # Errors
 /// As [`of_specimen`].
 pub fn grain_means(case: &Case, meshes: &[Mesh]) -> Result<[Vec<f64>; 2]> {
-    let rigid = case.fidelity_of_grains() == Fidelity::Rigid && case.rock.damage.is_none();
     let means = |law: &crate::case::Law, property| -> Result<Vec<f64>> {
         let quantity = quantity(law);
-        if rigid || quantity.law == Law::Constant {
+        if !draws(case) || quantity.law == Law::Constant {
             return Ok(vec![law.mean; meshes.len()]);
         }
         let mean = |(index, mesh): (usize, &Mesh)| {

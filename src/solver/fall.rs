@@ -40,11 +40,7 @@ impl Newton<'_> {
     /// Whether bodies can fall: all unknowns are the motion of rigid ones.
     pub(super) fn can_fall(&self) -> bool {
         let model = self.model;
-        self.steering.is_none()
-            && !model.has_elastic()
-            && !model.has_full()
-            && model.membrane.is_none()
-            && model.wall.is_none()
+        self.steering.is_none() && !model.has_elastic() && model.membrane.is_none() && model.wall.is_none()
     }
 
     /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are
@@ -53,11 +49,13 @@ impl Newton<'_> {
         let count = self.dofs.count();
         let mut velocity: Vec<f64> = vec![0.0; count];
         let mut step = vec![0.0; count];
+        let mut stiffness = Vec::new();
         let lengths = self.settings.travel.lengths(self.model);
         let centre = self.poses.clone();
         let mut pace = STEP;
         let mut shocks = 0;
         self.away.iter_mut().for_each(|d| *d = 0.0);
+        let mut from = (self.poses.clone(), self.away.clone());
         for _ in 0..most_steps {
             let out_of_balance = self.balance().out_of_balance;
             if out_of_balance < enough {
@@ -70,7 +68,7 @@ impl Newton<'_> {
                 return FallEnd::Far;
             }
             self.counters.falling_steps += 1;
-            let stiffness = self.stiffness_of_bodies();
+            self.stiffness_of_bodies_into(&mut stiffness);
             for body in 0..self.dofs.carriers() {
                 for (component, unknown) in self.dofs.of(body).iter().enumerate() {
                     let Some(k) = unknown.map(|k| k as usize) else { continue };
@@ -83,9 +81,7 @@ impl Newton<'_> {
             }
             // Each body within its own cap; what is light must not hold up the others.
             for body in 0..self.dofs.carriers() {
-                let (translation, rotation) = self.dofs.motion(&velocity, 1.0, body);
-                let radius = self.model.shapes.get(body).map_or(0.0, |shape| shape.bounding_radius);
-                let reach = translation.norm() + rotation.norm() * radius;
+                let reach = self.reach(&velocity, body);
                 let most = SHARE_OF_CAP * self.settings.motion_cap * lengths[body];
                 if reach > most {
                     for k in self.dofs.of(body).iter().flatten() {
@@ -95,12 +91,13 @@ impl Newton<'_> {
             }
             let factor = self.largest_factor(&velocity);
             step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
-            let from = (self.poses.clone(), self.away.clone());
+            from.0.clone_from(&self.poses);
+            from.1.clone_from(&self.away);
             if self.try_step(&from, &step, 1.0, 0.0).is_some() {
                 shocks = 0;
                 pace = (1.1 * pace).min(STEP);
             } else {
-                self.go_to(from.0, from.1);
+                self.go_to(from.0.clone(), from.1.clone());
                 velocity.iter_mut().for_each(|v| *v *= SHOCK);
                 pace *= SHOCK;
                 shocks += 1;
@@ -119,12 +116,13 @@ impl Newton<'_> {
     }
 
     /// What contacts resist each body's translation and rotation with [N/m], and at least what one would.
-    fn stiffness_of_bodies(&self) -> Vec<[f64; 2]> {
+    fn stiffness_of_bodies_into(&self, stiffness: &mut Vec<[f64; 2]>) {
         let own = |body: usize| {
             let body = &self.model.bodies[body];
             if body.stiffness.is_finite() && body.kind != BodyKind::Gone { 0.5 * body.stiffness } else { 0.0 }
         };
-        let mut stiffness: Vec<[f64; 2]> = (0..self.dofs.carriers()).map(|i| [own(i); 2]).collect();
+        stiffness.clear();
+        stiffness.extend((0..self.dofs.carriers()).map(|i| [own(i); 2]));
         let law = &self.model.law;
         for (pair, point) in self.contacts.active() {
             let e = &point.evaluation;
@@ -139,6 +137,5 @@ impl Newton<'_> {
             }
         }
         stiffness.iter_mut().flatten().for_each(|k| *k = k.max(1e-3 * self.typical_stiffness));
-        stiffness
     }
 }

@@ -279,16 +279,17 @@ impl<'a> Newton<'a> {
         system.lu.solve_in_place(&self.values, forces).ok().map(|_| ())
     }
 
+    /// How far `step` moves a point of a carrier at most [m].
+    pub(super) fn reach(&self, step: &[f64], carrier: usize) -> f64 {
+        let (translation, rotation) = self.dofs.motion(step, 1.0, carrier);
+        let radius = self.model.shapes.get(carrier).map_or(0.0, |shape| shape.bounding_radius);
+        translation.norm() + rotation.norm() * radius
+    }
+
     /// The largest share of `step` that moves no body further than the cap, nor any pair further
     /// than half its cores' distance (so that nothing can pass through).
     pub(super) fn largest_factor(&self, step: &[f64]) -> f64 {
-        let reach: Vec<f64> = (0..self.dofs.carriers())
-            .map(|i| {
-                let (translation, rotation) = self.dofs.motion(step, 1.0, i);
-                let radius = self.model.shapes.get(i).map_or(0.0, |shape| shape.bounding_radius);
-                translation.norm() + rotation.norm() * radius
-            })
-            .collect();
+        let reach: Vec<f64> = (0..self.dofs.carriers()).map(|carrier| self.reach(step, carrier)).collect();
         let walls = usize::from(self.model.wall.is_some());
         let bodies = reach[..self.model.bodies.len() + walls].iter().enumerate();
         let lengths = self.settings.travel.lengths(self.model);

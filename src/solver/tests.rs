@@ -180,13 +180,7 @@ fn membrane_on_a_smooth_core_hands_the_pressure_on() {
     let bodies = vec![prism, plate.clone(), plate];
     let prism_shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });
     let shapes = vec![prism_shape, plate_shape.clone(), plate_shape];
-    let law = ContactLaw {
-        onset: 4e-6,
-        fade_length: 1e-3,
-        parallel_limit: 4e-3,
-        tangential_ratio: 0.9,
-        friction_blend: 0.05,
-    };
+    let law = ContactLaw { onset: 4e-6, fade_length: 1e-3, ..ContactLaw::SAMPLE };
     let mut poses = vec![
         Pose::new(Vec3::new(0.0, 0.0, 0.5 * height), crate::tensor::Rotation::identity()),
         Pose::new(Vec3::new(0.0, 0.0, -0.01), crate::tensor::Rotation::identity()),

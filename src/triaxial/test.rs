@@ -228,9 +228,7 @@ impl Test {
             match self.break_up(rig) {
                 Ok(true) => {
                     (way.dwells, way.last) = (true, None);
-                    if !way.drive.prescribes_volume() {
-                        self.zero.mend(rig);
-                    }
+                    self.mend_cover(rig, &way.drive);
                 }
                 Ok(false) => {}
                 Err(error) => return StageEnd::Stopped { reason: error.to_string() },
@@ -441,10 +439,15 @@ impl Test {
         way.pieces += 1;
         way.spent.add(&report.counters);
         self.commit(rig, &way.drive, report, &trial, share);
-        if !way.drive.prescribes_volume() {
+        self.mend_cover(rig, &way.drive);
+        true
+    }
+
+    /// Has a folded cover laid anew where that is free to change the volume.
+    fn mend_cover(&mut self, rig: &mut Rig, drive: &Drive) {
+        if !drive.prescribes_volume() {
             self.zero.mend(rig);
         }
-        true
     }
 
     /// Breaks up what the last increment left to; whether anything did.

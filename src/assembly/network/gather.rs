@@ -8,7 +8,7 @@ use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     OVERESTIMATE, SurfaceField, SurfaceLoads, for_each_cover_force, force_on_b, interpolate,
 };
-use crate::assembly::network::{Knot, Network, Patch, STILL, pair_of};
+use crate::assembly::network::{Knot, Network, Patch, STILL, pair_of, spot_of};
 use crate::assembly::timings::Kernel;
 use crate::grain::SurfacePoint;
 use crate::model::{Loads, Model};
@@ -76,15 +76,12 @@ impl Contacts {
             }
         }
         fresh |= old.next().is_some();
-        drop(old);
         self.network.knots = knots;
         self.network.stiffness = model.typical_stiffness();
         self.place_patches(model, poses);
         self.load_patches(model, poses);
         for knot in &self.network.knots {
-            let Some(pair) = pair_of(&self.pairs, knot.key) else { continue };
-            let spot = self.pairs[pair].spots.iter_mut().find(|spot| spot.feature == knot.feature);
-            if let Some(spot) = spot {
+            if let Some(spot) = spot_of(&mut self.pairs, knot) {
                 spot.compliance = knot.compliance;
             }
         }

@@ -3,62 +3,16 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::assembly::cubes::{pile, product, unpatterned};
 use crate::assembly::{contact_stiffness_into, residual_into};
-use crate::contact::law::Friction;
-use crate::contact::{ContactLaw, ContactShape};
-use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::CondensedGrain;
-use crate::material::Elastic;
-use crate::mesh::cuboid_mesh;
-use crate::model::{Body, BodyKind, Committed, Loads, Model};
-use crate::tensor::Rotation;
+use crate::model::{Committed, Loads, Model};
 
-const EDGE: f64 = 0.03;
-const ROUNDING: f64 = 1e-3;
-
-/// Three cubes in a pile, askew, overlapping by about 10 um: two condensed ones on a rigid one. Edges of the lower two cross near the end of one.
-fn pile() -> (Model, Committed, Loads) {
-    let block = |index: usize| {
-        let mesh = cuboid_mesh([EDGE; 3], EDGE).expect("a mesh");
-        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
-        let grain = CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain");
-        let core = Polyhedron::cuboid([EDGE - 2.0 * ROUNDING; 3]).expect("a box");
-        let body = Body {
-            name: "cube".into(),
-            kind: BodyKind::Placed,
-            nominal: Polyhedron::cuboid([EDGE; 3]).expect("a box"),
-            stiffness: 1e8,
-            grain: (index > 0).then(|| Arc::new(grain)),
-            damaged: None,
-            resting: None,
-            full: None,
-            friction: None,
-            mass: 0.07,
-            centre_of_mass: Vec3::zeros(),
-            rotation_scale: 0.02,
-        };
-        (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
-    };
-    let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) = (0..3).map(block).unzip();
-    let law = ContactLaw {
-        onset: 4e-6,
-        fade_length: 1e-3,
-        parallel_limit: 4e-3,
-        tangential_ratio: 0.9,
-        friction_blend: 0.05,
-    };
-    let place = |index: usize| {
-        let height = index as f64 * (EDGE - 20e-6);
-        let turn = Vec3::new(2e-4, -3e-4, 0.35 * index as f64);
-        Pose::new(Vec3::new(-11e-3 * index as f64, -2e-3, height), Rotation::from_scaled_axis(turn))
-    };
-    let model = Model::new(bodies, shapes, law, Friction::constant(0.4));
-    (model, Committed::new((0..3).map(place).collect()), Loads::none(3))
-}
-
-/// A vector without pattern, the same on every machine.
-fn unpatterned(count: usize, seed: usize) -> Vec<f64> {
-    (0..count).map(|k| ((k * 7919 + seed * 104_729 + 13) % 1009) as f64 / 1009.0 - 0.5).collect()
+/// Edges of the lower two cross near the end of one.
+fn condensed_pile() -> (Model, Committed, Loads) {
+    pile(-11e-3, |body, mesh, rock| {
+        body.grain = Some(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
+    })
 }
 
 /// What the knots' forces lack, and the rows of bodies without any of it.
@@ -70,10 +24,7 @@ fn forces(contacts: &Contacts, model: &Model, dofs: &Dofs, poses: &[Pose]) -> (V
         .knots
         .iter()
         .map(|knot| {
-            let law = contacts.point_of(knot).map_or(Vec3::zeros(), |point| {
-                let e = &point.evaluation;
-                e.normal * e.pressure + e.friction
-            });
+            let law = contacts.point_of(knot).map_or(Vec3::zeros(), force_on_b);
             law - knot.force
         })
         .collect();
@@ -81,7 +32,7 @@ fn forces(contacts: &Contacts, model: &Model, dofs: &Dofs, poses: &[Pose]) -> (V
         let Some(point) = contacts.point_of(knot) else { continue };
         let [a, b] = [knot.key.0 as usize, knot.key.1 as usize];
         let lift = plain_lift(&point.evaluation.point, [&poses[a].position, &poses[b].position]);
-        let wrench: Vec<f64> = lift.iter().map(|row| (0..3).map(|c| row[c] * excess[c]).sum()).collect();
+        let wrench = lifted(&lift, excess);
         dofs.scatter(&mut rows, a, &wrench[..6]);
         dofs.scatter(&mut rows, b, &wrench[6..]);
     }
@@ -90,7 +41,7 @@ fn forces(contacts: &Contacts, model: &Model, dofs: &Dofs, poses: &[Pose]) -> (V
 
 #[test]
 fn stiffness_is_derivative_of_combined_rows() {
-    let (model, committed, loads) = pile();
+    let (model, committed, loads) = condensed_pile();
     let mut dofs = Dofs::new(&model, &loads);
     let mut contacts = Contacts::default();
     contacts.start(&model, &committed);
@@ -132,22 +83,11 @@ fn stiffness_is_derivative_of_combined_rows() {
             minus.0.iter().zip(&plus.0).map(|(m, p)| (m - p) / (2.0 * h)).collect();
         for ((knot, minus), plus) in network.knots.iter().zip(&minus.1).zip(&plus.1) {
             let excess = (minus - plus) / (2.0 * h);
-            let wrench: Vec<f64> = knot
-                .tangent
-                .lift
-                .iter()
-                .map(|row| -(0..3).map(|c| row[c] * excess[c]).sum::<f64>())
-                .collect();
+            let wrench = lifted(&knot.tangent.lift, &-excess);
             dofs.scatter(&mut difference, knot.key.0 as usize, &wrench[..6]);
             dofs.scatter(&mut difference, knot.key.1 as usize, &wrench[6..]);
         }
-        let mut product = vec![0.0; dofs.count()];
-        for (column, d) in direction.iter().enumerate() {
-            for k in pattern.pattern.column_starts[column]..pattern.pattern.column_starts[column + 1] {
-                product[pattern.pattern.rows[k]] += values[k] * d;
-            }
-        }
-        for (i, exact) in product.iter().enumerate() {
+        for (i, exact) in product(&pattern, &values, &direction).iter().enumerate() {
             // Forces of 1e4 N, differences of 0.1 N: rounding leaves 1e-7.
             assert!(
                 (difference[i] - exact).abs() < 1e-6 * scale,

@@ -1,0 +1,66 @@
+//! A pile of cubes and what the tests of assembled tangents need besides.
+
+use crate::assembly::BlockPattern;
+use crate::contact::law::Friction;
+use crate::contact::{ContactLaw, ContactShape};
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::material::Elastic;
+use crate::mesh::{Mesh, cuboid_mesh};
+use crate::model::{Body, BodyKind, Committed, Loads, Model};
+use crate::tensor::{Pose, Rotation, Vec3};
+
+const EDGE: f64 = 0.03;
+const ROUNDING: f64 = 1e-3;
+
+/// Three cubes in a pile, askew, overlapping by about 10 um, each `shift` [m] along x from the one below it: two that `deform` gets mesh and rock of,
+/// on a rigid one.
+pub fn pile(shift: f64, deform: impl Fn(&mut Body, Mesh, &[Elastic])) -> (Model, Committed, Loads) {
+    let block = |index: usize| {
+        let mesh = cuboid_mesh([EDGE; 3], EDGE).expect("a mesh");
+        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
+        let core = Polyhedron::cuboid([EDGE - 2.0 * ROUNDING; 3]).expect("a box");
+        let mut body = Body {
+            name: "cube".into(),
+            kind: BodyKind::Placed,
+            nominal: Polyhedron::cuboid([EDGE; 3]).expect("a box"),
+            stiffness: 1e8,
+            grain: None,
+            damaged: None,
+            resting: None,
+            full: None,
+            friction: None,
+            mass: 0.07,
+            centre_of_mass: Vec3::zeros(),
+            rotation_scale: 0.02,
+        };
+        if index > 0 {
+            deform(&mut body, mesh, &rock);
+        }
+        (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+    };
+    let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) = (0..3).map(block).unzip();
+    let law = ContactLaw { onset: 4e-6, fade_length: 1e-3, ..ContactLaw::SAMPLE };
+    let place = |index: usize| {
+        let height = index as f64 * (EDGE - 20e-6);
+        let turn = Vec3::new(2e-4, -3e-4, 0.35 * index as f64);
+        Pose::new(Vec3::new(shift * index as f64, -2e-3, height), Rotation::from_scaled_axis(turn))
+    };
+    let model = Model::new(bodies, shapes, law, Friction::constant(0.4));
+    (model, Committed::new((0..3).map(place).collect()), Loads::none(3))
+}
+
+/// A vector without pattern, the same on every machine.
+pub fn unpatterned(count: usize, seed: usize) -> Vec<f64> {
+    (0..count).map(|k| ((k * 7919 + seed * 104_729 + 13) % 1009) as f64 / 1009.0 - 0.5).collect()
+}
+
+/// The matrix of these `values` times `direction`.
+pub fn product(pattern: &BlockPattern, values: &[f64], direction: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; direction.len()];
+    for (column, d) in direction.iter().enumerate() {
+        for k in pattern.pattern.column_starts[column]..pattern.pattern.column_starts[column + 1] {
+            product[pattern.pattern.rows[k]] += values[k] * d;
+        }
+    }
+    product
+}
