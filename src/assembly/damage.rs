@@ -17,13 +17,19 @@ use crate::grain::{DamageChange, DamagedGrain};
 use crate::model::{Body, Model};
 use crate::tensor::Vec3;
 
-/// Proposals that a brittle grain settles by in one move, besides the first.
-const MOST_ALONE: usize = 8;
+/// Proposals of a brittle grain in one move: it goes on by itself until it has settled, since the forces on it follow its mesh only where its
+/// contacts soften.
+const MOST_ALONE: usize = 200;
+/// A brittle grain that settled keeps its damage while no nodal force has changed by more than this share of the largest since: damage
+/// `1 - (e_0/e)^N` then changes by less than N times that.
+const UNCHANGED: f64 = 1e-4;
 
 /// Grains with trial damage, by body; empty until damage is asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Trial {
     grains: Vec<Option<DamagedGrain>>,
+    /// The nodal forces that each brittle grain last settled under [N].
+    settled: Vec<Option<Vec<Vec3>>>,
 }
 
 /// What one move of the damage did, over all bodies.
@@ -112,6 +118,54 @@ impl Damages {
     }
 }
 
+/// What a brittle grain came to by itself.
+struct Alone {
+    /// As its neighbours see it: `applied` is by how much rock under a force has softened.
+    change: DamageChange,
+    fresh: bool,
+    is_settled: bool,
+}
+
+/// Lets a brittle grain damage under `loads` until it has settled, a cell has failed, or rock under a force has softened by `max_change`, which
+/// the forces have to answer to first.
+fn settle_alone(
+    grain: &mut DamagedGrain,
+    loads: &SurfaceLoads,
+    max_change: f64,
+    least_change: f64,
+) -> Result<Alone> {
+    let mut facets: Vec<u32> = loads.iter().map(|(place, _)| place.facet).collect();
+    facets.sort_unstable();
+    facets.dedup();
+    let before: Vec<f64> = facets.iter().map(|facet| grain.firmness(*facet)).collect();
+    let mut total = DamageChange::default();
+    let (mut fresh, mut is_settled) = (false, false);
+    for _ in 0..MOST_ALONE {
+        let change = grain.propose_beyond(loads, max_change, least_change)?;
+        fresh |= grain.refresh()?;
+        let softened = facets.iter().zip(&before).map(|(facet, was)| (grain.firmness(*facet) - was).abs());
+        let softened = softened.fold(0.0, f64::max);
+        is_settled = change.applied.max(change.held_back) <= 2.0 * least_change;
+        total = DamageChange {
+            applied: softened,
+            held_back: if is_settled || change.failed_cells > 0 { 0.0 } else { change.held_back },
+            newly_failed: total.newly_failed + change.newly_failed,
+            ..change
+        };
+        if is_settled || change.failed_cells > 0 || softened >= max_change {
+            break;
+        }
+        total.held_back = total.held_back.max(change.applied);
+    }
+    Ok(Alone { change: total, fresh, is_settled })
+}
+
+/// Whether no nodal force differs by more than [`UNCHANGED`] of the largest.
+fn are_alike(before: &[Vec3], now: &[Vec3]) -> bool {
+    let largest = before.iter().map(Vec3::amax).fold(0.0, f64::max);
+    before.len() == now.len() && before.iter().zip(now).all(|(a, b)| (a - b).amax() <= UNCHANGED * largest)
+}
+
 impl Contacts {
     /// Moves the trial damage towards what the forces of the last augmentation ask for, by at most `max_change` at a point and by nothing
     /// below `least_change`, and displaces the surfaces of the bodies that got softer. Evaluate anew afterwards.
@@ -120,40 +174,34 @@ impl Contacts {
     /// Where a body cannot be factored any more: give the increment up.
     pub fn move_damage(&mut self, model: &Model, max_change: f64, least_change: f64) -> Result<DamageStep> {
         let start = Instant::now();
-        let grains = &mut self.trial.grains;
+        let Trial { grains, settled } = &mut self.trial;
         if grains.is_empty() {
             // Resting bodies have no loads here.
             let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.resting.is_none()).cloned();
             grains.extend(model.bodies.iter().map(breaks));
+            settled.resize(grains.len(), None);
         }
-        let step =
-            |((grain, loads), body): ((&mut Option<DamagedGrain>, &SurfaceLoads), &Body)| -> Result<_> {
-                let Some(grain) = grain else { return Ok(None) };
-                let mut change = grain.propose_beyond(loads, max_change, least_change)?;
-                let mut fresh = grain.refresh()?;
-                // The forces on a brittle grain do not follow its mesh: it goes on by itself, as far as one move may go.
-                for _ in 0..MOST_ALONE {
-                    let is_settled = change.applied <= 2.0 * least_change;
-                    let left = max_change - change.applied;
-                    if !body.is_brittle() || is_settled || change.failed_cells > 0 || left < least_change {
-                        break;
-                    }
-                    let more = grain.propose_beyond(loads, left, least_change)?;
-                    if more.applied == 0.0 {
-                        change.held_back = more.held_back;
-                        break;
-                    }
-                    fresh |= grain.refresh()?;
-                    change = DamageChange {
-                        applied: change.applied + more.applied,
-                        newly_failed: change.newly_failed + more.newly_failed,
-                        ..more
-                    };
-                }
-                Ok(Some((change, fresh)))
-            };
+        let step = |(((grain, settled), loads), body): (
+            ((&mut Option<DamagedGrain>, &mut Option<Vec<Vec3>>), &SurfaceLoads),
+            &Body,
+        )|
+         -> Result<_> {
+            let Some(grain) = grain else { return Ok(None) };
+            if !body.is_brittle() {
+                let change = grain.propose_beyond(loads, max_change, least_change)?;
+                return Ok(Some((change, grain.refresh()?)));
+            }
+            let forces = grain.condensed().surface_forces(loads);
+            if settled.as_ref().is_some_and(|before| are_alike(before, &forces)) {
+                return Ok(Some((DamageChange::default(), false)));
+            }
+            let Alone { change, fresh, is_settled } = settle_alone(grain, loads, max_change, least_change)?;
+            *settled = is_settled.then_some(forces);
+            Ok(Some((change, fresh)))
+        };
         let changes: Vec<Option<(DamageChange, bool)>> = grains
             .par_iter_mut()
+            .zip(settled)
             .zip(&self.surface_loads)
             .zip(&model.bodies)
             .map(step)
