@@ -17,8 +17,7 @@ use crate::grain::{DamageChange, DamagedGrain};
 use crate::model::{Body, Model};
 use crate::tensor::Vec3;
 
-/// Proposals of a brittle grain in one move: it goes on by itself until it has settled, since the forces on it follow its mesh only where its
-/// contacts soften.
+/// Most proposals of a brittle grain in one move.
 const MOST_ALONE: usize = 200;
 /// A brittle grain that settled keeps its damage while no nodal force has changed by more than this share of the largest since: damage
 /// `1 - (e_0/e)^N` then changes by less than N times that.
@@ -28,8 +27,17 @@ const UNCHANGED: f64 = 1e-4;
 #[derive(Debug, Clone, Default)]
 pub struct Trial {
     grains: Vec<Option<DamagedGrain>>,
-    /// The nodal forces that each brittle grain last settled under [N].
-    settled: Vec<Option<Vec<Vec3>>>,
+    /// Of the brittle ones.
+    alone: Vec<Alone>,
+}
+
+/// What a brittle grain has come to by itself, between two augmentations.
+#[derive(Debug, Clone, Default)]
+struct Alone {
+    /// The nodal forces that it last settled under [N].
+    settled: Option<Vec<Vec3>>,
+    /// What is left of the rock's stiffness below each facet, the least so far: cracks that close in the trial make no contact firmer again.
+    firmness: Vec<f64>,
 }
 
 /// What one move of the damage did, over all bodies.
@@ -98,6 +106,12 @@ impl Trial {
         let trial = self.grains.get(body).and_then(Option::as_ref);
         trial.or_else(|| model.bodies.get(body)?.damaged.as_deref())
     }
+
+    /// What is left of the stiffness of a brittle body's rock below a facet.
+    pub fn firmness(&self, model: &Model, body: usize, facet: u32) -> f64 {
+        let known = self.alone.get(body).and_then(|alone| alone.firmness.get(facet as usize).copied());
+        known.or_else(|| Some(self.grain(model, body)?.firmness(facet))).unwrap_or(1.0)
+    }
 }
 
 impl Damages {
@@ -118,46 +132,55 @@ impl Damages {
     }
 }
 
-/// What a brittle grain came to by itself.
-struct Alone {
-    /// As its neighbours see it: `applied` is by how much rock under a force has softened.
-    change: DamageChange,
-    fresh: bool,
-    is_settled: bool,
-}
-
-/// Lets a brittle grain damage under `loads` until it has settled, a cell has failed, or rock under a force has softened by `max_change`, which
-/// the forces have to answer to first.
-fn settle_alone(
-    grain: &mut DamagedGrain,
-    loads: &SurfaceLoads,
-    max_change: f64,
-    least_change: f64,
-) -> Result<Alone> {
-    let mut facets: Vec<u32> = loads.iter().map(|(place, _)| place.facet).collect();
-    facets.sort_unstable();
-    facets.dedup();
-    let before: Vec<f64> = facets.iter().map(|facet| grain.firmness(*facet)).collect();
-    let mut total = DamageChange::default();
-    let (mut fresh, mut is_settled) = (false, false);
-    for _ in 0..MOST_ALONE {
-        let change = grain.propose_beyond(loads, max_change, least_change)?;
-        fresh |= grain.refresh()?;
-        let softened = facets.iter().zip(&before).map(|(facet, was)| (grain.firmness(*facet) - was).abs());
-        let softened = softened.fold(0.0, f64::max);
-        is_settled = change.applied.max(change.held_back) <= 2.0 * least_change;
-        total = DamageChange {
-            applied: softened,
-            held_back: if is_settled || change.failed_cells > 0 { 0.0 } else { change.held_back },
-            newly_failed: total.newly_failed + change.newly_failed,
-            ..change
-        };
-        if is_settled || change.failed_cells > 0 || softened >= max_change {
-            break;
+impl Alone {
+    /// Lets the grain damage under `loads` until it has settled, a cell has failed, or rock under a force has softened by `max_change`, which the
+    /// forces have to answer to first. Says what neighbours see of it, `applied` being by how much rock under a force has softened, and whether
+    /// the grain has a new factor.
+    fn settle(
+        &mut self,
+        grain: &mut DamagedGrain,
+        loads: &SurfaceLoads,
+        max_change: f64,
+        least_change: f64,
+    ) -> Result<(DamageChange, bool)> {
+        let forces = grain.condensed().surface_forces(loads);
+        if self.settled.as_ref().is_some_and(|before| are_alike(before, &forces)) {
+            return Ok((DamageChange::default(), false));
         }
-        total.held_back = total.held_back.max(change.applied);
+        let facets = grain.mesh().surface.len() as u32;
+        if self.firmness.is_empty() {
+            self.firmness.extend((0..facets).map(|facet| grain.firmness(facet)));
+        }
+        let mut loaded = vec![false; facets as usize];
+        loads.iter().for_each(|(place, _)| loaded[place.facet as usize] = true);
+        let mut total = DamageChange::default();
+        let (mut fresh, mut is_settled) = (false, false);
+        for _ in 0..MOST_ALONE {
+            let change = grain.propose_beyond(loads, max_change, least_change)?;
+            fresh |= grain.refresh()?;
+            let softened = |facet: u32| match loaded[facet as usize] {
+                true => self.firmness[facet as usize] - grain.firmness(facet),
+                false => 0.0,
+            };
+            let softened = (0..facets).map(softened).fold(0.0, f64::max);
+            is_settled = change.applied.max(change.held_back) <= 2.0 * least_change;
+            let is_over = is_settled || change.failed_cells > 0;
+            total = DamageChange {
+                applied: softened,
+                held_back: if is_over { 0.0 } else { change.applied.max(change.held_back) },
+                newly_failed: total.newly_failed + change.newly_failed,
+                ..change
+            };
+            if is_over || softened >= max_change {
+                break;
+            }
+        }
+        for (facet, least) in (0..facets).zip(&mut self.firmness) {
+            *least = least.min(grain.firmness(facet));
+        }
+        self.settled = is_settled.then_some(forces);
+        Ok((total, fresh))
     }
-    Ok(Alone { change: total, fresh, is_settled })
 }
 
 /// Whether no nodal force differs by more than [`UNCHANGED`] of the largest.
@@ -174,34 +197,29 @@ impl Contacts {
     /// Where a body cannot be factored any more: give the increment up.
     pub fn move_damage(&mut self, model: &Model, max_change: f64, least_change: f64) -> Result<DamageStep> {
         let start = Instant::now();
-        let Trial { grains, settled } = &mut self.trial;
+        let Trial { grains, alone } = &mut self.trial;
         if grains.is_empty() {
             // Resting bodies have no loads here.
             let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.resting.is_none()).cloned();
             grains.extend(model.bodies.iter().map(breaks));
-            settled.resize(grains.len(), None);
+            alone.resize(grains.len(), Alone::default());
         }
-        let step = |(((grain, settled), loads), body): (
-            ((&mut Option<DamagedGrain>, &mut Option<Vec<Vec3>>), &SurfaceLoads),
+        let step = |(((grain, alone), loads), body): (
+            ((&mut Option<DamagedGrain>, &mut Alone), &SurfaceLoads),
             &Body,
         )|
          -> Result<_> {
             let Some(grain) = grain else { return Ok(None) };
-            if !body.is_brittle() {
-                let change = grain.propose_beyond(loads, max_change, least_change)?;
-                return Ok(Some((change, grain.refresh()?)));
+            if body.is_brittle() {
+                // The forces on it do not follow its mesh but where its contacts soften.
+                return alone.settle(grain, loads, max_change, least_change).map(Some);
             }
-            let forces = grain.condensed().surface_forces(loads);
-            if settled.as_ref().is_some_and(|before| are_alike(before, &forces)) {
-                return Ok(Some((DamageChange::default(), false)));
-            }
-            let Alone { change, fresh, is_settled } = settle_alone(grain, loads, max_change, least_change)?;
-            *settled = is_settled.then_some(forces);
-            Ok(Some((change, fresh)))
+            let change = grain.propose_beyond(loads, max_change, least_change)?;
+            Ok(Some((change, grain.refresh()?)))
         };
         let changes: Vec<Option<(DamageChange, bool)>> = grains
             .par_iter_mut()
-            .zip(settled)
+            .zip(alone)
             .zip(&self.surface_loads)
             .zip(&model.bodies)
             .map(step)
