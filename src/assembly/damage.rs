@@ -303,3 +303,82 @@ impl Contacts {
         Ok(damages)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Polyhedron;
+    use crate::grain::{Ancestry, SurfacePoint};
+    use crate::material::{DamageLaw, DamageParameters, Elastic, Softening};
+    use crate::mesh::grain_mesh;
+
+    const LEAST: f64 = 5e-4;
+
+    /// A bar of 20 x 10 x 10 mm, 1 MPa strong in tension and hardly softer behind its peak, and the middles of its ends.
+    fn bar() -> (DamagedGrain, [SurfacePoint; 2]) {
+        let mesh = grain_mesh(&Polyhedron::cuboid([0.02, 0.01, 0.01]).expect("a box"), 60).expect("a mesh");
+        let elastic = Elastic::new(3e10, 0.2).expect("allowed");
+        let parameters =
+            DamageParameters { tension: Softening::Exponent(1.05), ..DamageParameters::default() };
+        let law = DamageLaw::new(elastic, 1e6, 1e7, &parameters, 0.01).expect("a law");
+        let laws = vec![law; mesh.cells.len()];
+        let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(0)).expect("a grain");
+        let ends = [1.0, -1.0].map(|side| grain.condensed().locate(&Vec3::new(0.01 * side, 0.0, 0.0)));
+        (grain, ends)
+    }
+
+    fn pull(ends: &[SurfacePoint; 2], force: f64) -> SurfaceLoads {
+        ends.iter().map(|end| (*end, Vec3::x() * (force * end.position.x.signum()))).collect()
+    }
+
+    /// Pulls harder and harder until the rock below an end has softened; with which force [N].
+    fn softened(grain: &mut DamagedGrain, alone: &mut Alone, ends: &[SurfacePoint; 2]) -> f64 {
+        let facet = ends[0].facet as usize;
+        let mut force = 0.0;
+        while alone.firmness.get(facet).is_none_or(|firm| *firm > 0.95) {
+            force += 1.0;
+            assert!(force < 200.0, "too strong");
+            for round in 0.. {
+                let (change, _) = alone.settle(grain, &pull(ends, force), 0.2, LEAST).expect("solvable");
+                assert!(change.newly_failed == 0 && round < 20, "{change:?} under {force} N");
+                if alone.settled.is_some() {
+                    break;
+                }
+            }
+        }
+        force
+    }
+
+    #[test]
+    fn a_grain_settles_by_itself_and_rests_until_forces_change() {
+        let (mut grain, ends) = bar();
+        let mut alone = Alone::default();
+        let force = softened(&mut grain, &mut alone, &ends);
+        // Nothing is left to do for a grain that has settled.
+        let left = grain.clone().propose_beyond(&pull(&ends, force), 0.2, LEAST).expect("solvable");
+        assert!(left.applied <= 2.0 * LEAST && left.held_back <= 2.0 * LEAST, "{left:?}");
+        let before = alone.settled.clone().expect("settled");
+        for (factor, moves) in [(1.0 + 0.5 * UNCHANGED, false), (1.0 + 20.0 * UNCHANGED, true)] {
+            let loads = pull(&ends, factor * force);
+            alone.settle(&mut grain, &loads, 0.2, LEAST).expect("solvable");
+            assert_eq!(alone.settled.as_ref().expect("settled") != &before, moves, "{factor}");
+        }
+    }
+
+    /// Under pressure the cracks close and carry again (recovery 1), but the contact's spring stays as soft as it was.
+    #[test]
+    fn cracks_that_close_make_no_contact_firmer() {
+        let (mut grain, ends) = bar();
+        let mut alone = Alone::default();
+        let force = softened(&mut grain, &mut alone, &ends);
+        let facet = ends[0].facet;
+        let least = alone.firmness[facet as usize];
+        for k in 1..=10 {
+            alone
+                .settle(&mut grain, &pull(&ends, -0.1 * f64::from(k) * force), 0.2, LEAST)
+                .expect("solvable");
+        }
+        assert!(grain.firmness(facet) > least + 0.02, "{} {least}", grain.firmness(facet));
+        assert!(alone.firmness[facet as usize] <= least);
+    }
+}
