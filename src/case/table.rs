@@ -338,6 +338,12 @@ static MEMBRANE: &[Kind] = &[
         about: "A hyperelastic membrane bonded to the plates.",
         keys: &[
             Key::default("thickness", LENGTH, "\"2 mm\"", "Undeformed thickness."),
+            Key::default(
+                "thickness_law",
+                Choice(&["constant", "stretched"]),
+                "\"constant\"",
+                "How thick the rubber is on grains: constant, so that they feel thickness over diameter of the pressure too much; or as its stretch leaves it, so that they feel the pressure, which takes more factorisations.",
+            ),
             Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Shear modulus at small strain."),
             Key::default(
                 "law",
