@@ -342,7 +342,7 @@ static MEMBRANE: &[Kind] = &[
                 "thickness_law",
                 Choice(&["constant", "stretched"]),
                 "\"constant\"",
-                "How thick the rubber is on grains: constant, so that they feel thickness over diameter of the pressure too much; or as its stretch leaves it, so that they feel the pressure, which takes more factorisations.",
+                "How thick the rubber is on grains: constant, so that they feel the pressure and thickness over diameter of it; or as its stretch leaves it, so that they feel the pressure.",
             ),
             Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Shear modulus at small strain."),
             Key::default(

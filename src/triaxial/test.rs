@@ -577,7 +577,7 @@ impl Test {
         };
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
-        let mut counters = Counters::default();
+        let (mut counters, mut longest) = (Counters::default(), Vec::new());
         let falls = way.dwells || way.falls || rig.model.is_broken();
         let falling = falls.then(|| {
             let falling = rig.settings.falling();
@@ -617,9 +617,12 @@ impl Test {
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
             let depends = loads.applied[rig.top].z != 0.0
                 || loads.control.as_ref().is_some_and(|control| !control.applied.is_empty());
+            // The trial that had the way to go says whether it was a snap.
+            if report.history.len() > longest.len() {
+                longest = std::mem::take(&mut report.history);
+            }
             if !depends || (area / guess.area - 1.0).abs() <= AREA_TOLERANCE {
-                report.counters = counters;
-                return Ok(report);
+                return Ok(IncrementReport { counters, history: longest, ..report });
             }
             guess.area = area;
             guess.deviatoric_stress = report.factor;
