@@ -580,7 +580,7 @@ static SOLVER: &[Key] = &[
         "damage_change",
         Quantity(Dimension::None, positive(1.0)),
         "0.2",
-        "Largest change of damage at an integration point between two augmentations.",
+        "Largest change of damage at an integration point at once: between two augmentations, or in a step that a brittle grain takes by itself.",
     ),
     Key::default(
         "increment_min",
