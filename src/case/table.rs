@@ -315,6 +315,12 @@ static CONTACT: &[Key] = &[
         "0.02",
         "Radius of edges and corners over the size of the grain (of a scene's body: its smallest extent along its own axes).",
     ),
+    Key::default(
+        "faces",
+        Choice(&["corners", "area"]),
+        "\"corners\"",
+        "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
+    ),
 ];
 
 static PLATES: &[Key] = &[

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::face::FaceContact;
 use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
 
 /// A checked case.
@@ -308,6 +309,8 @@ pub struct ContactCase {
     /// Radius of edges and corners over the grain's size (a scene body's smallest extent along
     /// its own axes; a sphere has none).
     pub rounding: f64,
+    /// What parallel faces carry by.
+    pub faces: FaceContact,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

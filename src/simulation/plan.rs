@@ -127,6 +127,7 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
             weakening_distance: contact.weakening_distance,
         },
         plate_friction: Friction::constant(case.plates.friction),
+        faces: contact.faces,
         tilting: match case.plates.tilting {
             Tilting::Free => true,
             Tilting::Locked => false,

@@ -158,6 +158,7 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         bodies,
         gravity: Vec3::from(scene.gravity),
         friction,
+        faces: case.contact.faces,
         settings: settings(case),
         increment_range: [case.solver.increment_min, case.solver.increment_max],
         stages,
