@@ -564,6 +564,12 @@ static SOLVER: &[Key] = &[
         "Overlap allowed in an accepted state over the grain size.",
     ),
     Key::default(
+        "first_penalty",
+        Quantity(Dimension::None, within(1e-3, 1e3)),
+        "1",
+        "First penalty of a contact of condensed bodies whose force is no unknown yet, over the bodies' own stiffness there; each adapts, and only the number of augmentations depends on it.",
+    ),
+    Key::default(
         "max_augmentations",
         Count(1, 100_000),
         "600",

@@ -505,6 +505,8 @@ pub struct SolverCase {
     pub rough_tolerance: Option<f64>,
     /// Overlap of an accepted state over the grain size.
     pub gap_tolerance: f64,
+    /// Of contacts of condensed bodies, over the default.
+    pub first_penalty: f64,
     /// Before an increment is cut.
     pub max_augmentations: usize,
     /// Of a dwell, where the smallest increment does not balance; zero: stop there. Scenes only.

@@ -196,6 +196,7 @@ pub fn settings(case: &Case) -> Settings {
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
+        first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),
         damage: damage_settings(case),
         // Halvings that stay above the smallest increment.

@@ -194,6 +194,7 @@ pub fn settings(case: &Case) -> Settings {
         max_augmentations: solver.max_augmentations,
         max_dwell: solver.max_dwell,
         max_newton: solver.max_newton_iterations,
+        first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),
         damage: damage_settings(case),
         ..Settings::default()

@@ -11,7 +11,7 @@ use crate::tensor::{Pose, Rotation, Vec3};
 const EDGE: f64 = 0.03;
 const ROUNDING: f64 = 1e-3;
 /// How deep the upper cube presses in where it does so most [m].
-const DEPTH: f64 = 1e-5;
+const DEPTH: f64 = 5e-5;
 
 /// A cube on another one, and a third out of reach.
 fn two_cubes() -> (Model, Committed) {
@@ -56,10 +56,10 @@ fn parallel_faces_carry_by_their_patch_and_tilted_ones_by_corners() {
     assert_eq!(counts, [4, 0]);
     let expected = model.patch_stiffness(0, 1) * DEPTH * EDGE * (EDGE - 5e-3);
     assert!((wrench[2] / expected - 1.0).abs() < 1e-9, "{} {expected}", wrench[2]);
-    let (_, counts) = on_upper(&model, &committed, &poses([5e-3, 0.0], [0.0, 5e-3, 0.0]));
+    let (_, counts) = on_upper(&model, &committed, &poses([5e-3, 0.0], [0.0, -5e-3, 0.0]));
     assert!(counts[0] == 4, "{counts:?}");
     // Turned further, the rounded edge has to come as deep as the sharp one did.
-    let mut tilted = poses([5e-3, 0.0], [0.0, 1.2e-2, 0.0]);
+    let mut tilted = poses([5e-3, 0.0], [0.0, -1.2e-2, 0.0]);
     tilted[1].position.z -= 1.2e-2 * ROUNDING;
     let (_, counts) = on_upper(&model, &committed, &tilted);
     assert!(counts[0] == 0 && counts[1] > 0, "{counts:?}");
@@ -71,7 +71,7 @@ fn parallel_faces_carry_by_their_patch_and_tilted_ones_by_corners() {
 fn forces_are_continuous_as_faces_tilt_and_slide_over_rims() {
     let (model, committed) = two_cubes();
     let ways: [&dyn Fn(f64) -> [Pose; 3]; 4] = [
-        &|t| poses([4e-3, 1e-3], [0.0, 1.4e-2 * t, 0.0]),
+        &|t| poses([4e-3, 1e-3], [0.0, -1.4e-2 * t, 0.0]),
         &|t| poses([4e-3, 1e-3], [0.8e-2 * t, -1.1e-2 * t, 0.3]),
         &|t| poses([EDGE * (2.2 * t - 1.1), 2e-3], [0.0, 0.0, 0.2]),
         &|t| poses([EDGE * (2.2 * t - 1.1), 2e-3], [3e-3, 4e-3 * t, 0.2]),
