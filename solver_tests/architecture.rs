@@ -256,6 +256,16 @@ fn the_house_is_in_order() {
             found.extend(faults(inside, &read(file), &rooms));
         }
     }
+    let mut beside = vec![];
+    for folder in ["solver_tests", "benchmarks", "examples"] {
+        source_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut beside);
+    }
+    for file in beside {
+        let lines = read(&file).lines().count();
+        if lines > MOST_LINES {
+            found.push(format!("{}: {lines} lines, more than {MOST_LINES}", file.display()));
+        }
+    }
     assert!(found.is_empty(), "{} against the house rules:\n  {}", found.len(), found.join("\n  "));
 }
 

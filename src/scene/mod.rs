@@ -6,7 +6,9 @@
 //! body's reference point. Forces on a body are positive along the axes.
 
 pub mod audit;
+mod drive;
 pub mod parameters;
+mod placed;
 pub mod press;
 pub mod row;
 pub mod run;

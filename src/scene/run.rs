@@ -6,12 +6,13 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::{Contacts, Failing};
-use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::{Error, Result};
-use crate::geometry::{Polyhedron, RoundedBody};
-use crate::model::{Body, BodyKind, Committed, Counters, Loads, Model, StoredBodies};
-use crate::scene::parameters::{LoadStage, SceneBody, SceneParameters, SceneShape};
+use crate::geometry::Polyhedron;
+use crate::model::{BodyKind, Committed, Counters, Loads, Model, StoredBodies};
+use crate::scene::drive::Drive;
+use crate::scene::parameters::{LoadStage, SceneParameters};
+use crate::scene::placed::placed;
 use crate::scene::press::{Pressing, StoredPressing};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::sweep;
@@ -20,12 +21,9 @@ use crate::solver::{
     Dossier, Increment, IncrementReport, Pace, Settings, Start, StepStatus, Transition, Verdict, advance,
     continued_fields, continued_poses, motion_between,
 };
-use crate::tensor::{Pose, Rotation, Vec3, Vector6};
+use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::{FidelityCounts, Ledger, StageEnd};
 
-/// A body's share of a contact's stiffness over `E / (1 - nu^2)` times its size, the diameter of the
-/// ball of its volume.
-const STIFFNESS_RATIO: f64 = 0.1;
 /// Overlap over which a contact's force sets in, and length over which an edge's contacts fade, over
 /// the smallest rounding radius.
 const ONSET: f64 = 4e-3;
@@ -90,20 +88,6 @@ pub(super) struct Last {
     #[serde(with = "crate::tensor::stored")]
     fields: Vec<Vec<Vec3>>,
     share: f64,
-}
-
-/// What a stage drives and where to.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Drive {
-    pub(super) held: Vec<[bool; 6]>,
-    /// Motion of the held components over the stage.
-    #[serde(with = "crate::tensor::stored")]
-    pub(super) travel: Vec<Vector6<f64>>,
-    pub(super) from: Vec<Pose>,
-    #[serde(with = "crate::tensor::stored")]
-    pub(super) applied: [Vec<Vector6<f64>>; 2],
-    #[serde(with = "crate::tensor::stored")]
-    gravity: [Vec3; 2],
 }
 
 /// What changes of a scene as it runs. The rest follows from its parameters.
@@ -601,90 +585,4 @@ impl Scene {
             ),
         }
     }
-}
-
-impl Drive {
-    /// Takes in bodies behind those it knows, free, and reference points that moved from `before` to `poses`.
-    pub(super) fn grow(&mut self, before: &[Pose], poses: &[Pose]) {
-        for ((from, old), new) in self.from.iter_mut().zip(before).zip(poses) {
-            from.position += new.position - old.position;
-        }
-        self.from.extend(&poses[self.from.len()..]);
-        self.held.resize(poses.len(), [false; 6]);
-        self.travel.resize(poses.len(), Vector6::zeros());
-        self.applied.iter_mut().for_each(|applied| applied.resize(poses.len(), Vector6::zeros()));
-    }
-
-    fn loads_at(&self, to: f64) -> Loads {
-        let [from, end] = &self.applied;
-        Loads {
-            prescribed: self.held.clone(),
-            applied: from.iter().zip(end).map(|(from, end)| from + (end - from) * to).collect(),
-            gravity: self.gravity[0] + (self.gravity[1] - self.gravity[0]) * to,
-            pressure: 0.0,
-            control: None,
-        }
-    }
-
-    /// `poses` with every held component where it belongs at the share `to` of the stage, an
-    /// increment of `share` after `committed`.
-    pub(super) fn driven(&self, poses: &[Pose], committed: &[Pose], share: f64, to: f64) -> Vec<Pose> {
-        (0..poses.len())
-            .map(|i| {
-                let (held, travel, from) = (&self.held[i], &self.travel[i], &self.from[i]);
-                let mut position = poses[i].position;
-                for k in (0..3).filter(|&k| held[k]) {
-                    position[k] = from.position[k] + to * travel[k];
-                }
-                let turn = Vec3::new(travel[3], travel[4], travel[5]);
-                let rotation = if held[3..] == [true; 3] {
-                    Rotation::from_scaled_axis(turn * to) * from.rotation
-                } else if held[3..] == [false; 3] {
-                    poses[i].rotation
-                } else {
-                    let (_, mut spin) = motion_between(&committed[i], &poses[i]);
-                    for k in (0..3).filter(|&k| held[3 + k]) {
-                        spin[k] = share * turn[k];
-                    }
-                    Rotation::from_scaled_axis(spin) * committed[i].rotation
-                };
-                Pose::new(position, rotation)
-            })
-            .collect()
-    }
-}
-
-fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> {
-    let (nominal, shape, volume) = match &body.shape {
-        SceneShape::Polyhedron { nominal, rounding } => {
-            let shape = RoundedBody::inset(nominal, *rounding)
-                .map_err(|e| Error::Mesh { name: body.name.clone(), message: e.to_string() })?;
-            (nominal.clone(), shape, nominal.volume())
-        }
-        SceneShape::Rounded { nominal, rounded } => (nominal.clone(), rounded.clone(), nominal.volume()),
-        SceneShape::Sphere(radius) => {
-            let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-            (Polyhedron::point(), RoundedBody::sphere(*radius), volume)
-        }
-    };
-    let size = (6.0 * volume / std::f64::consts::PI).cbrt();
-    let modulus = body.youngs_modulus / (1.0 - body.poissons_ratio.powi(2));
-    let mut placed = Body {
-        name: body.name.clone(),
-        kind: if body.fixed { BodyKind::Fixed } else { BodyKind::Placed },
-        stiffness: STIFFNESS_RATIO * modulus * size,
-        friction: Some(body.friction.unwrap_or(*friction)),
-        mass: body.density * volume,
-        centre_of_mass: nominal.centroid(),
-        grain: body.grain.clone(),
-        full: body.full.clone(),
-        damaged: body.damaged.clone(),
-        resting: None,
-        rotation_scale: 0.5 * size,
-        nominal,
-    };
-    if body.rests {
-        placed.rest();
-    }
-    Ok((placed, shape))
 }

@@ -1,0 +1,9 @@
+//! The results file as its users meet it: opened by VTK's own reader and by h5py, killed while it is
+//! written, refused to a second writer, cut off by a full disk, resumed.
+
+mod contents;
+mod kills;
+mod resumed;
+mod scripts;
+mod two_grains;
+mod vtk;

@@ -1,0 +1,47 @@
+//! A body of a scene as the model wants it.
+
+use crate::contact::law::Friction;
+use crate::error::{Error, Result};
+use crate::geometry::{Polyhedron, RoundedBody};
+use crate::model::{Body, BodyKind};
+use crate::scene::parameters::{SceneBody, SceneShape};
+
+/// A body's share of a contact's stiffness over `E / (1 - nu^2)` times its size, the diameter of the
+/// ball of its volume.
+const STIFFNESS_RATIO: f64 = 0.1;
+
+/// The body, and its rounded shape for contact.
+pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> {
+    let (nominal, shape, volume) = match &body.shape {
+        SceneShape::Polyhedron { nominal, rounding } => {
+            let shape = RoundedBody::inset(nominal, *rounding)
+                .map_err(|e| Error::Mesh { name: body.name.clone(), message: e.to_string() })?;
+            (nominal.clone(), shape, nominal.volume())
+        }
+        SceneShape::Rounded { nominal, rounded } => (nominal.clone(), rounded.clone(), nominal.volume()),
+        SceneShape::Sphere(radius) => {
+            let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+            (Polyhedron::point(), RoundedBody::sphere(*radius), volume)
+        }
+    };
+    let size = (6.0 * volume / std::f64::consts::PI).cbrt();
+    let modulus = body.youngs_modulus / (1.0 - body.poissons_ratio.powi(2));
+    let mut placed = Body {
+        name: body.name.clone(),
+        kind: if body.fixed { BodyKind::Fixed } else { BodyKind::Placed },
+        stiffness: STIFFNESS_RATIO * modulus * size,
+        friction: Some(body.friction.unwrap_or(*friction)),
+        mass: body.density * volume,
+        centre_of_mass: nominal.centroid(),
+        grain: body.grain.clone(),
+        full: body.full.clone(),
+        damaged: body.damaged.clone(),
+        resting: None,
+        rotation_scale: 0.5 * size,
+        nominal,
+    };
+    if body.rests {
+        placed.rest();
+    }
+    Ok((placed, shape))
+}
