@@ -12,7 +12,7 @@ use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, pu
 use riprap::ladder::patch::{Blocks, EDGE, TOLERANCE, column, pressure_miss, stress_miss};
 use riprap::material::Elastic;
 use riprap::mesh::cuboid_mesh;
-use riprap::scene::{SceneBody, SceneParameters};
+use riprap::scene::{Scene, SceneBody, SceneParameters, SceneState};
 use std::sync::Arc;
 
 use crate::audited::{audited, last};
@@ -79,9 +79,8 @@ fn a_pushed_patch_rubs_by_its_coefficient_and_books_it() {
     assert!(ledger.error().abs() < 3e-3 * ledger.external, "{ledger:?}");
 }
 
-/// The points of a meshed patch are found anew as the block slides; what they remember goes with them.
-#[test]
-fn a_meshed_patch_keeps_rubbing_while_it_slides() {
+/// A meshed block, pressed down and pushed by 0.2 mm.
+fn pushed_block() -> SceneParameters {
     let block = body("block", cuboid([0.05; 3]), [0.0, 0.0, 0.025], [0.0, 0.0, 0.3]);
     let mesh = cuboid_mesh([0.05; 3], 0.03).expect("a mesh");
     let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
@@ -90,11 +89,37 @@ fn a_meshed_patch_keeps_rubbing_while_it_slides() {
     let plane = fixed(body("plane", cuboid([0.2, 0.2, 0.05]), [0.0, 0.0, -0.025], [0.0; 3]));
     let way = drive([Some(2e-4), Some(0.0), None], HELD);
     let stages = vec![load(2, "block", push([0.0, 0.0, -1000.0])), load(12, "block", way)];
-    let run = audited(&with_patches(scene(vec![plane, block], 0.5, stages)));
+    with_patches(scene(vec![plane, block], 0.5, stages))
+}
+
+/// The points of a meshed patch are found anew as the block slides; what they remember goes with them.
+#[test]
+fn a_meshed_patch_keeps_rubbing_while_it_slides() {
+    let run = audited(&pushed_block());
     assert!(run.finished(), "{:?}", run.end);
     // Full slip from a few micrometres on.
     for row in run.rows.iter().filter(|row| row.stage == 1 && row.progress > 0.3) {
         let force = row.bodies[1].reaction_force.x;
         assert!((force / 500.0 - 1.0).abs() < 2e-3, "{}: {force}", row.progress);
     }
+}
+
+/// The points of a patch are part of the stored state.
+#[test]
+fn a_patch_goes_on_from_a_stored_state_with_the_same_bits() {
+    let parameters = pushed_block();
+    let mut whole = Scene::new(&parameters).expect("a scene");
+    let mut stored = Vec::new();
+    whole.run(|scene, row| {
+        if row.stage == 1 && row.increment == 5 {
+            stored = postcard::to_allocvec(&scene.state()).expect("bytes");
+        }
+        true
+    });
+    let mut continued = Scene::new(&parameters).expect("a scene");
+    let state: SceneState<'_> = postcard::from_bytes(&stored).expect("a state");
+    assert!(continued.restore(state).expect("no grains that break"), "another scene");
+    continued.run(|_, _| true);
+    assert_eq!(continued.committed.poses, whole.committed.poses);
+    assert_eq!(continued.committed.memory, whole.committed.memory);
 }
