@@ -315,6 +315,12 @@ static CONTACT: &[Key] = &[
         "0.02",
         "Radius of edges and corners over the size of the grain (of a scene's body: its smallest extent along its own axes).",
     ),
+    Key::default(
+        "faces",
+        Choice(&["corners", "area"]),
+        "\"corners\"",
+        "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
+    ),
 ];
 
 static PLATES: &[Key] = &[
@@ -338,6 +344,12 @@ static MEMBRANE: &[Kind] = &[
         about: "A hyperelastic membrane bonded to the plates.",
         keys: &[
             Key::default("thickness", LENGTH, "\"2 mm\"", "Undeformed thickness."),
+            Key::default(
+                "thickness_law",
+                Choice(&["constant", "stretched"]),
+                "\"constant\"",
+                "How thick the rubber is on grains: constant, so that they feel the pressure and thickness over diameter of it; or as its stretch leaves it, so that they feel the pressure.",
+            ),
             Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Shear modulus at small strain."),
             Key::default(
                 "law",
@@ -556,6 +568,12 @@ static SOLVER: &[Key] = &[
         TOLERANCE,
         "1e-5",
         "Overlap allowed in an accepted state over the grain size.",
+    ),
+    Key::default(
+        "first_penalty",
+        Quantity(Dimension::None, within(1e-3, 1e3)),
+        "1",
+        "First penalty of a contact of condensed bodies whose force is no unknown yet, over the bodies' own stiffness there; each adapts, and only the number of augmentations depends on it.",
     ),
     Key::default(
         "max_augmentations",
