@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
 use riprap::solver::Settings;
 use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
@@ -39,6 +40,7 @@ pub fn rig(cover: Cover) -> Rig {
         poissons_ratio: 0.2,
         friction: Friction::constant(0.65),
         plate_friction: Friction::constant(0.65),
+        faces: FaceContact::Corners,
         tilting: false,
         cover,
     };

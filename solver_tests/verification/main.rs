@@ -9,6 +9,7 @@ mod block_pushed_along_plane;
 mod broken_between_plates;
 mod card_tent;
 mod condensed_grain;
+mod contact_patch;
 mod crossed_edges;
 mod crushed_bodies;
 mod cube_on_cube;

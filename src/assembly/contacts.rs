@@ -2,16 +2,18 @@
 
 use crate::assembly::damage::Trial;
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, SurfaceLoads, reach};
+use crate::assembly::faces;
 use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::network::Network;
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::wall::touch_wall_into;
 use crate::contact::force::{self, ElasticTangent, Evaluation, Kinematics, PointState, SitePoints, Tangent};
-use crate::contact::law::{CORE_FLOOR, Weakening};
-use crate::contact::memory::{Memory, PairKey, PairMemory, PointMemory};
+use crate::contact::law::{CORE_FLOOR, ContactLaw, Weakening};
+use crate::contact::memory::{PairKey, PairMemory};
+use crate::contact::patch;
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
-use crate::contact::{ContactShape, Corner, Feature, Site};
+use crate::contact::{ContactShape, Corner, FaceRule, FaceShare, Feature, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::wall::WallContact;
 use crate::model::{BodyKind, Committed, Model, Travel};
@@ -45,6 +47,7 @@ const LEAST_FIRMNESS: f64 = 0.1;
 #[derive(Debug, Clone, Copy)]
 pub struct ContactPoint {
     pub site: Site,
+    pub sites: SitePoints,
     pub state: PointState,
     pub evaluation: Evaluation,
     /// What damage of the rock below has left of the contact's spring.
@@ -57,6 +60,8 @@ pub struct PairWork {
     features: PairFeatures,
     skin: f64,
     stiffness: f64,
+    /// Of patches, per area [N/m^3].
+    patch_stiffness: f64,
     /// Friction at the start of the increment; set anew for each, like all that is not stored below.
     #[serde(skip, default = "frictionless")]
     pub friction: Weakening,
@@ -71,6 +76,9 @@ pub struct PairWork {
     pub spots: Vec<Spot>,
     #[serde(skip)]
     pub points: Vec<ContactPoint>,
+    /// Where the points of patches are that meshed faces share.
+    #[serde(skip)]
+    pub rules: Vec<FaceRule>,
     /// Tangents of the active points, in their order.
     #[serde(skip)]
     pub tangents: Vec<Tangent>,
@@ -127,8 +135,12 @@ impl PairWork {
     }
 
     /// Starts from what was committed.
-    fn reset(&mut self, memory: Option<&PairMemory>) {
-        self.carried = memory.cloned().unwrap_or_default();
+    fn reset(&mut self, model: &Model, committed: &Committed) {
+        self.carried = committed.memory.get(&self.key()).cloned().unwrap_or_default();
+        let key = self.key();
+        faces::renew_rules(&mut self.carried, model, key, &committed.poses);
+        self.rules.clone_from(&self.carried.rules);
+        self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
         self.held.clear();
         self.held.extend(self.carried.points.iter().map(Held::committed));
         self.spots.clear();
@@ -139,7 +151,19 @@ impl PairWork {
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
         let View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength } =
             *view;
-        let PairWork { features, stiffness, friction, carried, held, spots, points, nearest, .. } = self;
+        let PairWork {
+            features,
+            stiffness,
+            patch_stiffness,
+            friction,
+            carried,
+            held,
+            spots,
+            points,
+            rules,
+            nearest,
+            ..
+        } = self;
         points.clear();
         *nearest = f64::INFINITY;
         if features.is_empty() {
@@ -155,26 +179,23 @@ impl PairWork {
             committed: committed.get(body).map_or(&[], |field| &field[..]),
         };
         let brittle = model.bodies[a].is_brittle() || model.bodies[b].is_brittle();
-        let firm = |body: usize, place: &Option<SurfacePoint>| match (place, trial.grain(model, body)) {
-            (Some(place), Some(grain)) if model.bodies[body].is_brittle() => {
-                grain.firmness(place.facet).max(LEAST_FIRMNESS)
+        let firm = |body: usize, place: &Option<SurfacePoint>| match place {
+            Some(place) if model.bodies[body].is_brittle() => {
+                trial.firmness(model, body, place.facet).max(LEAST_FIRMNESS)
             }
-            (Some(_) | None, _) => 1.0,
+            Some(_) | None => 1.0,
         };
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
         let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
         let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
         let yielding = shapes[0].yielding() + shapes[1].yielding();
-        *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
+        let softened = (strength / yielding / *stiffness).min(1.0);
+        let per_area = *patch_stiffness * softened;
+        let facings = faces::facings(model, features, [&poses[a], &poses[b]]);
+        let plain = |site: &Site, spring: f64| {
             let memory = carried.point(site.feature);
-            let sharpness = match site.feature {
-                Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
-                Feature::VertexOfA(_) | Feature::VertexOfB(_) => 1.0,
-            };
-            let sites = site_points(&site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
-            let spring = stiffness.min(strength / yielding) * sharpness;
-            let mut state = PointState {
+            PointState {
                 radii,
                 radius_difference: shapes[0].rounded.radius - shapes[1].rounded.radius,
                 stiffness: spring,
@@ -182,14 +203,18 @@ impl PairWork {
                 friction: *friction,
                 offset: 0.0,
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
-                corners: facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine)),
+                corners: None,
+                faces: None,
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
                 lead: memory.map_or(0.0, |m| m.lead),
                 compliance: 0.0,
                 given: Vec3::zeros(),
                 hardens: brittle,
-            };
+            }
+        };
+        let mut put = |law: &ContactLaw, site: Site, sites: SitePoints, mut state: PointState| {
+            let spring = state.spring;
             let mut firmness = 1.0;
             if elastic || brittle {
                 let last = held.iter().find(|h| h.feature == site.feature);
@@ -200,6 +225,7 @@ impl PairWork {
                     let mut spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale);
                     if brittle {
                         let left = model.softened_share([a, b], [firm(a, &spot.on_a), firm(b, &spot.on_b)]);
+                        let memory = carried.point(site.feature);
                         spot.firmness = memory.map_or(left, |memory| memory.firmness.min(left));
                     }
                     spots.push(spot);
@@ -228,10 +254,59 @@ impl PairWork {
                     }
                 }
             }
-            let evaluation =
-                force::evaluate(&model.law, &site, &sites, &kinematics[a], &kinematics[b], &state);
-            points.push(ContactPoint { site, state, evaluation, firmness });
+            let evaluation = force::evaluate(law, &site, &sites, &kinematics[a], &kinematics[b], &state);
+            points.push(ContactPoint { site, sites, state, evaluation, firmness });
+        };
+        *nearest = visit_sites(shapes, [&corners[a], &corners[b]], features, reach, |site, _| {
+            let sharpness = match site.feature {
+                Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
+                Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
+            };
+            let mut sites = site_points(&site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
+            let mut state = plain(&site, stiffness.min(strength / yielding) * sharpness);
+            state.corners = facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine));
+            if let Some(facing) = faces::of_contact(&facings, &site, &sites) {
+                sites.normals = facing.normals;
+                state.faces = Some(FaceShare::Feature(facing.cosines));
+            }
+            put(&model.law, site, sites, state);
         });
+        let law = ContactLaw { onset: 0.0, ..model.law };
+        if elastic {
+            let surfaces = [a, b].map(|body| model.bodies[body].surface());
+            for facing in &facings {
+                let known = rules.iter().position(|rule| rule.faces == facing.numbers);
+                let rule = known.unwrap_or_else(|| {
+                    rules.push(facing.rule([&poses[a], &poses[b]], surfaces));
+                    rules.len() - 1
+                });
+                for (k, point) in rules[rule].points.iter().enumerate() {
+                    let site = facing.site(k as u32);
+                    let sites = facing.sites([&poses[a], &poses[b]], point, shapes);
+                    let mut state = plain(&site, per_area * point.area);
+                    state.faces = Some(FaceShare::Patch);
+                    put(&law, site, sites, state);
+                }
+            }
+            return;
+        }
+        for facing in &facings {
+            let faces = facing.in_space([&poses[a], &poses[b]]);
+            let spring = per_area * faces.reference_area() / patch::POINTS as f64;
+            let states = std::array::from_fn(|k| plain(&facing.site(k as u32), spring));
+            let met = patch::evaluate(&law, &faces, [&kinematics[a], &kinematics[b]], &states);
+            for (k, (state, evaluation)) in states.into_iter().zip(met.into_iter().flatten()).enumerate() {
+                let sites =
+                    SitePoints { a: [Vec3::zeros(); 3], b: [Vec3::zeros(); 3], normals: facing.normals };
+                points.push(ContactPoint {
+                    site: facing.site(k as u32),
+                    sites,
+                    state,
+                    evaluation,
+                    firmness: 1.0,
+                });
+            }
+        }
     }
 }
 
@@ -270,7 +345,8 @@ fn site_points(
     poses: [&Pose; 2],
 ) -> SitePoints {
     let place = |side: usize, vertices: &[u32; 3]| vertices.map(|v| corners[side][v as usize]);
-    let mut points = SitePoints { a: place(0, &site.on_a), b: place(1, &site.on_b) };
+    let (a, b) = (place(0, &site.on_a), place(1, &site.on_b));
+    let mut points = SitePoints { a, b, normals: [Vec3::zeros(); 2] };
     if let Some([a, b]) = facing_corners(site, shapes) {
         points.a[1] = points.a[0] + poses[0].rotation * a.axis;
         points.b[1] = points.b[0] + poses[1].rotation * b.axis;
@@ -381,8 +457,7 @@ impl Contacts {
         self.surface_loads.clear();
         self.trial = Trial::default();
         for pair in &mut self.pairs {
-            pair.reset(committed.memory.get(&pair.key()));
-            pair.friction = model.friction_between(pair.a(), pair.b()).after(pair.carried.slip);
+            pair.reset(model, committed);
         }
     }
 
@@ -451,24 +526,35 @@ impl Contacts {
         if let Some(membrane) = &model.membrane {
             self.membrane.update_tangents(membrane, &self.corners, poses);
         }
-        let (kinematics, corners) = (&self.kinematics, &self.corners);
+        let kinematics = &self.kinematics;
         self.pairs.par_iter_mut().for_each(|pair| {
-            let PairWork { features, points, tangents, elastic_tangents, .. } = pair;
+            let PairWork { features, points, tangents, elastic_tangents, .. } = &mut *pair;
             let (a, b) = (features.a as usize, features.b as usize);
             let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
             tangents.clear();
             elastic_tangents.clear();
-            let shapes = [&model.shapes[a], &model.shapes[b]];
-            for ContactPoint { site, state, .. } in points.iter().filter(|p| p.evaluation.is_active()) {
-                let sites = site_points(site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
-                let [a, b] = [&kinematics[a], &kinematics[b]];
+            let [at_a, at_b] = [&kinematics[a], &kinematics[b]];
+            for ContactPoint { site, sites, state, .. } in points.iter().filter(|p| p.evaluation.is_active())
+            {
+                let is_patch = matches!(site.feature, Feature::Faces(..));
                 if deforms {
-                    let elastic = force::elastic_tangent(&model.law, site, &sites, a, b, state);
+                    let law = ContactLaw { onset: if is_patch { 0.0 } else { model.law.onset }, ..model.law };
+                    let elastic = force::elastic_tangent(&law, site, sites, at_a, at_b, state);
                     tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
                     elastic_tangents.push(elastic);
-                } else {
-                    tangents.push(force::tangent(&model.law, site, &sites, a, b, state));
+                } else if !is_patch {
+                    tangents.push(force::tangent(&model.law, site, sites, at_a, at_b, state));
                 }
+            }
+            if !deforms {
+                faces::patch_tangents_into(
+                    tangents,
+                    model,
+                    features,
+                    points,
+                    [&poses[a], &poses[b]],
+                    [at_a, at_b],
+                );
             }
         });
         self.combine_tangents(poses);
@@ -501,17 +587,18 @@ impl Contacts {
                     features: PairFeatures::list(&model.shapes, &self.corners, poses, *key, margins),
                     skin,
                     stiffness: model.contact_spring(a, b),
+                    patch_stiffness: model.patch_stiffness(a, b),
                     friction: frictionless(),
                     carried: PairMemory::default(),
                     held: Vec::new(),
                     spots: Vec::new(),
                     points: Vec::new(),
+                    rules: Vec::new(),
                     tangents: Vec::new(),
                     elastic_tangents: Vec::new(),
                     nearest: f64::INFINITY,
                 };
-                pair.reset(committed.memory.get(key));
-                pair.friction = model.friction_between(a, b).after(pair.carried.slip);
+                pair.reset(model, committed);
                 pair
             })
             .collect();
@@ -556,51 +643,5 @@ impl Contacts {
             count += 1;
         }
         if count == 0 { 0.0 } else { sum / count as f64 }
-    }
-
-    /// What contacts will remember once the present configuration is accepted.
-    pub fn memory(&self, model: &Model) -> Memory {
-        let mut memory = Memory::new();
-        for pair in &self.pairs {
-            let mut points: Vec<PointMemory> = Vec::new();
-            let (mut slip, mut force) = (0.0, 0.0);
-            for point in pair.active() {
-                let e = &point.evaluation;
-                slip += e.slip() * e.pressure;
-                force += e.pressure;
-                let traction = e.friction / e.weight;
-                let held = pair.held(point.site.feature);
-                let slid = held.map_or_else(Vec3::zeros, |h| h.slid);
-                points.push(PointMemory {
-                    feature: point.site.feature,
-                    stretch: point.state.own_stretch(&model.law, e) - slid,
-                    pressure: e.pressure,
-                    load: e.load,
-                    traction,
-                    bound: e.coefficient * e.load,
-                    tangential_energy: e.tangential_energy,
-                    lead: point.state.lead,
-                    neglected: pair
-                        .carried
-                        .point(point.site.feature)
-                        .map_or_else(Vec3::zeros, |m| m.neglected),
-                    scale: held.map_or(self.first_scale, |h| h.scale),
-                    firmness: point.firmness,
-                });
-            }
-            let slip = if points.is_empty() { 0.0 } else { pair.carried.slip + slip / force };
-            // Kept open by a change of fidelity: without its lead it would touch.
-            let held_open = |p: &&ContactPoint| {
-                let lead = p.state.lead;
-                !p.evaluation.is_active() && lead < 0.0 && p.evaluation.gap + lead < 0.0
-            };
-            let open = pair.points.iter().filter(held_open);
-            points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.lead)));
-            if !points.is_empty() {
-                points.sort_by_key(|p| p.feature);
-                memory.insert(pair.key(), PairMemory { slip, points });
-            }
-        }
-        memory
     }
 }

@@ -1,5 +1,6 @@
 //! What a case may ask for and riprap cannot run yet. Each room that fills strikes its line here.
 
+use crate::contact::face::FaceContact;
 use crate::error::Fault;
 
 use super::types::*;
@@ -38,7 +39,28 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
         }
     }
+    if case.contact.faces == FaceContact::Area {
+        patches(&mut refuse, case);
+    }
     faults
+}
+
+/// What does not go together with patches of faces: bodies that change their shape, or how they deform, as they run.
+fn patches(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
+    let breaks = |body: &BodyCase| body.rock.as_ref().is_some_and(|rock| rock.damage.is_some());
+    let bodies = match &case.geometry {
+        Geometry::Scene(scene) => &scene.bodies[..],
+        Geometry::Specimen(_) => &[],
+    };
+    let accepted = "\"corners\"";
+    if case.rock.damage.is_some() || bodies.iter().any(breaks) {
+        let problem = "faces of bodies that break share no patches yet";
+        refuse("$.contact.faces", "\"area\"", problem, "\"corners\", or \"damage\": null");
+    }
+    if case.solver.chosen_accuracy().is_some() {
+        let problem = "faces share no patches yet where the fidelity of bodies changes";
+        refuse("$.contact.faces", "\"area\"", problem, accepted);
+    }
 }
 
 /// What does not go together with grains that break.

@@ -315,6 +315,12 @@ static CONTACT: &[Key] = &[
         "0.02",
         "Radius of edges and corners over the size of the grain (of a scene's body: its smallest extent along its own axes).",
     ),
+    Key::default(
+        "faces",
+        Choice(&["corners", "area"]),
+        "\"corners\"",
+        "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
+    ),
 ];
 
 static PLATES: &[Key] = &[
@@ -564,6 +570,12 @@ static SOLVER: &[Key] = &[
         "Overlap allowed in an accepted state over the grain size.",
     ),
     Key::default(
+        "first_penalty",
+        Quantity(Dimension::None, within(1e-3, 1e3)),
+        "1",
+        "First penalty of a contact of condensed bodies whose force is no unknown yet, over the bodies' own stiffness there; each adapts, and only the number of augmentations depends on it.",
+    ),
+    Key::default(
         "max_augmentations",
         Count(1, 100_000),
         "600",
@@ -580,7 +592,7 @@ static SOLVER: &[Key] = &[
         "damage_change",
         Quantity(Dimension::None, positive(1.0)),
         "0.2",
-        "Largest change of damage at an integration point between two augmentations.",
+        "Largest change of damage at an integration point at once: between two augmentations, or in a step that a brittle grain takes by itself.",
     ),
     Key::default(
         "increment_min",

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::face::FaceContact;
 use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
 
 /// A checked case.
@@ -308,6 +309,8 @@ pub struct ContactCase {
     /// Radius of edges and corners over the grain's size (a scene body's smallest extent along
     /// its own axes; a sphere has none).
     pub rounding: f64,
+    /// What parallel faces carry by.
+    pub faces: FaceContact,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -511,6 +514,8 @@ pub struct SolverCase {
     pub rough_tolerance: Option<f64>,
     /// Overlap of an accepted state over the grain size.
     pub gap_tolerance: f64,
+    /// Of contacts of condensed bodies, over the default.
+    pub first_penalty: f64,
     /// Before an increment is cut.
     pub max_augmentations: usize,
     /// Of a dwell, where the smallest increment does not balance; zero: stop there. Scenes only.

@@ -15,6 +15,8 @@ pub enum Feature {
     VertexOfB(u32),
     /// An edge of each; counted by edge index in its polyhedron.
     Edges(u32, u32),
+    /// A point of the patch that a face of each share, by its number there.
+    Faces(u32, u32, u32),
 }
 
 /// The smooth piece on which the closest points lie: vertex, edge or facet of each body, by the

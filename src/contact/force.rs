@@ -11,7 +11,9 @@
 //! of the present step too (`law::Weakening`), solved for together with it.
 
 use crate::contact::corner::CornerWeight;
+use crate::contact::face::{FaceShare, FaceWeight};
 use crate::contact::features::{LinePair, Site, closest_points};
+use crate::contact::friction::{Pressed, rub};
 use crate::contact::law::{ContactLaw, Weakening};
 use crate::tensor::dual::{Dual, Real, Vector};
 use crate::tensor::{Mat3, Vec3};
@@ -48,6 +50,8 @@ pub struct PointState {
     /// Cosines of the corners' cones where a vertex meets a vertex and both are sharp. Each side's second site point is then its
     /// corner's axis away from the vertex.
     pub corners: Option<[f64; 2]>,
+    /// Where two faces are nearly parallel: what the contact has to do with the patch that they carry on.
+    pub faces: Option<FaceShare>,
     /// Elastic displacement of `b`'s surface relative to `a`'s here [m], in space.
     pub elastic: Vec3,
     /// The part of it that came since the last accepted increment [m].
@@ -64,7 +68,7 @@ pub struct PointState {
 
 impl PointState {
     /// Compliance that stands behind the spring, over the spring's own; zero for two rigid bodies.
-    fn behind(&self) -> f64 {
+    pub(super) fn behind(&self) -> f64 {
         self.spring / self.stiffness - 1.0
     }
 
@@ -109,6 +113,26 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
+    /// Before friction and wrench are known, the gap zero.
+    pub(super) fn new(state: &PointState, weight: f64, normal: Vec3, point: Vec3, pressure: f64) -> Self {
+        Evaluation {
+            weight,
+            gap: 0.0,
+            normal,
+            point,
+            pressure,
+            friction: Vec3::zeros(),
+            coefficient: state.friction.coefficient,
+            mean_coefficient: 1.0,
+            load: 0.0,
+            trial_stretch: Vec3::zeros(),
+            stretch: Vec3::zeros(),
+            tangential_energy: 0.0,
+            energy: 0.0,
+            wrench: [0.0; 12],
+        }
+    }
+
     pub fn is_active(&self) -> bool {
         self.pressure > 0.0
     }
@@ -129,9 +153,12 @@ impl Evaluation {
 pub type Tangent = [[f64; 9]; 12];
 
 /// The bodies' points that span the site, in space.
+#[derive(Debug, Clone, Copy)]
 pub struct SitePoints {
     pub a: [Vec3; 3],
     pub b: [Vec3; 3],
+    /// Outward normals of the two faces that [`PointState::faces`] is about; else unused.
+    pub normals: [Vec3; 2],
 }
 
 pub fn evaluate(
@@ -142,12 +169,14 @@ pub fn evaluate(
     b: &Kinematics,
     state: &PointState,
 ) -> Evaluation {
-    let frame =
-        |k: &Kinematics| Frame { position: Vector::constant(&k.position), spin: None, kinematics: *k };
     let constants =
         |p: &[Vec3; 3]| [Vector::constant(&p[0]), Vector::constant(&p[1]), Vector::constant(&p[2])];
-    let (on_a, on_b) = (constants(&points.a), constants(&points.b));
-    wrench::<f64>(law, site, &on_a, &on_b, [&frame(a), &frame(b)], &Vector::zero(), state).0
+    let sides = Sides {
+        a: constants(&points.a),
+        b: constants(&points.b),
+        normals: points.normals.map(|n| Vector::constant(&n)),
+    };
+    wrench::<f64>(law, site, &sides, [&Frame::still(a), &Frame::still(b)], &Vector::zero(), state).0
 }
 
 /// Where a contact's force acts [m] and its normal from `a` to `b`.
@@ -198,40 +227,61 @@ fn derivative<const N: usize>(
     b: &Kinematics,
     state: &PointState,
 ) -> ([Dual<N>; 12], Vector<Dual<N>>) {
-    let variables = |base: &Vec3, first: usize| {
-        Vector([0, 1, 2].map(|k| {
-            if first + k < N { Dual::<N>::variable(base[k], first + k) } else { Dual::constant(base[k]) }
-        }))
+    let displaced = variables(9);
+    let [frame_a, frame_b] = moving_frames(a, b);
+    let sides = Sides {
+        a: points.a.map(|p| frame_a.carried(&p)),
+        b: points.b.map(|p| frame_b.carried(&p)),
+        normals: [frame_a.turned(&points.normals[0]), frame_b.turned(&points.normals[1])],
     };
-    let spin_a = variables(&Vec3::zeros(), 6);
-    let spin_b = variables(&Vec3::zeros(), 3);
-    let shift_b = variables(&Vec3::zeros(), 0);
-    let displaced = variables(&Vec3::zeros(), 9);
-    let frame_a = Frame { position: Vector::constant(&a.position), spin: Some(spin_a), kinematics: *a };
-    let frame_b =
-        Frame { position: Vector::constant(&b.position) + shift_b, spin: Some(spin_b), kinematics: *b };
-    let points_of = |points: &[Vec3; 3], frame: &Frame<Dual<N>>, spin: Vector<Dual<N>>| {
-        points.map(|p| {
-            let arm = Vector::constant(&(p - frame.kinematics.position));
-            frame.position + arm + spin.cross(arm)
-        })
-    };
-    let on_a = points_of(&points.a, &frame_a, spin_a);
-    let on_b = points_of(&points.b, &frame_b, spin_b);
-    let (_, wrench, force) = wrench(law, site, &on_a, &on_b, [&frame_a, &frame_b], &displaced, state);
+    let (_, wrench, force) = wrench(law, site, &sides, [&frame_a, &frame_b], &displaced, state);
     (wrench, force)
 }
 
-struct Frame<T> {
-    position: Vector<T>,
+/// Three variables of zero, the first of them number `first`; constants beyond the last variable.
+fn variables<const N: usize>(first: usize) -> Vector<Dual<N>> {
+    let variable = |k: usize| {
+        if first + k < N { Dual::<N>::variable(0.0, first + k) } else { Dual::constant(0.0) }
+    };
+    Vector([0, 1, 2].map(variable))
+}
+
+/// The frames of `a` and `b`, moved by variables: position of `b` (0-2), spin of `b` (3-5), spin of `a` (6-8).
+pub(super) fn moving_frames<const N: usize>(a: &Kinematics, b: &Kinematics) -> [Frame<Dual<N>>; 2] {
+    let still = |k: &Kinematics| Vector::constant(&k.position);
+    [
+        Frame { position: still(a), spin: Some(variables(6)), kinematics: *a },
+        Frame { position: still(b) + variables(0), spin: Some(variables(3)), kinematics: *b },
+    ]
+}
+
+/// A body's motion about its present pose.
+pub(super) struct Frame<T> {
+    pub position: Vector<T>,
     /// Infinitesimal rotation away from the present one; `None` where it is zero.
-    spin: Option<Vector<T>>,
-    kinematics: Kinematics,
+    pub spin: Option<Vector<T>>,
+    pub kinematics: Kinematics,
 }
 
 impl<T: Real> Frame<T> {
+    /// Of a body where it is.
+    pub fn still(kinematics: &Kinematics) -> Self {
+        Frame { position: Vector::constant(&kinematics.position), spin: None, kinematics: *kinematics }
+    }
+
+    /// A material point that is at `point` without the frame's motion.
+    pub fn carried(&self, point: &Vec3) -> Vector<T> {
+        self.position + self.turned(&(point - self.kinematics.position))
+    }
+
+    /// A direction fixed to the body.
+    pub fn turned(&self, direction: &Vec3) -> Vector<T> {
+        let direction = Vector::constant(direction);
+        self.spin.map_or(direction, |spin| direction + spin.cross(direction))
+    }
+
     /// Where the material point that is now at `x` was at the last accepted increment.
-    fn committed(&self, x: Vector<T>) -> Vector<T> {
+    pub fn committed(&self, x: Vector<T>) -> Vector<T> {
         let mut arm = x - self.position;
         if let Some(spin) = self.spin {
             arm = arm - spin.cross(arm);
@@ -240,13 +290,19 @@ impl<T: Real> Frame<T> {
     }
 }
 
+/// The points that span a site and the normals of its faces.
+struct Sides<T> {
+    a: [Vector<T>; 3],
+    b: [Vector<T>; 3],
+    normals: [Vector<T>; 2],
+}
+
 /// The contact with the elastic displacement `displaced` on top of the state's; its wrench, and the force on `b` but
 /// for the weight's gradient.
 fn wrench<T: Real>(
     law: &ContactLaw,
     site: &Site,
-    a: &[Vector<T>; 3],
-    b: &[Vector<T>; 3],
+    Sides { a, b, normals }: &Sides<T>,
     [frame_a, frame_b]: [&Frame<T>; 2],
     displaced: &Vector<T>,
     state: &PointState,
@@ -265,11 +321,14 @@ fn wrench<T: Real>(
     let edge_weight = lines.as_ref().map(|l| l.weight(law));
     let axes = [a[1] - a[0], b[1] - b[0]];
     let corner_weight = state.corners.map(|cosines| CornerWeight::new(normal, axes, cosines));
-    let weight = match (&edge_weight, &corner_weight) {
+    let own_weight = match (&edge_weight, &corner_weight) {
         (Some(edge), _) => edge.value,
         (None, Some(corner)) => corner.value,
         (None, None) => T::constant(1.0),
     };
+    let face_weight = state.faces.map(|share| FaceWeight::new(share, *normals, normal));
+    let faced = face_weight.as_ref().map_or(T::constant(1.0), |face| face.value);
+    let weight = own_weight * faced;
 
     let given = Vector::constant(&state.given);
     let pushed = overlap + T::constant(state.offset) + normal.dot(given);
@@ -280,20 +339,9 @@ fn wrench<T: Real>(
     let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
     let pressure = weight * load;
     let mut evaluation = Evaluation {
-        weight: weight.value(),
         gap: -overlap.value(),
-        normal: normal.value(),
-        point: point.value(),
-        pressure: pressure.value(),
-        friction: Vec3::zeros(),
-        coefficient: state.friction.coefficient,
-        mean_coefficient: 1.0,
         load: load.value(),
-        trial_stretch: Vec3::zeros(),
-        stretch: Vec3::zeros(),
-        tangential_energy: 0.0,
-        energy: 0.0,
-        wrench: [0.0; 12],
+        ..Evaluation::new(state, weight.value(), normal.value(), point.value(), pressure.value())
     };
     if pressure.value() <= 0.0 {
         return (evaluation, [zero; 12], Vector::zero());
@@ -301,51 +349,8 @@ fn wrench<T: Real>(
 
     let mut force_on_b = normal.times(pressure);
     if state.friction.coefficient > 0.0 {
-        let one = T::constant(1.0);
-        let tangential_spring = state.spring * law.tangential_ratio;
-        let behind = T::constant(state.behind()) + weight.scaled(tangential_spring * state.compliance);
-        let spring = weight.scaled(tangential_spring);
-        let stiffness = spring / (one + behind);
-        let slide = frame_a.committed(point) - frame_b.committed(point)
-            + Vector::constant(&(state.elastic_change - state.given))
-            + *displaced;
-        let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
-        let trial = carried_over(&state.stretch, normal) - tangential(slide);
-        let trial_length = trial.norm();
-        let mut bound = pressure.scaled(state.friction.coefficient);
-        let most = 1.0 + law.friction_blend;
-        // The trial force over the bound at which the contact starts to slip, compliance behind the spring included.
-        let slips_at = (T::constant(most) + behind) / (one + behind);
-        if state.friction.excess > 0.0
-            && stiffness.value() * trial_length.value() > slips_at.value() * bound.value()
-            && trial_length.value() > 0.0
-        {
-            let slipped = state.friction.slipped(trial_length, pressure * slips_at / stiffness);
-            bound = pressure * slipped.coefficient;
-            evaluation.coefficient = slipped.coefficient.value();
-            evaluation.mean_coefficient = slipped.mean / evaluation.coefficient;
-        }
-        // Trial force of the spring in units of what the bound can hold.
-        let mut share = 0.0;
-        let friction = if trial_length.value() > 0.0 {
-            let x = law.share_behind(spring * trial_length / bound, behind);
-            share = x.value();
-            if share <= 1.0 - law.friction_blend {
-                trial.times(stiffness)
-            } else {
-                trial.times(bound * law.friction_share(x) / trial_length)
-            }
-        } else {
-            trial.times(stiffness)
-        };
-        force_on_b = force_on_b + friction;
-        evaluation.friction = friction.value();
-        evaluation.trial_stretch = trial.value();
-        let behind = behind.value();
-        evaluation.stretch =
-            if share > most { trial.value() * ((most + behind) / (share + behind)) } else { trial.value() };
-        evaluation.tangential_energy =
-            bound.value().powi(2) / spring.value() * law.friction_energy(share.min(most));
+        let pressed = Pressed { point, normal, pressure, weight };
+        force_on_b = force_on_b + rub(law, state, [frame_a, frame_b], &pressed, displaced, &mut evaluation);
     }
     let arm_a = point - frame_a.position;
     let arm_b = point - frame_b.position;
@@ -362,7 +367,7 @@ fn wrench<T: Real>(
     {
         let gradient = lines.end_point_gradient(edge_weight, difference);
         for (k, g) in gradient.iter().enumerate() {
-            let push = -g.times(excess);
+            let push = -g.times(excess * faced);
             if k < 2 {
                 force_a = force_a + push;
                 moment_a = moment_a + (a[k] - frame_a.position).cross(push);
@@ -374,6 +379,7 @@ fn wrench<T: Real>(
     }
     if let Some(corner) = corner_weight.filter(|corner| corner.value.value() < 1.0) {
         let across = corner.by_normal - normal.times(corner.by_normal.dot(normal));
+        let excess = excess * faced;
         let push = -across.times(excess / distance);
         force_b = force_b + push;
         moment_b = moment_b + (b[0] - frame_b.position).cross(push);
@@ -381,6 +387,11 @@ fn wrench<T: Real>(
         moment_a = moment_a - (a[0] - frame_a.position).cross(push);
         moment_a = moment_a - axes[0].cross(corner.by_axes[0]).times(excess);
         moment_b = moment_b - axes[1].cross(corner.by_axes[1]).times(excess);
+    }
+    if let Some(face) = face_weight {
+        let moment = face.by_turn.times(excess * own_weight);
+        moment_a = moment_a - moment;
+        moment_b = moment_b + moment;
     }
     let mut all = [zero; 12];
     for (part, vector) in all.chunks_exact_mut(3).zip([force_a, moment_a, force_b, moment_b]) {
@@ -390,262 +401,5 @@ fn wrench<T: Real>(
     (evaluation, all, force_on_b)
 }
 
-/// The stretch of the last accepted increment in the present tangent plane, its length kept.
-fn carried_over<T: Real>(stretch: &Vec3, normal: Vector<T>) -> Vector<T> {
-    let length = stretch.norm();
-    if length == 0.0 {
-        return Vector::zero();
-    }
-    let old = Vector::constant(stretch);
-    let projected = old - normal.times(old.dot(normal));
-    let projected_length = projected.norm();
-    if projected_length.value() < 1e-3 * length {
-        return Vector::zero();
-    }
-    projected.times(T::constant(length) / projected_length)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::contact::features::Feature;
-    use crate::tensor::Pose;
-
-    const LAW: ContactLaw = ContactLaw { fade_length: 2e-3, parallel_limit: 0.5, ..ContactLaw::SAMPLE };
-
-    struct Scene {
-        site: Site,
-        body_a: [Vec3; 3],
-        body_b: [Vec3; 3],
-        committed: [Pose; 2],
-        state: PointState,
-    }
-
-    impl Scene {
-        /// Shifts `b` along the normal until the rounded bodies overlap by 20 um.
-        fn pressed(mut self) -> Self {
-            for _ in 0..5 {
-                let (e, _) = self.evaluate_at(&self.committed);
-                self.committed[1].position -= e.normal * (e.gap + 2e-5);
-            }
-            self
-        }
-
-        fn evaluate_at(&self, poses: &[Pose; 2]) -> (Evaluation, Tangent) {
-            let kinematics = [0, 1].map(|i| Kinematics {
-                position: poses[i].position,
-                committed_position: self.committed[i].position,
-                turn_back: (self.committed[i].rotation * poses[i].rotation.inverse())
-                    .to_rotation_matrix()
-                    .into_inner(),
-            });
-            let points = SitePoints {
-                a: self.body_a.map(|p| poses[0].to_space(&p)),
-                b: self.body_b.map(|p| poses[1].to_space(&p)),
-            };
-            let [a, b] = &kinematics;
-            (
-                evaluate(&LAW, &self.site, &points, a, b, &self.state),
-                tangent(&LAW, &self.site, &points, a, b, &self.state),
-            )
-        }
-    }
-
-    fn state(friction: f64) -> PointState {
-        let friction = Weakening::constant(friction);
-        PointState {
-            radii: 1e-3,
-            radius_difference: 4e-4,
-            stiffness: 6e7,
-            spring: 3e8,
-            friction,
-            offset: 4e-6,
-            stretch: Vec3::new(2e-6, 1e-6, -1e-6),
-            corners: None,
-            elastic: Vec3::new(1e-7, 2e-7, -3e-7),
-            elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
-            lead: 0.0,
-            compliance: 0.0,
-            given: Vec3::zeros(),
-            hardens: true,
-        }
-    }
-
-    fn edges(friction: f64) -> Scene {
-        Scene {
-            site: Site {
-                feature: Feature::Edges(0, 0),
-                on_a: [0, 1, 0],
-                on_b: [0, 1, 0],
-                count_a: 2,
-                count_b: 2,
-            },
-            body_a: [Vec3::new(-8e-4, 1e-4, 0.0), Vec3::new(9e-3, -3e-4, 2e-4), Vec3::zeros()],
-            body_b: [Vec3::new(1e-4, -7e-4, 2e-4), Vec3::new(2e-3, 9e-3, -3e-4), Vec3::zeros()],
-            committed: [
-                Pose::identity(),
-                Pose::identity().moved(&Vec3::new(0.0, 0.0, 0.94e-3), &Vec3::new(0.01, 0.02, 0.03)),
-            ],
-            state: state(friction),
-        }
-        .pressed()
-    }
-
-    fn vertex_on_facet(friction: f64) -> Scene {
-        Scene {
-            site: Site {
-                feature: Feature::VertexOfB(0),
-                on_a: [0, 1, 2],
-                on_b: [0, 0, 0],
-                count_a: 3,
-                count_b: 1,
-            },
-            body_a: [Vec3::new(-5e-3, -4e-3, 1e-3), Vec3::new(6e-3, -3e-3, 0.0), Vec3::new(0.0, 7e-3, 5e-4)],
-            body_b: [Vec3::new(3e-4, 1e-3, -1e-2), Vec3::zeros(), Vec3::zeros()],
-            committed: [
-                Pose::identity(),
-                Pose::identity().moved(&Vec3::new(0.0, 0.0, 1.136e-2), &Vec3::new(0.01, 0.0, 0.02)),
-            ],
-            state: state(friction),
-        }
-        .pressed()
-    }
-
-    /// Two corners, the direction between them in the fade of both.
-    fn vertex_on_vertex(friction: f64) -> Scene {
-        let axis = |x: f64, z: f64| Vec3::new(x, 0.1, z).normalize();
-        let (vertex_a, vertex_b) = (Vec3::new(2e-3, 1e-3, 5e-3), Vec3::new(-1e-3, 2e-3, -6e-3));
-        Scene {
-            site: Site { feature: Feature::VertexOfA(0), on_a: [0; 3], on_b: [0; 3], count_a: 1, count_b: 1 },
-            body_a: [vertex_a, vertex_a + axis(0.55, 1.0), Vec3::zeros()],
-            body_b: [vertex_b, vertex_b + axis(0.5, -1.0), Vec3::zeros()],
-            committed: [Pose::identity(), Pose::new(Vec3::new(3e-3, -1e-3, 1.2e-2), Default::default())],
-            state: PointState { corners: Some([0.75, 0.8]), ..state(friction) },
-        }
-        .pressed()
-    }
-
-    fn motion(k: usize, step: f64) -> ([Vec3; 2], [Vec3; 2]) {
-        let mut shift = [Vec3::zeros(); 2];
-        let mut spin = [Vec3::zeros(); 2];
-        match k {
-            0..3 => shift[1][k] = step,
-            3..6 => spin[1][k - 3] = step,
-            _ => spin[0][k - 6] = step,
-        }
-        (shift, spin)
-    }
-
-    fn moved(scene: &Scene, poses: &[Pose; 2], k: usize, step: f64) -> (Evaluation, Tangent) {
-        let (shift, spin) = motion(k, step);
-        scene.evaluate_at(&[poses[0].moved(&shift[0], &spin[0]), poses[1].moved(&shift[1], &spin[1])])
-    }
-
-    #[test]
-    fn tangent_is_derivative_of_force() {
-        let weakening = |excess: f64, distance: f64| Weakening { coefficient: 0.1, excess, distance };
-        for friction in [
-            Weakening::constant(0.0),
-            Weakening::constant(0.05),
-            Weakening::constant(0.65),
-            weakening(0.08, 5e-6),
-            weakening(0.08, 2e-8),
-        ] {
-            for mut scene in [edges(0.05), vertex_on_facet(0.05), vertex_on_vertex(0.05)] {
-                scene.state.friction = friction;
-                let poses = [
-                    scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
-                    scene.committed[1].moved(&Vec3::new(0.0, 2e-6, -1e-6), &Vec3::new(0.0, 1e-4, 0.0)),
-                ];
-                let (evaluation, tangent) = scene.evaluate_at(&poses);
-                assert!(evaluation.is_active(), "gap {}", evaluation.gap);
-                for k in 0..9 {
-                    let h = if k < 3 { 1e-10 } else { 1e-8 };
-                    let (plus, _) = moved(&scene, &poses, k, h);
-                    let (minus, _) = moved(&scene, &poses, k, -h);
-                    for i in 0..12 {
-                        let difference = (plus.wrench[i] - minus.wrench[i]) / (2.0 * h);
-                        let scale = 6e7 * if k < 3 { 1.0 } else { 1e-2 } * if i % 6 < 3 { 1.0 } else { 1e-2 };
-                        assert!(
-                            (difference - tangent[i][k]).abs() < 2e-4 * scale,
-                            "{friction:?} component {i} motion {k}: {difference} {}",
-                            tangent[i][k]
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn force_is_derivative_of_energy_without_friction() {
-        for mut scene in [edges(0.0), vertex_on_facet(0.0), vertex_on_vertex(0.0)] {
-            // The elastic displacement is held while the normal turns, which is not an energy.
-            scene.state.elastic = Vec3::zeros();
-            scene.state.offset = 0.0;
-            scene.state.spring = scene.state.stiffness;
-            let poses = scene.committed;
-            let (evaluation, _) = scene.evaluate_at(&poses);
-            assert!(evaluation.is_active() && evaluation.weight < 1.0 + 1e-15);
-            for k in 0..9 {
-                let h = if k < 3 { 1e-9 } else { 1e-7 };
-                let (plus, _) = moved(&scene, &poses, k, h);
-                let (minus, _) = moved(&scene, &poses, k, -h);
-                let slope = (plus.energy - minus.energy) / (2.0 * h);
-                let work = match k {
-                    0..6 => evaluation.wrench[6 + k],
-                    _ => evaluation.wrench[3 + k - 6],
-                };
-                let scale = evaluation.pressure * if k < 3 { 1.0 } else { 1e-2 };
-                assert!((slope + work).abs() < 1e-4 * scale, "motion {k}: {slope} {work}");
-            }
-        }
-    }
-
-    #[test]
-    fn repeated_augmentations_end_at_the_spring_law() {
-        for mut scene in [edges(0.05), edges(0.65), vertex_on_facet(0.05), vertex_on_facet(0.65)] {
-            let (soft, spring) = (scene.state.stiffness, scene.state.spring);
-            // In the tangent plane: what turns into it keeps its length, sums of such do not.
-            let normal = scene.evaluate_at(&scene.committed).0.normal;
-            let own = scene.state.stretch - normal * scene.state.stretch.dot(&normal);
-            scene.state.stretch = own;
-            scene.state.stiffness = spring;
-            scene.state.offset = 0.0;
-            let (plain, _) = scene.evaluate_at(&scene.committed);
-            scene.state.stiffness = soft;
-            let shared = 1.0 / soft - 1.0 / spring;
-            for _ in 0..200 {
-                let (e, _) = scene.evaluate_at(&scene.committed);
-                scene.state.offset = shared * e.load;
-                scene.state.stretch = own + e.friction * (shared / (e.weight * LAW.tangential_ratio));
-            }
-            let (augmented, _) = scene.evaluate_at(&scene.committed);
-            let relative = |a: f64, b: f64| (a - b).abs() / plain.pressure;
-            assert!(relative(augmented.pressure, plain.pressure) < 1e-9);
-            for k in 0..12 {
-                let arm = if k % 6 < 3 { 1.0 } else { 1e-2 };
-                let off = relative(augmented.wrench[k], plain.wrench[k]);
-                assert!(off < 1e-6 * arm, "component {k}: {off}");
-            }
-            let stored = |e: &Evaluation| e.energy + e.tangential_energy;
-            assert!((stored(&augmented) - stored(&plain)).abs() < 1e-6 * stored(&plain));
-            assert!((augmented.energy - plain.energy).abs() < 1e-9 * plain.energy);
-        }
-    }
-
-    #[test]
-    fn forces_balance_and_obey_the_cone() {
-        for scene in [edges(0.65), vertex_on_facet(0.2), vertex_on_vertex(0.4)] {
-            let (e, _) = scene.evaluate_at(&scene.committed);
-            let force = |first: usize| Vec3::new(e.wrench[first], e.wrench[first + 1], e.wrench[first + 2]);
-            assert!((force(0) + force(6)).norm() < 1e-9 * e.pressure);
-            let turn = |first: usize, body: usize| {
-                scene.committed[body].position.cross(&force(first)) + force(first + 3)
-            };
-            assert!((turn(0, 0) + turn(6, 1)).norm() < 1e-9 * e.pressure);
-            assert!(e.friction.norm() <= e.coefficient * e.pressure * (1.0 + 1e-12));
-            assert!(e.friction.dot(&e.normal).abs() < 1e-9 * e.pressure);
-        }
-    }
-}
+mod tests;

@@ -4,6 +4,7 @@
 //! slides: its identity is the feature. A pair forgets everything once it separates (healing).
 
 use crate::contact::features::Feature;
+use crate::contact::quadrature::FaceRule;
 use crate::tensor::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -70,6 +71,8 @@ pub struct PairMemory {
     pub slip: f64,
     /// Sorted by feature.
     pub points: Vec<PointMemory>,
+    /// Where the points of patches lie that meshed faces share.
+    pub rules: Vec<FaceRule>,
 }
 
 impl PairMemory {

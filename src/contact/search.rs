@@ -2,6 +2,7 @@
 //! and edges within reach, kept with a skin until some body has moved through half of it.
 
 use crate::contact::corner::Corner;
+use crate::contact::face::{Face, look_at_each_other, may_face};
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::geometry::rounded::RoundedBody;
 use crate::tensor::{Pose, Vec3};
@@ -20,6 +21,8 @@ pub struct ContactShape {
     pub edge_weight: Vec<f64>,
     /// The corner at each vertex, `None` where it is blunt or the core is a point.
     pub corners: Vec<Option<Corner>>,
+    /// Faces that may share a patch with another body's; none unless asked for.
+    pub faces: Vec<Face>,
     /// Distance of the farthest core vertex from the reference point [m].
     pub bounding_radius: f64,
 }
@@ -38,7 +41,13 @@ impl ContactShape {
             .collect();
         let bounding_radius = core.bounding_radius();
         let corners = Corner::of(core);
-        ContactShape { rounded, edge_weight, corners, bounding_radius }
+        ContactShape { rounded, edge_weight, corners, faces: Vec::new(), bounding_radius }
+    }
+
+    /// Has its faces share patches.
+    pub fn faced(mut self) -> Self {
+        self.faces = Face::of(&self.rounded);
+        self
     }
 
     /// By how much a soft contact may press the body in [m]: its rounding, of round ones a fiftieth of the diameter.
@@ -67,6 +76,8 @@ pub struct PairFeatures {
     vertices_of_a: Vec<VertexReach>,
     vertices_of_b: Vec<VertexReach>,
     edges: Vec<(u32, u32)>,
+    /// Faces that may be parallel enough to share a patch.
+    faces: Vec<(u32, u32)>,
     skin: f64,
     /// Features are listed this far beyond radii and skin [m].
     margin: f64,
@@ -76,7 +87,15 @@ pub struct PairFeatures {
 
 impl PairFeatures {
     pub fn is_empty(&self) -> bool {
-        self.vertices_of_a.is_empty() && self.vertices_of_b.is_empty() && self.edges.is_empty()
+        self.vertices_of_a.is_empty()
+            && self.vertices_of_b.is_empty()
+            && self.edges.is_empty()
+            && self.faces.is_empty()
+    }
+
+    /// Pairs of faces that may be parallel enough to share a patch.
+    pub fn faces(&self) -> &[(u32, u32)] {
+        &self.faces
     }
 
     /// How far the two bodies may still move towards each other before one of their features that is not listed can be in touch
@@ -204,6 +223,7 @@ fn features_within_reach(
             vertices_of_a: none(),
             vertices_of_b: none(),
             edges: Vec::new(),
+            faces: Vec::new(),
             skin,
             margin,
             reference,
@@ -243,7 +263,29 @@ fn features_within_reach(
             }
         }
     }
-    PairFeatures { a: a as u32, b: b as u32, vertices_of_a, vertices_of_b, edges, skin, margin, reference }
+    let faces = faces_within_reach([&shapes[a], &shapes[b]], &reference, skin);
+    let (a, b) = (a as u32, b as u32);
+    PairFeatures { a, b, vertices_of_a, vertices_of_b, edges, faces, skin, margin, reference }
+}
+
+/// Pairs of faces that may be parallel enough while the list is valid.
+fn faces_within_reach(shapes: [&ContactShape; 2], poses: &[Pose; 2], skin: f64) -> Vec<(u32, u32)> {
+    let mut found = Vec::new();
+    if shapes.iter().any(|shape| shape.faces.is_empty()) {
+        return found;
+    }
+    // What both bodies together may turn by before the list is made anew (`motion`).
+    let turn = skin / (2.1 * shapes[0].bounding_radius.min(shapes[1].bounding_radius));
+    for (i, a) in shapes[0].faces.iter().enumerate() {
+        let normal = poses[0].rotation * a.normal;
+        for (j, b) in shapes[1].faces.iter().enumerate() {
+            let opposite = may_face(&normal, &(poses[1].rotation * b.normal), turn);
+            if opposite && look_at_each_other([a, b], [&poses[0], &poses[1]]) {
+                found.push((i as u32, j as u32));
+            }
+        }
+    }
+    found
 }
 
 fn bounds(points: &[Vec3], margin: f64) -> (Vec3, Vec3) {

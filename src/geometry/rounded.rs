@@ -186,7 +186,7 @@ fn polytope(planes: &[HalfSpace], near: Vec3, size: f64) -> Result<Polyhedron, S
 }
 
 /// The convex polygon that the other planes leave of plane `index`, counter-clockwise from outside.
-fn facet_polygon(planes: &[HalfSpace], index: usize, near: Vec3, size: f64) -> Vec<Vec3> {
+pub(crate) fn facet_polygon(planes: &[HalfSpace], index: usize, near: Vec3, size: f64) -> Vec<Vec3> {
     let HalfSpace { normal, offset } = planes[index];
     let centre = near + normal * (offset - normal.dot(&near));
     let axis = normal.iamin();

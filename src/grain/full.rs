@@ -7,13 +7,13 @@
 //!
 //! Nodes are numbered anew: those of the surface first, in the order of [`Surface::nodes`].
 
-use crate::element::{StraightTet10, Strains};
+use crate::element::{POINT_COUNT, StraightTet10, Strains};
 use crate::error::{Error, Result};
 use crate::grain::mass::{MassProperties, nodal_moments};
 use crate::grain::surface::Surface;
 use crate::material::Elastic;
 use crate::mesh::{Mesh, NodeId};
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3, Vector6};
 
 /// What a node contributes to the mean motion: its share of the mass, and the first moment of that share about the
 /// centroid over the radius of gyration.
@@ -136,6 +136,13 @@ impl FullGrain {
                 element.strain_energy(rock, self.strains, &Self::displacements(cell, u))
             })
             .sum()
+    }
+
+    /// Stresses [Pa] at the integration points of every cell by small strains, in the frame.
+    pub fn cell_stresses(&self, u: &[Vec3]) -> Vec<[Vector6<f64>; POINT_COUNT]> {
+        self.of_cells()
+            .map(|(element, rock, cell)| element.stresses(rock, &Self::displacements(cell, u)))
+            .collect()
     }
 
     /// Derivative of the energy by the displacements [N].

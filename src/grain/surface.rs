@@ -116,6 +116,16 @@ impl Surface {
         0.5 * (b - a).cross(&(c - a)).norm()
     }
 
+    /// Corners [m] of the facets that lie in a plane, to `tolerance` (angle in rad, distance over the body's size).
+    pub fn facets_in(&self, normal: &Vec3, offset: f64, tolerance: f64) -> Vec<[Vec3; 3]> {
+        let root = &self.branches[0];
+        let reach = tolerance * (root.high - root.low).norm();
+        let near = |p: &Vec3| (normal.dot(p) - offset).abs() < reach;
+        let within =
+            |facet: &&Facet| (facet.normal - normal).norm() < tolerance && facet.corners.iter().all(near);
+        self.facets.iter().filter(within).map(|facet| facet.corners).collect()
+    }
+
     /// Every surface node as a surface point, in the order of [`Self::nodes`]; its facet is the first one that has it.
     pub fn node_points(&self) -> Vec<SurfacePoint> {
         const CORNERS_AND_MIDDLES: [[f64; 3]; 6] = [

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::CondensedGrain;
@@ -85,6 +86,7 @@ pub fn scene(bodies: Vec<SceneBody>, friction: f64, stages: Vec<LoadStage>) -> S
         bodies,
         gravity: Vec3::zeros(),
         friction: Friction::constant(friction),
+        faces: FaceContact::Corners,
         settings,
         increment_range: [1.0 / 64.0, 1.0],
         stages,

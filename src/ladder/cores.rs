@@ -21,6 +21,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::contact::ContactShape;
+use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
@@ -154,6 +155,7 @@ impl Wrapped {
             poissons_ratio: 0.2,
             friction: Friction::constant(0.5),
             plate_friction: Friction::constant(0.5),
+            faces: FaceContact::Corners,
             cover: Cover::Rubber(RubberSheet {
                 rubber,
                 thickness,

@@ -20,6 +20,7 @@ pub mod grains;
 pub mod hertz;
 pub mod membranes;
 pub mod newton;
+pub mod patch;
 pub mod penalties;
 pub mod rig;
 pub mod run;
@@ -78,6 +79,7 @@ pub const RUNGS: &[Rung] = &[
         problem: "two condensed spheres: Hertz, Cattaneo-Mindlin",
         climb: spheres::pressed_and_pushed,
     },
+    Rung { name: "patch", problem: "contact patch test, non-matching meshes", climb: patch::columns },
     Rung { name: "newton", problem: "order of Newton's method", climb: newton::orders },
     Rung { name: "incline", problem: "block on an incline: slides, or tips first", climb: blocks::incline },
     Rung { name: "nafems_wedge", problem: "NAFEMS CGS-4: pushed up a slope", climb: wedges::up_a_slope },

@@ -12,6 +12,7 @@
 
 use std::sync::Arc;
 
+use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
@@ -36,6 +37,7 @@ fn parameters(friction: f64) -> RigParameters {
         poissons_ratio: NU,
         friction: Friction::constant(friction),
         plate_friction: Friction::constant(friction),
+        faces: FaceContact::Corners,
         tilting: false,
         cover: Cover::Pressure,
     }

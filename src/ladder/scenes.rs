@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::case::RawCase;
 use crate::error::Result;
+use crate::ladder::patch;
 use crate::ladder::wedges::force_by_stage;
 use crate::ladder::{Findings, Run, Tolerance};
 use crate::scene::{SceneParameters, other_equilibrium};
@@ -37,6 +38,7 @@ pub const SCENE_CASES: &[SceneCase] = scene_cases![
     "card_tent_falls",
     "card_tent_stands",
     "column_of_five",
+    "contact_patch",
     "corner_on_corner",
     "crossed_edges",
     "cube_on_cube",
@@ -129,6 +131,11 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
             findings.of_run(said("force [N]"), run, force("upper", 2), 1000.0, near(2e-3));
             let moment = run.at_end(|row| row.bodies[1].contact_moment.y);
             findings.of_run(said("moment [N m]"), run, moment, -10.0, Tolerance::Absolute(0.1));
+        }
+        "contact_patch" => {
+            let (angle, tolerance) = (20f64.to_radians(), Tolerance::Absolute(patch::TOLERANCE));
+            findings.of_run(said("stress off"), run, patch::stress_miss(run), 0.0, tolerance);
+            findings.of_run(said("pressure off"), run, patch::pressure_miss(run, angle), 0.0, tolerance);
         }
         "incline_stands" => {
             let tolerance = Tolerance::Absolute(2e-3 * weight);

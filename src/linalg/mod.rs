@@ -1,12 +1,14 @@
 //! Sparse linear algebra: patterns, ordering, factorisations, refactorisation. The only user of faer and sprs.
 
 pub mod cholesky;
+pub mod fewest;
 pub mod lu;
 pub mod multifrontal;
 pub mod ordering;
 pub mod symmetric;
 
 pub use cholesky::{FactorError, Factorisation, Refinement, SparseCholesky};
+pub use fewest::fewest_weights;
 pub use multifrontal::MultifrontalLu;
 pub use ordering::{NodeGraph, Ordering};
 pub use symmetric::{SymmetricMatrix, SymmetricPattern};

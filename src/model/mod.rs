@@ -25,6 +25,7 @@ pub use wall::RigidWall;
 
 use std::sync::Arc;
 
+use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::grain::DamagedGrain;
@@ -33,6 +34,9 @@ use crate::tensor::{self, Pose};
 /// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
 /// the whole body where it is rigid. Its compliance adds to the flexibility of the mesh.
 pub const SHELL_STIFFNESS: f64 = 4.0;
+
+/// Share of its size by which a rigid body's [`Body::stiffness`] is made of its modulus `E/(1-nu^2)`.
+const STIFFNESS_RATIO: f64 = 0.1;
 
 /// Everything that does not change during a run.
 #[derive(Debug, Clone)]
@@ -82,6 +86,26 @@ impl Model {
             1.0 / (body.stiffness * if body.is_elastic() { SHELL_STIFFNESS } else { 1.0 })
         };
         1.0 / (compliance(a) + compliance(b))
+    }
+
+    /// Stiffness of the patch that two parallel faces share, per area [N/m^3]: of each body a layer in simple compression, of a rigid
+    /// one half its size thick, of one whose mesh deforms the rounding, which is outside of the mesh's corners.
+    pub fn patch_stiffness(&self, a: usize, b: usize) -> f64 {
+        let compliance = |body: usize| {
+            let (shape, body) = (&self.shapes[body], &self.bodies[body]);
+            let modulus = body.stiffness / (2.0 * STIFFNESS_RATIO * body.rotation_scale);
+            (if body.is_elastic() { shape.rounded.radius } else { body.rotation_scale }) / modulus
+        };
+        1.0 / (compliance(a) + compliance(b))
+    }
+
+    /// Has parallel faces of bodies carry by this.
+    pub fn with_faces(mut self, faces: FaceContact) -> Self {
+        match faces {
+            FaceContact::Corners => {}
+            FaceContact::Area => self.shapes = self.shapes.into_iter().map(ContactShape::faced).collect(),
+        }
+        self
     }
 
     /// What is left of [`Self::contact_spring`] where the two bodies' rock has kept the shares `firmness` of its stiffness.

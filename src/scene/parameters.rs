@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
@@ -17,6 +18,8 @@ pub struct SceneParameters {
     pub gravity: Vec3,
     /// Friction of bodies that have none of their own; of two bodies the lower one rules.
     pub friction: Friction,
+    /// What two parallel faces carry by.
+    pub faces: FaceContact,
     pub settings: Settings,
     /// Smallest and largest increment over a stage's.
     pub increment_range: [f64; 2],

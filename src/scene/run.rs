@@ -160,7 +160,7 @@ impl Scene {
         }
         let reaction = vec![Vector6::zeros(); bodies.len()];
         let first_shapes = bodies.iter().map(|body| body.nominal.clone()).collect();
-        let mut model = Model::new(bodies, shapes, law, parameters.friction);
+        let mut model = Model::new(bodies, shapes, law, parameters.friction).with_faces(parameters.faces);
         model.begin_damage();
         Ok(Scene {
             model,

@@ -129,6 +129,7 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
             weakening_distance: contact.weakening_distance,
         },
         plate_friction: Friction::constant(case.plates.friction),
+        faces: contact.faces,
         tilting: match case.plates.tilting {
             Tilting::Free => true,
             Tilting::Locked => false,
@@ -202,6 +203,7 @@ pub fn settings(case: &Case) -> Settings {
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
         max_newton: solver.max_newton_iterations,
+        first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),
         damage: damage_settings(case),
         // Halvings that stay above the smallest increment.

@@ -158,6 +158,7 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         bodies,
         gravity: Vec3::from(scene.gravity),
         friction,
+        faces: case.contact.faces,
         settings: settings(case),
         increment_range: [case.solver.increment_min, case.solver.increment_max],
         stages,
@@ -193,6 +194,7 @@ pub fn settings(case: &Case) -> Settings {
         max_augmentations: solver.max_augmentations,
         max_dwell: solver.max_dwell,
         max_newton: solver.max_newton_iterations,
+        first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),
         damage: damage_settings(case),
         ..Settings::default()

@@ -151,6 +151,7 @@ impl fmt::Display for ContactReport {
             Feature::VertexOfA(vertex) => format!("vertex {vertex} of the first on the second"),
             Feature::VertexOfB(vertex) => format!("vertex {vertex} of the second on the first"),
             Feature::Edges(i, j) => format!("edge {i} on edge {j}"),
+            Feature::Faces(i, j, point) => format!("face {i} on face {j}, point {point}"),
         };
         write!(
             f,

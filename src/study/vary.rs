@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::case::{Case, Geometry, RawCase, StageCase};
+use crate::case::{Case, Fidelity, Geometry, RawCase, StageCase};
 use crate::error::{Error, Result};
 
 /// What is varied.
@@ -15,7 +15,7 @@ pub enum Vary {
     /// Out-of-balance force at which an increment is accepted.
     Tolerance,
     Fidelity,
-    /// Stiffness of the contacts.
+    /// First penalty of the contacts of condensed bodies.
     Penalty,
     /// Seed of all randomness.
     Seed,
@@ -61,7 +61,7 @@ impl Vary {
             (Vary::Mesh, Geometry::Scene(_)) => "mesh size over the case's [1]",
             (Vary::Tolerance, _) => "force tolerance [1]",
             (Vary::Fidelity, _) => "fidelity",
-            (Vary::Penalty, _) => "penalty",
+            (Vary::Penalty, _) => "first penalty [1]",
             (Vary::Seed, _) => "seed",
         }
     }
@@ -97,10 +97,16 @@ impl Vary {
                 words.into_iter().map(setting).collect()
             }
             Vary::Penalty => {
-                return Err(missing(
-                    "penalty",
-                    "the stiffness of contacts follows from the grains (0.1 E d/(1-nu^2) each) and no key of the case sets it",
-                ));
+                if !has_condensed(case) {
+                    let reason = "no body of the case is condensed; contacts of others are springs, and no key of the case sets their stiffness";
+                    return Err(missing("penalty", reason));
+                }
+                let setting = |factor: f64| Setting {
+                    label: format!("{factor:e}"),
+                    size: None,
+                    overrides: vec![("/solver/first_penalty".into(), json!(factor))],
+                };
+                floats(values, || vec![1e-3, 1.0, 1e3])?.into_iter().map(setting).collect()
             }
             Vary::Seed => {
                 let base = case.seed as usize;
@@ -124,6 +130,22 @@ impl Vary {
             }
         }
         Ok(settings)
+    }
+}
+
+/// Whether any body is condensed, or may become so.
+fn has_condensed(case: &Case) -> bool {
+    let chosen = case.solver.accuracy.is_some();
+    let deforms = |fidelity: Fidelity| match fidelity {
+        Fidelity::Condensed => true,
+        Fidelity::Auto => chosen,
+        Fidelity::Rigid | Fidelity::Full => false,
+    };
+    match &case.geometry {
+        Geometry::Specimen(_) => deforms(case.solver.fidelity),
+        Geometry::Scene(scene) => {
+            scene.bodies.iter().any(|body| deforms(body.fidelity.unwrap_or(case.solver.fidelity)))
+        }
     }
 }
 
@@ -287,6 +309,20 @@ mod tests {
         let Geometry::Scene(scene) = finer.check().unwrap().geometry else { panic!("a scene") };
         assert!(scene.bodies.iter().all(|body| body.mesh_size == Some(2e-3)));
         assert!(scene.bodies.iter().all(|body| body.refine.is_some_and(|refine| refine.mesh_size == 1e-4)));
+    }
+
+    #[test]
+    fn penalties_of_a_condensed_scene_are_varied() {
+        let text = include_str!("../../cases/scenes/hertz.json");
+        let raw = RawCase::parse(Path::new("hertz.json"), text).unwrap();
+        let case = raw.check().unwrap();
+        let settings = Vary::Penalty.settings(&raw, &case, &[]).unwrap();
+        let penalty = |setting: &Setting| {
+            let mut other = raw.clone();
+            other.set(&setting.overrides);
+            other.check().unwrap().solver.first_penalty
+        };
+        assert_eq!(settings.iter().map(penalty).collect::<Vec<_>>(), [1e-3, 1.0, 1e3]);
     }
 
     #[test]

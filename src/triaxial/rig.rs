@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::{Contacts, Failing};
+use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
@@ -28,6 +29,8 @@ pub struct RigParameters {
     pub poissons_ratio: f64,
     pub friction: Friction,
     pub plate_friction: Friction,
+    /// What parallel faces carry by.
+    pub faces: FaceContact,
     pub cover: Cover,
     /// Whether the top plate is free to tilt; else it stays level.
     pub tilting: bool,
@@ -228,7 +231,7 @@ impl Rig {
             tangential_ratio,
             friction_blend: 0.05,
         };
-        let model = Model::new(bodies, shapes, law, parameters.friction);
+        let model = Model::new(bodies, shapes, law, parameters.friction).with_faces(parameters.faces);
         let mut rig = Rig {
             model,
             committed: Committed::new(poses),

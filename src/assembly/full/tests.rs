@@ -5,19 +5,35 @@ use std::sync::Arc;
 use super::*;
 use crate::assembly::cubes::{pile, product, unpatterned};
 use crate::assembly::{contact_stiffness_into, residual_into};
+use crate::contact::face::FaceContact;
 use crate::element::Strains;
 use crate::grain::FullGrain;
 use crate::model::Committed;
+use crate::tensor::Rotation;
 
-fn full_pile() -> (Model, Committed, Loads) {
-    pile(1e-3, |body, mesh, rock| {
+fn full_pile(faces: FaceContact, tilt: f64) -> (Model, Committed, Loads) {
+    let (model, mut committed, loads) = pile(1e-3, |body, mesh, rock| {
         body.full = Some(Arc::new(FullGrain::new(mesh, rock, 2700.0, Strains::Finite).expect("a grain")));
-    })
+    });
+    let upper = &mut committed.poses[2];
+    upper.rotation = Rotation::from_scaled_axis(Vec3::new(0.0, tilt, 0.0)) * upper.rotation;
+    (model.with_faces(faces), committed, loads)
 }
 
 #[test]
 fn stiffness_is_derivative_of_forces() {
-    let (model, committed, loads) = full_pile();
+    compare(FaceContact::Corners, 0.0, 10);
+}
+
+/// Faces in full and, of the upper two cubes, in the fade between patch and corners.
+#[test]
+fn stiffness_of_patches_is_derivative_of_forces() {
+    compare(FaceContact::Area, 0.0, 20);
+    compare(FaceContact::Area, 4e-3, 12);
+}
+
+fn compare(faces: FaceContact, tilt: f64, least: usize) {
+    let (model, committed, loads) = full_pile(faces, tilt);
     let dofs = Dofs::new(&model, &loads);
     let mut contacts = Contacts::default();
     contacts.start(&model, &committed);
@@ -45,7 +61,7 @@ fn stiffness_is_derivative_of_forces() {
         (residual, pattern, values, contacts.active().count())
     };
     let (_, pattern, values, touching) = forces_at(&vec![0.0; dofs.count()]);
-    assert!(touching > 10, "{touching} contacts");
+    assert!(touching > least, "{touching} contacts");
     let scale = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for seed in 2..6 {
         let direction = unpatterned(dofs.count(), seed);
@@ -66,7 +82,7 @@ fn stiffness_is_derivative_of_forces() {
 #[test]
 fn a_moving_frame_does_no_work_on_the_nodes() {
     // Displacing a body's frame and its nodes the other way leaves every gap alone.
-    let (model, committed, loads) = full_pile();
+    let (model, committed, loads) = full_pile(FaceContact::Corners, 0.0);
     let dofs = Dofs::new(&model, &loads);
     let mut contacts = Contacts::default();
     contacts.start(&model, &committed);

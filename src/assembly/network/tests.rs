@@ -5,14 +5,16 @@ use std::sync::Arc;
 use super::*;
 use crate::assembly::cubes::{pile, product, unpatterned};
 use crate::assembly::{contact_stiffness_into, residual_into};
+use crate::contact::face::FaceContact;
 use crate::grain::CondensedGrain;
 use crate::model::{Committed, Loads, Model};
 
 /// Edges of the lower two cross near the end of one.
-fn condensed_pile() -> (Model, Committed, Loads) {
-    pile(-11e-3, |body, mesh, rock| {
+fn condensed_pile(faces: FaceContact) -> (Model, Committed, Loads) {
+    let (model, committed, loads) = pile(-11e-3, |body, mesh, rock| {
         body.grain = Some(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
-    })
+    });
+    (model.with_faces(faces), committed, loads)
 }
 
 /// What the knots' forces lack, and the rows of bodies without any of it.
@@ -41,7 +43,16 @@ fn forces(contacts: &Contacts, model: &Model, dofs: &Dofs, poses: &[Pose]) -> (V
 
 #[test]
 fn stiffness_is_derivative_of_combined_rows() {
-    let (model, committed, loads) = condensed_pile();
+    compare(FaceContact::Corners);
+}
+
+#[test]
+fn stiffness_of_patches_is_derivative_of_combined_rows() {
+    compare(FaceContact::Area);
+}
+
+fn compare(faces: FaceContact) {
+    let (model, committed, loads) = condensed_pile(faces);
     let mut dofs = Dofs::new(&model, &loads);
     let mut contacts = Contacts::default();
     contacts.start(&model, &committed);
@@ -72,7 +83,8 @@ fn stiffness_is_derivative_of_combined_rows() {
     let (_, _, pattern, values, network) = at(&vec![0.0; dofs.count()]);
     let active = network.knots.iter().filter(|knot| knot.tangent.by_displacement != Mat3::zeros()).count();
     let faded = network.knots.iter().filter(|knot| knot.tangent.lift != knot.tangent.plain).count();
-    assert!(active > 8 && faded > 0, "{active} touch, {faded} of them with part of their weight");
+    let fades = faded > 0 || faces == FaceContact::Area;
+    assert!(active > 8 && fades, "{active} touch, {faded} of them with part of their weight");
     let scale = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for seed in 2..6 {
         let direction = unpatterned(dofs.count(), seed);

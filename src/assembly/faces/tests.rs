@@ -1,0 +1,92 @@
+//! Forces between faces that tilt and slide, patches and corners together.
+
+use crate::assembly::Contacts;
+use crate::assembly::cubes::pile;
+use crate::contact::Feature;
+use crate::contact::face::FaceContact;
+use crate::model::{Committed, Model};
+use crate::tensor::{Pose, Rotation, Vec3};
+
+/// Edge and rounding of the cubes [m]; see [`pile`].
+const EDGE: f64 = 0.03;
+const ROUNDING: f64 = 1e-3;
+/// How deep the upper cube presses in where it does so most [m].
+const DEPTH: f64 = 5e-5;
+
+/// A cube on another one, and a third out of reach.
+fn two_cubes() -> (Model, Committed) {
+    let (model, mut committed, _) = pile(0.0, |_, _, _| {});
+    committed.poses = poses([0.0; 2], [0.0; 3]).to_vec();
+    (model.with_faces(FaceContact::Area), committed)
+}
+
+/// The upper cube shifted [m] and turned, its lowest corner as deep as [`DEPTH`].
+fn poses([x, y]: [f64; 2], turn: [f64; 3]) -> [Pose; 3] {
+    let turned = Rotation::from_scaled_axis(Vec3::from(turn));
+    let half = 0.5 * EDGE;
+    let corner = |k: usize| {
+        let sign = |bit: usize| if k >> bit & 1 == 1 { half } else { -half };
+        (turned * Vec3::new(sign(0), sign(1), sign(2))).z
+    };
+    let lowest = (0..8).map(corner).fold(f64::INFINITY, f64::min);
+    [
+        Pose::identity(),
+        Pose::new(Vec3::new(x, y, half - lowest - DEPTH), turned),
+        Pose::new(Vec3::new(1.0, 1.0, 1.0), Rotation::identity()),
+    ]
+}
+
+/// Force and moment on the upper cube [N, N m], and how many contacts of faces and of other features it has.
+fn on_upper(model: &Model, committed: &Committed, poses: &[Pose; 3]) -> ([f64; 6], [usize; 2]) {
+    let mut contacts = Contacts::default();
+    contacts.start(model, committed);
+    contacts.evaluate(model, committed, poses).expect("far enough apart");
+    let (mut wrench, mut counts) = ([0.0; 6], [0; 2]);
+    for (_, point) in contacts.active() {
+        (0..6).for_each(|k| wrench[k] += point.evaluation.wrench[6 + k]);
+        counts[usize::from(!matches!(point.site.feature, Feature::Faces(..)))] += 1;
+    }
+    (wrench, counts)
+}
+
+#[test]
+fn parallel_faces_carry_by_their_patch_and_tilted_ones_by_corners() {
+    let (model, committed) = two_cubes();
+    let (wrench, counts) = on_upper(&model, &committed, &poses([5e-3, 0.0], [0.0; 3]));
+    assert_eq!(counts, [4, 0]);
+    let expected = model.patch_stiffness(0, 1) * DEPTH * EDGE * (EDGE - 5e-3);
+    assert!((wrench[2] / expected - 1.0).abs() < 1e-9, "{} {expected}", wrench[2]);
+    let (_, counts) = on_upper(&model, &committed, &poses([5e-3, 0.0], [0.0, -5e-3, 0.0]));
+    assert!(counts[0] == 4, "{counts:?}");
+    // Turned further, the rounded edge has to come as deep as the sharp one did.
+    let mut tilted = poses([5e-3, 0.0], [0.0, -1.2e-2, 0.0]);
+    tilted[1].position.z -= 1.2e-2 * ROUNDING;
+    let (_, counts) = on_upper(&model, &committed, &tilted);
+    assert!(counts[0] == 0 && counts[1] > 0, "{counts:?}");
+}
+
+/// The largest change of a component in a step falls with the step: no jump where a face turns away from parallel, slides off, or
+/// turns while it does.
+#[test]
+fn forces_are_continuous_as_faces_tilt_and_slide_over_rims() {
+    let (model, committed) = two_cubes();
+    let ways: [&dyn Fn(f64) -> [Pose; 3]; 4] = [
+        &|t| poses([4e-3, 1e-3], [0.0, -1.4e-2 * t, 0.0]),
+        &|t| poses([4e-3, 1e-3], [0.8e-2 * t, -1.1e-2 * t, 0.3]),
+        &|t| poses([EDGE * (2.2 * t - 1.1), 2e-3], [0.0, 0.0, 0.2]),
+        &|t| poses([EDGE * (2.2 * t - 1.1), 2e-3], [3e-3, 4e-3 * t, 0.2]),
+    ];
+    for (number, way) in ways.iter().enumerate() {
+        let largest = |steps: usize| {
+            let at = |i: usize| on_upper(&model, &committed, &way(i as f64 / steps as f64)).0;
+            let all: Vec<[f64; 6]> = (0..=steps).map(at).collect();
+            let jump = |w: &[[f64; 6]]| {
+                let arm = |k: usize| if k < 3 { 1.0 } else { 0.5 * EDGE };
+                (0..6).map(|k| (w[1][k] - w[0][k]).abs() / arm(k)).fold(0.0, f64::max)
+            };
+            all.windows(2).map(jump).fold(0.0, f64::max)
+        };
+        let (coarse, fine) = (largest(300), largest(2400));
+        assert!(coarse > 0.0 && fine < 0.25 * coarse, "way {number}: {coarse} {fine}");
+    }
+}

@@ -1,0 +1,61 @@
+//! What an accepted configuration leaves to the next increment.
+
+use crate::assembly::{ContactPoint, Contacts};
+use crate::contact::memory::{Memory, PairMemory, PointMemory};
+use crate::contact::{FaceRule, Feature};
+use crate::model::Model;
+use crate::tensor::Vec3;
+
+impl Contacts {
+    /// What contacts will remember once the present configuration is accepted.
+    pub fn memory(&self, model: &Model) -> Memory {
+        let mut memory = Memory::new();
+        for pair in &self.pairs {
+            let mut points: Vec<PointMemory> = Vec::new();
+            let (mut slip, mut force) = (0.0, 0.0);
+            for point in pair.active() {
+                let e = &point.evaluation;
+                slip += e.slip() * e.pressure;
+                force += e.pressure;
+                let traction = e.friction / e.weight;
+                let held = pair.held(point.site.feature);
+                let slid = held.map_or_else(Vec3::zeros, |h| h.slid);
+                points.push(PointMemory {
+                    feature: point.site.feature,
+                    stretch: point.state.own_stretch(&model.law, e) - slid,
+                    pressure: e.pressure,
+                    load: e.load,
+                    traction,
+                    bound: e.coefficient * e.load,
+                    tangential_energy: e.tangential_energy,
+                    lead: point.state.lead,
+                    neglected: pair
+                        .carried
+                        .point(point.site.feature)
+                        .map_or_else(Vec3::zeros, |m| m.neglected),
+                    scale: held.map_or(self.first_scale, |h| h.scale),
+                    firmness: point.firmness,
+                });
+            }
+            let slip = if points.is_empty() { 0.0 } else { pair.carried.slip + slip / force };
+            // Kept open by a change of fidelity: without its lead it would touch.
+            let held_open = |p: &&ContactPoint| {
+                let lead = p.state.lead;
+                !p.evaluation.is_active() && lead < 0.0 && p.evaluation.gap + lead < 0.0
+            };
+            let open = pair.points.iter().filter(held_open);
+            points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.lead)));
+            if !points.is_empty() {
+                points.sort_by_key(|p| p.feature);
+                let felt = |rule: &&FaceRule| {
+                    points
+                        .iter()
+                        .any(|p| matches!(p.feature, Feature::Faces(i, j, _) if rule.faces == (i, j)))
+                };
+                let rules = pair.rules.iter().filter(felt).cloned().collect();
+                memory.insert(pair.key(), PairMemory { slip, points, rules });
+            }
+        }
+        memory
+    }
+}

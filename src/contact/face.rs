@@ -1,0 +1,178 @@
+//! Faces of rounded bodies, and how a pair of them that is nearly parallel shares a contact with its corners and edges.
+//!
+//! A face is a facet plane of the core moved out by the rounding, and its polygon that of the body before its edges were rounded: a
+//! patch that ended a rounding before the block does could not put a uniform stress into the block. Two faces carry by
+//! the patch that they share with the weight `f`, which depends on the angle between them alone: 1 below [`FULL`], 0 from
+//! [`NONE`] on, the angles between which an edge counts as flat. A corner or an edge with the normal n then counts
+//! `1 - f h_a h_b`; `h_a` says how deep n lies in the cone of directions about the face's normal: 1 within half its angle, 0
+//! from the cone on. Cones of one body's faces do not meet, so a contact belongs to one pair of faces at most, and it leaves no
+//! pair but where `h` is zero.
+//!
+//! Forces are the derivatives of the energy `f E_patch + (1 - f h) E_contact` by the angle; what `h` does is left out: it
+//! changes only while a corner turns by a quarter of a radian about an edge between two parallel faces.
+
+use crate::contact::features::fade;
+use crate::geometry::rounded::{HalfSpace, RoundedBody, facet_planes, facet_polygon};
+use crate::tensor::dual::{Real, Vector};
+use crate::tensor::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Angle between two faces below which they carry by their patch alone, and from which on by corners and edges alone [rad].
+pub const FULL: f64 = 1e-3;
+pub const NONE: f64 = 1e-2;
+
+/// Widest cone of a face, and narrowest of one that takes part [rad].
+const WIDEST: f64 = 0.5;
+const NARROWEST: f64 = 0.05;
+/// Planes of a core closer than this (angle in rad, offset over the body's size) are one face.
+const SAME: f64 = 1e-6;
+
+/// What two parallel faces carry by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaceContact {
+    /// Their corners and crossing edges, as all other contacts do.
+    #[default]
+    Corners,
+    /// The patch that they share.
+    Area,
+}
+
+/// A face of a rounded body, in body coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Face {
+    /// Outwards.
+    pub normal: Vec3,
+    /// Corners before edges are rounded [m], counter-clockwise from outside.
+    pub ring: Vec<Vec3>,
+    /// In its plane, with the normal right-handed.
+    pub axes: [Vec3; 2],
+    /// [m^2]
+    pub area: f64,
+    /// Of half the angle of its cone.
+    pub cosine: f64,
+    /// A point inside the body [m].
+    pub inside: Vec3,
+}
+
+impl Face {
+    /// The faces of a body that can share a patch: those that do not blend into another one.
+    pub fn of(body: &RoundedBody) -> Vec<Face> {
+        let core = &body.core;
+        let size = core.bounding_radius();
+        let inside = core.vertices.iter().sum::<Vec3>() / core.vertices.len() as f64;
+        let mut planes: Vec<HalfSpace> = Vec::new();
+        for plane in facet_planes(core) {
+            let same = |p: &HalfSpace| {
+                (p.normal - plane.normal).norm() < SAME && (p.offset - plane.offset).abs() < SAME * size
+            };
+            if !planes.iter().any(same) {
+                planes.push(plane);
+            }
+        }
+        let half_angle = |plane: &HalfSpace| {
+            let others = planes.iter().map(|other| plane.normal.angle(&other.normal)).filter(|a| *a > SAME);
+            let nearest = others.fold(f64::INFINITY, f64::min);
+            let on_face = |v: usize| plane.normal.dot(&core.vertices[v]) - plane.offset > -SAME * size;
+            let mut depth: f64 = 1.0;
+            for [own, other] in core.edges.iter().flat_map(|e| [e.vertices, [e.vertices[1], e.vertices[0]]]) {
+                if on_face(own) && !on_face(other) {
+                    let along = (core.vertices[other] - core.vertices[own]).normalize();
+                    depth = depth.min(-plane.normal.dot(&along));
+                }
+            }
+            depth.asin().min(0.5 * nearest).min(WIDEST)
+        };
+        let angles: Vec<f64> = planes.iter().map(half_angle).collect();
+        planes.iter_mut().for_each(|plane| plane.offset += body.radius);
+        let face = |(index, angle): (usize, &f64)| {
+            // Not wide enough, or not a number.
+            if !(*angle >= NARROWEST) {
+                return None;
+            }
+            let ring = facet_polygon(&planes, index, core.vertices[0], size + body.radius);
+            let [first, second] = [ring.first()?, ring.get(1)?];
+            let normal = planes[index].normal;
+            let along = (second - first).normalize();
+            let spans = |k: usize| (ring[k] - first).cross(&(ring[k + 1] - first)).dot(&normal);
+            let area = 0.5 * (1..ring.len() - 1).map(spans).sum::<f64>();
+            let axes = [along, normal.cross(&along)];
+            (area > 0.0).then(|| Face { normal, axes, area, cosine: angle.cos(), inside, ring })
+        };
+        angles.iter().enumerate().filter_map(face).collect()
+    }
+
+    /// The point with these coordinates along the axes, from the first corner.
+    pub fn point(&self, [x, y]: [f64; 2]) -> Vec3 {
+        self.ring[0] + self.axes[0] * x + self.axes[1] * y
+    }
+
+    /// Coordinates along the axes of a point's projection, from the first corner.
+    pub fn coordinates(&self, point: &Vec3) -> [f64; 2] {
+        let arm = point - self.ring[0];
+        [arm.dot(&self.axes[0]), arm.dot(&self.axes[1])]
+    }
+}
+
+/// What a contact has to do with a pair of faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FaceShare {
+    /// It is part of their patch: weight `f`.
+    Patch,
+    /// It is a corner or an edge; cosines of the two cones' half angles: weight `1 - f h_a h_b`.
+    Feature([f64; 2]),
+}
+
+/// The weight and its derivative by the spin of `a`; that by the spin of `b` is the opposite.
+pub struct FaceWeight<T> {
+    pub value: T,
+    pub by_turn: Vector<T>,
+}
+
+impl<T: Real> FaceWeight<T> {
+    /// Of a contact with this `normal` from `a` to `b` between faces with these outward normals, all in space.
+    pub fn new(share: FaceShare, normals: [Vector<T>; 2], normal: Vector<T>) -> Self {
+        let (f, by_turn) = facing(normals);
+        match share {
+            FaceShare::Patch => FaceWeight { value: f, by_turn },
+            FaceShare::Feature(cosines) => {
+                let depth = |along: T, cosine: f64| {
+                    // Cosine of half the angle less that of the angle.
+                    let span = (0.5 * (1.0 + cosine)).sqrt() - cosine;
+                    fade((along - T::constant(cosine)).scaled(1.0 / span)).0
+                };
+                let h =
+                    depth(normal.dot(normals[0]), cosines[0]) * depth(-normal.dot(normals[1]), cosines[1]);
+                FaceWeight { value: T::constant(1.0) - f * h, by_turn: -by_turn.times(h) }
+            }
+        }
+    }
+}
+
+/// The weight `f` of a patch between faces with these outward normals, and its derivative by the spin of the first.
+fn facing<T: Real>(normals: [Vector<T>; 2]) -> (T, Vector<T>) {
+    let [a, b] = normals;
+    let (along, across) = (a.dot(b), a.cross(b));
+    if along.value() >= 0.0 {
+        return (T::constant(0.0), Vector::zero());
+    }
+    let [full, none] = [FULL, NONE].map(|angle: f64| angle.sin().powi(2));
+    let (gone, slope) = fade((across.dot(across) - T::constant(full)).scaled(1.0 / (none - full)));
+    // Squared sine |a x b|^2 by the spin of a: -2 (a.b) a x b.
+    let by_turn = across.times((slope * along).scaled(2.0 / (none - full)));
+    (T::constant(1.0) - gone, by_turn)
+}
+
+/// Whether two faces look at each other, not their bodies' backs: whether either body lies in front of the other one's face.
+pub fn look_at_each_other(faces: [&Face; 2], poses: [&Pose; 2]) -> bool {
+    let in_front = |own: usize, other: usize| {
+        let seen = poses[own].to_body(&poses[other].to_space(&faces[other].inside));
+        faces[own].normal.dot(&(seen - faces[own].ring[0])) > 0.0
+    };
+    in_front(0, 1) && in_front(1, 0)
+}
+
+/// Whether faces with these outward normals may be parallel enough to share a patch once their bodies have turned by `turn` [rad].
+pub fn may_face(a: &Vec3, b: &Vec3, turn: f64) -> bool {
+    a.dot(b) < 0.0 && a.cross(b).norm() < NONE + turn
+}

@@ -1,0 +1,297 @@
+//! Forces against energies, tangents against forces.
+
+use super::*;
+use crate::contact::features::Feature;
+use crate::tensor::{Pose, Rotation};
+
+const LAW: ContactLaw = ContactLaw { fade_length: 2e-3, parallel_limit: 0.5, ..ContactLaw::SAMPLE };
+
+struct Scene {
+    site: Site,
+    body_a: [Vec3; 3],
+    body_b: [Vec3; 3],
+    /// Outward normals of two faces, in the bodies' coordinates.
+    faces: [Vec3; 2],
+    committed: [Pose; 2],
+    state: PointState,
+}
+
+impl Scene {
+    /// Shifts `b` along the normal until the rounded bodies overlap by 20 um.
+    fn pressed(mut self) -> Self {
+        for _ in 0..5 {
+            let (e, _) = self.evaluate_at(&self.committed);
+            self.committed[1].position -= e.normal * (e.gap + 2e-5);
+        }
+        self
+    }
+
+    fn evaluate_at(&self, poses: &[Pose; 2]) -> (Evaluation, Tangent) {
+        let kinematics = [0, 1].map(|i| Kinematics {
+            position: poses[i].position,
+            committed_position: self.committed[i].position,
+            turn_back: (self.committed[i].rotation * poses[i].rotation.inverse())
+                .to_rotation_matrix()
+                .into_inner(),
+        });
+        let points = SitePoints {
+            a: self.body_a.map(|p| poses[0].to_space(&p)),
+            b: self.body_b.map(|p| poses[1].to_space(&p)),
+            normals: [poses[0].rotation * self.faces[0], poses[1].rotation * self.faces[1]],
+        };
+        let [a, b] = &kinematics;
+        (
+            evaluate(&LAW, &self.site, &points, a, b, &self.state),
+            tangent(&LAW, &self.site, &points, a, b, &self.state),
+        )
+    }
+}
+
+fn state(friction: f64) -> PointState {
+    let friction = Weakening::constant(friction);
+    PointState {
+        radii: 1e-3,
+        radius_difference: 4e-4,
+        stiffness: 6e7,
+        spring: 3e8,
+        friction,
+        offset: 4e-6,
+        stretch: Vec3::new(2e-6, 1e-6, -1e-6),
+        corners: None,
+        faces: None,
+        elastic: Vec3::new(1e-7, 2e-7, -3e-7),
+        elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
+        lead: 0.0,
+        compliance: 0.0,
+        given: Vec3::zeros(),
+        hardens: true,
+    }
+}
+
+fn edges(friction: f64) -> Scene {
+    Scene {
+        site: Site {
+            feature: Feature::Edges(0, 0),
+            on_a: [0, 1, 0],
+            on_b: [0, 1, 0],
+            count_a: 2,
+            count_b: 2,
+        },
+        body_a: [Vec3::new(-8e-4, 1e-4, 0.0), Vec3::new(9e-3, -3e-4, 2e-4), Vec3::zeros()],
+        body_b: [Vec3::new(1e-4, -7e-4, 2e-4), Vec3::new(2e-3, 9e-3, -3e-4), Vec3::zeros()],
+        committed: [
+            Pose::identity(),
+            Pose::identity().moved(&Vec3::new(0.0, 0.0, 0.94e-3), &Vec3::new(0.01, 0.02, 0.03)),
+        ],
+        faces: [Vec3::zeros(); 2],
+        state: state(friction),
+    }
+    .pressed()
+}
+
+fn vertex_on_facet(friction: f64) -> Scene {
+    Scene {
+        site: Site {
+            feature: Feature::VertexOfB(0),
+            on_a: [0, 1, 2],
+            on_b: [0, 0, 0],
+            count_a: 3,
+            count_b: 1,
+        },
+        body_a: [Vec3::new(-5e-3, -4e-3, 1e-3), Vec3::new(6e-3, -3e-3, 0.0), Vec3::new(0.0, 7e-3, 5e-4)],
+        body_b: [Vec3::new(3e-4, 1e-3, -1e-2), Vec3::zeros(), Vec3::zeros()],
+        committed: [
+            Pose::identity(),
+            Pose::identity().moved(&Vec3::new(0.0, 0.0, 1.136e-2), &Vec3::new(0.01, 0.0, 0.02)),
+        ],
+        faces: [Vec3::zeros(); 2],
+        state: state(friction),
+    }
+    .pressed()
+}
+
+/// Two corners, the direction between them in the fade of both.
+fn vertex_on_vertex(friction: f64) -> Scene {
+    let axis = |x: f64, z: f64| Vec3::new(x, 0.1, z).normalize();
+    let (vertex_a, vertex_b) = (Vec3::new(2e-3, 1e-3, 5e-3), Vec3::new(-1e-3, 2e-3, -6e-3));
+    Scene {
+        site: Site { feature: Feature::VertexOfA(0), on_a: [0; 3], on_b: [0; 3], count_a: 1, count_b: 1 },
+        body_a: [vertex_a, vertex_a + axis(0.55, 1.0), Vec3::zeros()],
+        body_b: [vertex_b, vertex_b + axis(0.5, -1.0), Vec3::zeros()],
+        committed: [Pose::identity(), Pose::new(Vec3::new(3e-3, -1e-3, 1.2e-2), Default::default())],
+        faces: [Vec3::zeros(); 2],
+        state: PointState { corners: Some([0.75, 0.8]), ..state(friction) },
+    }
+    .pressed()
+}
+
+/// A corner on a face whose own face is within the angle at which patches fade.
+fn vertex_beside_patch(friction: f64) -> Scene {
+    let mut scene = vertex_on_facet(friction);
+    scene.state.faces = Some(FaceShare::Feature([0.9; 2]));
+    nearly_parallel(scene)
+}
+
+/// A point of such a patch.
+fn point_of_patch(friction: f64) -> Scene {
+    let mut scene = vertex_on_facet(friction);
+    scene.state.faces = Some(FaceShare::Patch);
+    nearly_parallel(scene)
+}
+
+fn nearly_parallel(mut scene: Scene) -> Scene {
+    let [p, q, r] = scene.body_a;
+    let normal = (q - p).cross(&(r - p)).normalize();
+    let tilted = Rotation::from_scaled_axis(Vec3::new(3e-3, -4e-3, 1e-3)) * normal;
+    scene.faces = [normal, -(scene.committed[1].rotation.inverse() * tilted)];
+    scene
+}
+
+/// Crossing edges whose normal is in the fade of a face's cone.
+fn edges_beside_patch(friction: f64) -> Scene {
+    let mut scene = edges(friction);
+    let normal = scene.evaluate_at(&scene.committed).0.normal;
+    let tilted = Rotation::from_scaled_axis(Vec3::new(0.25, 0.1, 0.0)) * normal;
+    let other = Rotation::from_scaled_axis(Vec3::new(4e-3, -2e-3, 0.0)) * tilted;
+    scene.faces = [tilted, -(scene.committed[1].rotation.inverse() * other)];
+    scene.state.faces = Some(FaceShare::Feature([0.9; 2]));
+    scene
+}
+
+fn motion(k: usize, step: f64) -> ([Vec3; 2], [Vec3; 2]) {
+    let mut shift = [Vec3::zeros(); 2];
+    let mut spin = [Vec3::zeros(); 2];
+    match k {
+        0..3 => shift[1][k] = step,
+        3..6 => spin[1][k - 3] = step,
+        _ => spin[0][k - 6] = step,
+    }
+    (shift, spin)
+}
+
+fn moved(scene: &Scene, poses: &[Pose; 2], k: usize, step: f64) -> (Evaluation, Tangent) {
+    let (shift, spin) = motion(k, step);
+    scene.evaluate_at(&[poses[0].moved(&shift[0], &spin[0]), poses[1].moved(&shift[1], &spin[1])])
+}
+
+#[test]
+fn tangent_is_derivative_of_force() {
+    let weakening = |excess: f64, distance: f64| Weakening { coefficient: 0.1, excess, distance };
+    for friction in [
+        Weakening::constant(0.0),
+        Weakening::constant(0.05),
+        Weakening::constant(0.65),
+        weakening(0.08, 5e-6),
+        weakening(0.08, 2e-8),
+    ] {
+        for mut scene in [
+            edges(0.05),
+            vertex_on_facet(0.05),
+            vertex_on_vertex(0.05),
+            vertex_beside_patch(0.05),
+            point_of_patch(0.05),
+            edges_beside_patch(0.05),
+        ] {
+            scene.state.friction = friction;
+            let poses = [
+                scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
+                scene.committed[1].moved(&Vec3::new(0.0, 2e-6, -1e-6), &Vec3::new(0.0, 1e-4, 0.0)),
+            ];
+            let (evaluation, tangent) = scene.evaluate_at(&poses);
+            assert!(evaluation.is_active(), "gap {}", evaluation.gap);
+            for k in 0..9 {
+                let h = if k < 3 { 1e-10 } else { 1e-8 };
+                let (plus, _) = moved(&scene, &poses, k, h);
+                let (minus, _) = moved(&scene, &poses, k, -h);
+                for i in 0..12 {
+                    let difference = (plus.wrench[i] - minus.wrench[i]) / (2.0 * h);
+                    let scale = 6e7 * if k < 3 { 1.0 } else { 1e-2 } * if i % 6 < 3 { 1.0 } else { 1e-2 };
+                    assert!(
+                        (difference - tangent[i][k]).abs() < 2e-4 * scale,
+                        "{friction:?} component {i} motion {k}: {difference} {}",
+                        tangent[i][k]
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn force_is_derivative_of_energy_without_friction() {
+    for mut scene in [
+        edges(0.0),
+        vertex_on_facet(0.0),
+        vertex_on_vertex(0.0),
+        vertex_beside_patch(0.0),
+        point_of_patch(0.0),
+    ] {
+        // The elastic displacement is held while the normal turns, which is not an energy.
+        scene.state.elastic = Vec3::zeros();
+        scene.state.offset = 0.0;
+        scene.state.spring = scene.state.stiffness;
+        let poses = scene.committed;
+        let (evaluation, _) = scene.evaluate_at(&poses);
+        assert!(evaluation.is_active() && evaluation.weight < 1.0 + 1e-15);
+        assert!(scene.state.faces.is_none() || (0.05..0.95).contains(&evaluation.weight));
+        for k in 0..9 {
+            let h = if k < 3 { 1e-9 } else { 1e-7 };
+            let (plus, _) = moved(&scene, &poses, k, h);
+            let (minus, _) = moved(&scene, &poses, k, -h);
+            let slope = (plus.energy - minus.energy) / (2.0 * h);
+            let work = match k {
+                0..6 => evaluation.wrench[6 + k],
+                _ => evaluation.wrench[3 + k - 6],
+            };
+            let scale = evaluation.pressure * if k < 3 { 1.0 } else { 1e-2 };
+            assert!((slope + work).abs() < 1e-4 * scale, "motion {k}: {slope} {work}");
+        }
+    }
+}
+
+#[test]
+fn repeated_augmentations_end_at_the_spring_law() {
+    for mut scene in [edges(0.05), edges(0.65), vertex_on_facet(0.05), vertex_on_facet(0.65)] {
+        let (soft, spring) = (scene.state.stiffness, scene.state.spring);
+        // In the tangent plane: what turns into it keeps its length, sums of such do not.
+        let normal = scene.evaluate_at(&scene.committed).0.normal;
+        let own = scene.state.stretch - normal * scene.state.stretch.dot(&normal);
+        scene.state.stretch = own;
+        scene.state.stiffness = spring;
+        scene.state.offset = 0.0;
+        let (plain, _) = scene.evaluate_at(&scene.committed);
+        scene.state.stiffness = soft;
+        let shared = 1.0 / soft - 1.0 / spring;
+        for _ in 0..200 {
+            let (e, _) = scene.evaluate_at(&scene.committed);
+            scene.state.offset = shared * e.load;
+            scene.state.stretch = own + e.friction * (shared / (e.weight * LAW.tangential_ratio));
+        }
+        let (augmented, _) = scene.evaluate_at(&scene.committed);
+        let relative = |a: f64, b: f64| (a - b).abs() / plain.pressure;
+        assert!(relative(augmented.pressure, plain.pressure) < 1e-9);
+        for k in 0..12 {
+            let arm = if k % 6 < 3 { 1.0 } else { 1e-2 };
+            let off = relative(augmented.wrench[k], plain.wrench[k]);
+            assert!(off < 1e-6 * arm, "component {k}: {off}");
+        }
+        let stored = |e: &Evaluation| e.energy + e.tangential_energy;
+        assert!((stored(&augmented) - stored(&plain)).abs() < 1e-6 * stored(&plain));
+        assert!((augmented.energy - plain.energy).abs() < 1e-9 * plain.energy);
+    }
+}
+
+#[test]
+fn forces_balance_and_obey_the_cone() {
+    for scene in [edges(0.65), vertex_on_facet(0.2), vertex_on_vertex(0.4)] {
+        let (e, _) = scene.evaluate_at(&scene.committed);
+        let force = |first: usize| Vec3::new(e.wrench[first], e.wrench[first + 1], e.wrench[first + 2]);
+        assert!((force(0) + force(6)).norm() < 1e-9 * e.pressure);
+        let turn = |first: usize, body: usize| {
+            scene.committed[body].position.cross(&force(first)) + force(first + 3)
+        };
+        assert!((turn(0, 0) + turn(6, 1)).norm() < 1e-9 * e.pressure);
+        assert!(e.friction.norm() <= e.coefficient * e.pressure * (1.0 + 1e-12));
+        assert!(e.friction.dot(&e.normal).abs() < 1e-9 * e.pressure);
+    }
+}
