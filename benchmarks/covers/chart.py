@@ -60,18 +60,24 @@ def main(folder):
     figure.savefig(os.path.join(folder, "covers.png"), dpi=130)
 
 
+def snapped(h):
+    """Increments known by balance only; records made before `/history/snapped` are judged by their augmentations."""
+    return h["snapped"] > 0 if "snapped" in h else h["augmentations"] > 8
+
+
 def tell(name, h, seconds):
     """What each stage held and how its energy closed."""
     error, work = h["energy_error"], h["energy_external"]
     print(f"{name}: {len(work)} rows, {seconds:.0f} CPU s; worst cumulative error over the work {numpy.abs(error / work)[5:].max():.1e}; "
-          f"stabilisation {h['energy_stabilisation'][-1] / work[-1]:.1e} of the work")
+          f"stabilisation {h['energy_stabilisation'][-1] / work[-1]:.1e} of the work, "
+          f"of friction taken back {h['energy_overdrawn'][-1] / work[-1] if 'energy_overdrawn' in h else 0:.1e}")
     for stage in numpy.unique(h["stage"]):
         rows = h["stage"] == stage
         gaps = numpy.abs(h["energy_gap"][rows])
         print(f"  stage {stage:.0f}: {rows.sum()} rows, {h['factorisations'][rows].sum():.0f} factorisations, {h['cuts'][rows].sum():.0f} cuts; "
               f"control {h['control_error'][rows].max():.1e}, out of balance {h['out_of_balance'][rows].max():.1e}, "
               f"stresses disagree {h['stress_disagreement'][rows].max():.1e}; gap median {numpy.median(gaps):.1e}, worst {gaps.max():.1e}, "
-              f"beyond 1e-3: {(gaps > 1e-3).sum()}; increments that snapped {(h['augmentations'][rows] > 8).sum()}; "
+              f"beyond 1e-3: {(gaps > 1e-3).sum()}; increments that snapped {snapped(h)[rows].sum()}; "
               f"ends at {100 * h['axial_strain'][rows][-1]:.3f} %, q {h['deviatoric_stress'][rows][-1] / 1e6:.4f} MPa")
     sheared = h["stage"] == 1
     for strain in [0.1, 0.5, 1, 2, 5]:

@@ -378,7 +378,7 @@ static MEMBRANE: &[Kind] = &[
                 "refinement",
                 Count(0, 2),
                 "0",
-                "How often these are halved where the membrane has to span pores; twice has not been seen to lay well.",
+                "How often these are halved where the membrane has to span pores.",
             ),
         ],
     },
