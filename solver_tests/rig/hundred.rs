@@ -1,4 +1,4 @@
-//! The cases `hundred_grains` (consolidation, shear, unloading, reloading) and `rubber_100` (shear to 15 %), every row within
+//! The cases `hundred_grains` (consolidation, shear, unloading, reloading) in all three covers and `rubber_100` (shear to 15 %), every row within
 //! its control tolerance.
 
 use std::path::Path;
@@ -21,14 +21,22 @@ impl Observer for Rows {
     }
 }
 
-/// Runs a case with so many grains to an axial strain; checks every row.
-fn rows_of(case: &str, grains: u64, axial_strain: f64) -> Vec<HistoryRow> {
+/// The covers of `cases/membrane/covers_100.json`.
+const RUBBER: &str =
+    r#"{"kind": "rubber", "thickness": "5 mm", "shear_modulus": "2 MPa", "mesh_size": "16 mm"}"#;
+const PRESSURE: &str = r#"{"kind": "pressure"}"#;
+const RIGID_WALL: &str = r#"{"kind": "rigid_wall"}"#;
+
+/// Runs a case with so many grains to an axial strain, with what is given set; checks every row.
+fn rows_of(case: &str, grains: u64, axial_strain: f64, set: &[(&str, &str)]) -> Vec<HistoryRow> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(case);
     let mut raw = read(&file).unwrap_or_else(|e| panic!("{e}"));
     raw.set(&[
         ("/specimen/grains".into(), grains.into()),
         ("/stages/1/axial_strain".into(), axial_strain.into()),
     ]);
+    let set = set.iter().map(|&(path, text)| (path.into(), serde_json::from_str(text).expect("JSON")));
+    raw.set(&set.collect::<Vec<(String, serde_json::Value)>>());
     let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
     let folder = tempfile::tempdir().expect("a folder");
     let options = Options {
@@ -49,8 +57,8 @@ fn rows_of(case: &str, grains: u64, axial_strain: f64) -> Vec<HistoryRow> {
     rows
 }
 
-fn loop_of(grains: u64, axial_strain: f64) {
-    let rows = rows_of("stages/hundred_grains.json", grains, axial_strain);
+fn loop_of(grains: u64, axial_strain: f64, cover: &str) {
+    let rows = rows_of("stages/hundred_grains.json", grains, axial_strain, &[("/membrane", cover)]);
     let last_of = |stage: i64| rows.iter().rfind(|row| row.stage == stage).expect("rows of every stage");
     let [sheared, unloaded, reloaded] = [1, 2, 3].map(last_of);
     assert!((sheared.axial_strain - axial_strain).abs() < 1e-9);
@@ -59,11 +67,20 @@ fn loop_of(grains: u64, axial_strain: f64) {
     for row in rows.iter().filter(|row| row.stage > 0) {
         assert!((row.confining_pressure / 8e5 - 1.0).abs() < HELD, "{row:?}");
     }
-    // What the gate promises, increment by increment and from the start on; a hold's floor is far below.
+    // What the gate promises, increment by increment and from the start on. Where hardly any work is done, what is left may be what
+    // forces out of balance by the tolerance store: a millionth of the elastic energy.
+    let mut before = 0.0;
     for row in &rows {
-        assert!(row.energy_gap.abs() <= CLOSED, "{row:?}");
+        // What was stored when the ledger began comes on top of this.
+        let stored = row.energy_elastic.max(0.0);
+        let left = (row.energy_error - before).abs();
+        assert!(row.energy_gap.abs() <= CLOSED || left < 1e-6 * stored, "{row:?}");
         assert!(row.energy_error.abs() < CLOSED * row.energy_external || row.stage == 0, "{row:?}");
+        before = row.energy_error;
     }
+    // Snaps are known by balance only: if all were, closure would say nothing.
+    let snaps = rows.iter().filter(|row| row.snapped > 0).count();
+    assert!(5 * snaps < rows.len(), "{snaps} of {}", rows.len());
     // A loop costs work, which friction takes.
     assert!(reloaded.energy_external > sheared.energy_external);
     assert!(reloaded.energy_friction > sheared.energy_friction);
@@ -71,19 +88,31 @@ fn loop_of(grains: u64, axial_strain: f64) {
 
 #[test]
 fn forty_grains_are_sheared_unloaded_and_reloaded() {
-    loop_of(40, 0.01);
+    loop_of(40, 0.01, PRESSURE);
 }
 
 #[test]
-#[ignore = "a minute of a core; benchmarks/runs/2026-11-21-hundred-grains has a recorded run"]
+fn thirty_grains_in_a_rigid_wall_are_sheared_unloaded_and_reloaded() {
+    loop_of(30, 0.005, RIGID_WALL);
+}
+
+#[test]
+fn sixteen_grains_in_rubber_are_sheared_unloaded_and_reloaded() {
+    loop_of(16, 0.003, RUBBER);
+}
+
+#[test]
+#[ignore = "a quarter of an hour of a core; benchmarks/runs/2026-11-21-covers-100-closed has recorded runs"]
 fn a_hundred_grains_are_sheared_to_five_per_cent_unloaded_and_reloaded() {
-    loop_of(100, 0.05);
+    for cover in [PRESSURE, RIGID_WALL, RUBBER] {
+        loop_of(100, 0.05, cover);
+    }
 }
 
 #[test]
 #[ignore = "twenty minutes of a core; benchmarks/runs/2026-11-21-rubber-15 has a recorded run"]
 fn a_hundred_grains_in_rubber_are_sheared_to_fifteen_per_cent() {
-    let rows = rows_of("membrane/rubber_100.json", 100, 0.15);
+    let rows = rows_of("membrane/rubber_100.json", 100, 0.15, &[]);
     let last = rows.last().expect("rows");
     assert!((last.axial_strain - 0.15).abs() < 1e-9, "{last:?}");
 }

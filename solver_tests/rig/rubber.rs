@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use riprap::material::{Rubber, RubberLaw};
+use riprap::model::Thickness;
 use riprap::triaxial::{
     Cover, EnergyGate, Lateral, Path, Rig, Row, RubberSheet, Stage, StageEnd, Steps, Test, Until,
 };
@@ -16,6 +17,7 @@ fn wrapped() -> (Rig, Test) {
         let sheet = RubberSheet {
             rubber,
             thickness: 5e-3,
+            on_bodies: Thickness::Constant,
             mesh_size: Some(0.015),
             refinement: 0,
             pressure: PRESSURE,

@@ -179,11 +179,11 @@ impl PairWork {
             committed: committed.get(body).map_or(&[], |field| &field[..]),
         };
         let brittle = model.bodies[a].is_brittle() || model.bodies[b].is_brittle();
-        let firm = |body: usize, place: &Option<SurfacePoint>| match (place, trial.grain(model, body)) {
-            (Some(place), Some(grain)) if model.bodies[body].is_brittle() => {
-                grain.firmness(place.facet).max(LEAST_FIRMNESS)
+        let firm = |body: usize, place: &Option<SurfacePoint>| match place {
+            Some(place) if model.bodies[body].is_brittle() => {
+                trial.firmness(model, body, place.facet).max(LEAST_FIRMNESS)
             }
-            (Some(_) | None, _) => 1.0,
+            Some(_) | None => 1.0,
         };
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
         let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();

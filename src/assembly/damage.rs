@@ -17,13 +17,27 @@ use crate::grain::{DamageChange, DamagedGrain};
 use crate::model::{Body, Model};
 use crate::tensor::Vec3;
 
-/// Proposals that a brittle grain settles by in one move, besides the first.
-const MOST_ALONE: usize = 8;
+/// Most proposals of a brittle grain in one move.
+const MOST_ALONE: usize = 200;
+/// A brittle grain that settled keeps its damage while no nodal force has changed by more than this share of the largest since: damage
+/// `1 - (e_0/e)^N` then changes by less than N times that.
+const UNCHANGED: f64 = 1e-4;
 
 /// Grains with trial damage, by body; empty until damage is asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Trial {
     grains: Vec<Option<DamagedGrain>>,
+    /// Of the brittle ones.
+    alone: Vec<Alone>,
+}
+
+/// What a brittle grain has come to by itself, between two augmentations.
+#[derive(Debug, Clone, Default)]
+struct Alone {
+    /// The nodal forces that it last settled under [N].
+    settled: Option<Vec<Vec3>>,
+    /// What is left of the rock's stiffness below each facet, the least so far: cracks that close in the trial make no contact firmer again.
+    firmness: Vec<f64>,
 }
 
 /// What one move of the damage did, over all bodies.
@@ -92,6 +106,12 @@ impl Trial {
         let trial = self.grains.get(body).and_then(Option::as_ref);
         trial.or_else(|| model.bodies.get(body)?.damaged.as_deref())
     }
+
+    /// What is left of the stiffness of a brittle body's rock below a facet.
+    pub fn firmness(&self, model: &Model, body: usize, facet: u32) -> f64 {
+        let known = self.alone.get(body).and_then(|alone| alone.firmness.get(facet as usize).copied());
+        known.or_else(|| Some(self.grain(model, body)?.firmness(facet))).unwrap_or(1.0)
+    }
 }
 
 impl Damages {
@@ -112,6 +132,63 @@ impl Damages {
     }
 }
 
+impl Alone {
+    /// Lets the grain damage under `loads` until it has settled, a cell has failed, or rock under a force has softened by `max_change`, which the
+    /// forces have to answer to first. Says what neighbours see of it, `applied` being by how much rock under a force has softened, and whether
+    /// the grain has a new factor.
+    fn settle(
+        &mut self,
+        grain: &mut DamagedGrain,
+        loads: &SurfaceLoads,
+        max_change: f64,
+        least_change: f64,
+    ) -> Result<(DamageChange, bool)> {
+        let forces = grain.condensed().surface_forces(loads);
+        if self.settled.as_ref().is_some_and(|before| are_alike(before, &forces)) {
+            return Ok((DamageChange::default(), false));
+        }
+        let facets = grain.mesh().surface.len() as u32;
+        if self.firmness.is_empty() {
+            self.firmness.extend((0..facets).map(|facet| grain.firmness(facet)));
+        }
+        let mut loaded = vec![false; facets as usize];
+        loads.iter().for_each(|(place, _)| loaded[place.facet as usize] = true);
+        let mut total = DamageChange::default();
+        let (mut fresh, mut is_settled) = (false, false);
+        for _ in 0..MOST_ALONE {
+            let change = grain.propose_beyond(loads, max_change, least_change)?;
+            fresh |= grain.refresh()?;
+            let softened = |facet: u32| match loaded[facet as usize] {
+                true => self.firmness[facet as usize] - grain.firmness(facet),
+                false => 0.0,
+            };
+            let softened = (0..facets).map(softened).fold(0.0, f64::max);
+            is_settled = change.applied.max(change.held_back) <= 2.0 * least_change;
+            let is_over = is_settled || change.failed_cells > 0;
+            total = DamageChange {
+                applied: softened,
+                held_back: if is_over { 0.0 } else { change.applied.max(change.held_back) },
+                newly_failed: total.newly_failed + change.newly_failed,
+                ..change
+            };
+            if is_over || softened >= max_change {
+                break;
+            }
+        }
+        for (facet, least) in (0..facets).zip(&mut self.firmness) {
+            *least = least.min(grain.firmness(facet));
+        }
+        self.settled = is_settled.then_some(forces);
+        Ok((total, fresh))
+    }
+}
+
+/// Whether no nodal force differs by more than [`UNCHANGED`] of the largest.
+fn are_alike(before: &[Vec3], now: &[Vec3]) -> bool {
+    let largest = before.iter().map(Vec3::amax).fold(0.0, f64::max);
+    before.len() == now.len() && before.iter().zip(now).all(|(a, b)| (a - b).amax() <= UNCHANGED * largest)
+}
+
 impl Contacts {
     /// Moves the trial damage towards what the forces of the last augmentation ask for, by at most `max_change` at a point and by nothing
     /// below `least_change`, and displaces the surfaces of the bodies that got softer. Evaluate anew afterwards.
@@ -120,40 +197,29 @@ impl Contacts {
     /// Where a body cannot be factored any more: give the increment up.
     pub fn move_damage(&mut self, model: &Model, max_change: f64, least_change: f64) -> Result<DamageStep> {
         let start = Instant::now();
-        let grains = &mut self.trial.grains;
+        let Trial { grains, alone } = &mut self.trial;
         if grains.is_empty() {
             // Resting bodies have no loads here.
             let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.resting.is_none()).cloned();
             grains.extend(model.bodies.iter().map(breaks));
+            alone.resize(grains.len(), Alone::default());
         }
-        let step =
-            |((grain, loads), body): ((&mut Option<DamagedGrain>, &SurfaceLoads), &Body)| -> Result<_> {
-                let Some(grain) = grain else { return Ok(None) };
-                let mut change = grain.propose_beyond(loads, max_change, least_change)?;
-                let mut fresh = grain.refresh()?;
-                // The forces on a brittle grain do not follow its mesh: it goes on by itself, as far as one move may go.
-                for _ in 0..MOST_ALONE {
-                    let is_settled = change.applied <= 2.0 * least_change;
-                    let left = max_change - change.applied;
-                    if !body.is_brittle() || is_settled || change.failed_cells > 0 || left < least_change {
-                        break;
-                    }
-                    let more = grain.propose_beyond(loads, left, least_change)?;
-                    if more.applied == 0.0 {
-                        change.held_back = more.held_back;
-                        break;
-                    }
-                    fresh |= grain.refresh()?;
-                    change = DamageChange {
-                        applied: change.applied + more.applied,
-                        newly_failed: change.newly_failed + more.newly_failed,
-                        ..more
-                    };
-                }
-                Ok(Some((change, fresh)))
-            };
+        let step = |(((grain, alone), loads), body): (
+            ((&mut Option<DamagedGrain>, &mut Alone), &SurfaceLoads),
+            &Body,
+        )|
+         -> Result<_> {
+            let Some(grain) = grain else { return Ok(None) };
+            if body.is_brittle() {
+                // The forces on it do not follow its mesh but where its contacts soften.
+                return alone.settle(grain, loads, max_change, least_change).map(Some);
+            }
+            let change = grain.propose_beyond(loads, max_change, least_change)?;
+            Ok(Some((change, grain.refresh()?)))
+        };
         let changes: Vec<Option<(DamageChange, bool)>> = grains
             .par_iter_mut()
+            .zip(alone)
             .zip(&self.surface_loads)
             .zip(&model.bodies)
             .map(step)
@@ -235,5 +301,84 @@ impl Contacts {
             }));
         }
         Ok(damages)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Polyhedron;
+    use crate::grain::{Ancestry, SurfacePoint};
+    use crate::material::{DamageLaw, DamageParameters, Elastic, Softening};
+    use crate::mesh::grain_mesh;
+
+    const LEAST: f64 = 5e-4;
+
+    /// A bar of 20 x 10 x 10 mm, 1 MPa strong in tension and hardly softer behind its peak, and the middles of its ends.
+    fn bar() -> (DamagedGrain, [SurfacePoint; 2]) {
+        let mesh = grain_mesh(&Polyhedron::cuboid([0.02, 0.01, 0.01]).expect("a box"), 60).expect("a mesh");
+        let elastic = Elastic::new(3e10, 0.2).expect("allowed");
+        let parameters =
+            DamageParameters { tension: Softening::Exponent(1.05), ..DamageParameters::default() };
+        let law = DamageLaw::new(elastic, 1e6, 1e7, &parameters, 0.01).expect("a law");
+        let laws = vec![law; mesh.cells.len()];
+        let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(0)).expect("a grain");
+        let ends = [1.0, -1.0].map(|side| grain.condensed().locate(&Vec3::new(0.01 * side, 0.0, 0.0)));
+        (grain, ends)
+    }
+
+    fn pull(ends: &[SurfacePoint; 2], force: f64) -> SurfaceLoads {
+        ends.iter().map(|end| (*end, Vec3::x() * (force * end.position.x.signum()))).collect()
+    }
+
+    /// Pulls harder and harder until the rock below an end has softened; with which force [N].
+    fn softened(grain: &mut DamagedGrain, alone: &mut Alone, ends: &[SurfacePoint; 2]) -> f64 {
+        let facet = ends[0].facet as usize;
+        let mut force = 0.0;
+        while alone.firmness.get(facet).is_none_or(|firm| *firm > 0.95) {
+            force += 1.0;
+            assert!(force < 200.0, "too strong");
+            for round in 0.. {
+                let (change, _) = alone.settle(grain, &pull(ends, force), 0.2, LEAST).expect("solvable");
+                assert!(change.newly_failed == 0 && round < 20, "{change:?} under {force} N");
+                if alone.settled.is_some() {
+                    break;
+                }
+            }
+        }
+        force
+    }
+
+    #[test]
+    fn a_grain_settles_by_itself_and_rests_until_forces_change() {
+        let (mut grain, ends) = bar();
+        let mut alone = Alone::default();
+        let force = softened(&mut grain, &mut alone, &ends);
+        // Nothing is left to do for a grain that has settled.
+        let left = grain.clone().propose_beyond(&pull(&ends, force), 0.2, LEAST).expect("solvable");
+        assert!(left.applied <= 2.0 * LEAST && left.held_back <= 2.0 * LEAST, "{left:?}");
+        let before = alone.settled.clone().expect("settled");
+        for (factor, moves) in [(1.0 + 0.5 * UNCHANGED, false), (1.0 + 20.0 * UNCHANGED, true)] {
+            let loads = pull(&ends, factor * force);
+            alone.settle(&mut grain, &loads, 0.2, LEAST).expect("solvable");
+            assert_eq!(alone.settled.as_ref().expect("settled") != &before, moves, "{factor}");
+        }
+    }
+
+    /// Under pressure the cracks close and carry again (recovery 1), but the contact's spring stays as soft as it was.
+    #[test]
+    fn cracks_that_close_make_no_contact_firmer() {
+        let (mut grain, ends) = bar();
+        let mut alone = Alone::default();
+        let force = softened(&mut grain, &mut alone, &ends);
+        let facet = ends[0].facet;
+        let least = alone.firmness[facet as usize];
+        for k in 1..=10 {
+            alone
+                .settle(&mut grain, &pull(&ends, -0.1 * f64::from(k) * force), 0.2, LEAST)
+                .expect("solvable");
+        }
+        assert!(grain.firmness(facet) > least + 0.02, "{} {least}", grain.firmness(facet));
+        assert!(alone.firmness[facet as usize] <= least);
     }
 }

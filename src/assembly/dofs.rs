@@ -1,7 +1,7 @@
 //! Numbering of the free components of motion.
 
 use crate::model::{Loads, Model};
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::{Pose, Vec3, Vector6};
 
 /// Which components of which body are unknowns, and at which number. Behind the carriers stand, body by body, the
 /// nodes of full grains (three unknowns each: displacements in the grain's frame) and the six multipliers of that
@@ -115,6 +115,18 @@ impl Dofs {
                 forces[*i as usize] += wrench[k] / self.factor(body, k);
             }
         }
+    }
+
+    /// Force and moment on every carrier [N, N m] that `forces` [N] on the unknowns stand for; zero where it is held.
+    pub fn wrenches(&self, forces: &[f64]) -> Vec<Vector6<f64>> {
+        let of = |carrier: usize| {
+            let component = |k: usize| {
+                let force = self.index[carrier][k].and_then(|i| forces.get(i as usize));
+                force.map_or(0.0, |force| force * self.factor(carrier, k))
+            };
+            Vector6::from_fn(|k, _| component(k))
+        };
+        (0..self.carriers).map(of).collect()
     }
 
     /// Scale of entry (row component of `row_body`, column component of `column_body`).

@@ -7,7 +7,7 @@ use crate::assembly::contacts::TooClose;
 use crate::contact::ContactShape;
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::contact::law::CORE_FLOOR;
-use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTangent};
+use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTangent, Offset};
 use crate::geometry::neighbours::{Ball, BallGrid};
 use crate::model::{BodyKind, Membrane, Model};
 use crate::tensor::{Pose, Vec3};
@@ -15,6 +15,8 @@ use rayon::prelude::*;
 
 /// Skin of the lists of features over the sum of the two roundings.
 const SKIN: f64 = 0.75;
+/// How much thicker than when it is listed a membrane may become before it is listed anew.
+const THICKER: f64 = 1.2;
 
 /// One contact in the present configuration.
 #[derive(Debug, Clone, Copy)]
@@ -30,9 +32,9 @@ impl MembranePoint {
     }
 
     /// Where that acts on the surface of the body, whose core point is the force's [m].
-    pub fn on_surface(&self, membrane: &Membrane) -> Vec3 {
+    pub fn on_surface(&self) -> Vec3 {
         let out = (-self.on_body()).try_normalize(0.0).unwrap_or_default();
-        self.force.point + out * (self.contact.radii - membrane.rounding())
+        self.force.point + out * self.contact.rounding
     }
 }
 
@@ -72,6 +74,8 @@ pub struct MembraneContacts {
     listed_at: Vec<Vec3>,
     listed_poses: Vec<Pose>,
     skin: f64,
+    /// The lists hold for offsets up to this [m].
+    offset: f64,
 }
 
 impl MembraneContacts {
@@ -91,7 +95,7 @@ impl MembraneContacts {
         let mut positions = std::mem::take(&mut self.positions);
         membrane.positions_into(&mut positions, poses);
         self.positions = positions;
-        if !self.is_valid(model, poses) {
+        if !self.is_valid(model, membrane, poses) {
             self.list(model, membrane, corners, poses);
         }
         let positions = &self.positions;
@@ -142,7 +146,7 @@ impl MembraneContacts {
     pub fn widest_span(&self, membrane: &Membrane) -> (usize, f64) {
         let mut rests = vec![false; self.positions.len()];
         for point in self.bodies.iter().flat_map(|list| &list.points) {
-            point.contact.site.on_b.iter().for_each(|&n| rests[n as usize] = true);
+            point.contact.nodes().iter().for_each(|&n| rests[n as usize] = true);
         }
         (0..rests.len()).filter(|&n| membrane.is_glued(n)).for_each(|n| rests[n] = true);
         let held: Vec<Vec3> =
@@ -172,9 +176,10 @@ impl MembraneContacts {
         factor
     }
 
-    fn is_valid(&self, model: &Model, poses: &[Pose]) -> bool {
+    fn is_valid(&self, model: &Model, membrane: &Membrane, poses: &[Pose]) -> bool {
         let farthest = |moved: &mut dyn Iterator<Item = f64>| moved.fold(0.0, f64::max);
-        if self.listed_at.len() != self.positions.len() {
+        let listed = self.listed_at.len() == self.positions.len();
+        if !listed || membrane.largest_offset(&self.positions) > self.offset {
             return false;
         }
         let nodes =
@@ -193,6 +198,8 @@ impl MembraneContacts {
     fn list(&mut self, model: &Model, membrane: &Membrane, corners: &[Vec<Vec3>], poses: &[Pose]) {
         let smallest = model.smallest_rounding();
         self.skin = SKIN * (smallest + membrane.rounding());
+        let now = membrane.largest_offset(&self.positions);
+        self.offset = if now > membrane.rounding() { THICKER * now } else { membrane.rounding() };
         let positions = &self.positions;
         let mut grid = BallGrid::new(2.0 * membrane.parameters.mesh_size);
         for facet in &membrane.facets {
@@ -201,12 +208,12 @@ impl MembraneContacts {
             let radius = x.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
             grid.push(Ball { centre, radius });
         }
-        let skin = self.skin;
+        let (skin, offset) = (self.skin, self.offset);
         self.bodies = (0..model.bodies.len())
             .into_par_iter()
             .filter_map(|body| {
                 let shape = &model.shapes[body];
-                let radii = shape.rounded.radius + membrane.rounding();
+                let radii = shape.rounded.radius + offset;
                 let ball = Ball { centre: poses[body].position, radius: shape.bounding_radius };
                 let facets = grid.near(&ball, radii + skin);
                 let is_plate = model.bodies[body].kind == BodyKind::Plate;
@@ -217,7 +224,7 @@ impl MembraneContacts {
                     &corners[body],
                     positions,
                     &facets,
-                    skin,
+                    [skin, offset],
                 );
                 (!list.named.is_empty()).then_some(list)
             })
@@ -245,10 +252,10 @@ impl BodyContacts {
         corners: &[Vec3],
         positions: &[Vec3],
         facets: &[usize],
-        skin: f64,
+        [skin, offset]: [f64; 2],
     ) -> Self {
         let core = &shape.rounded.core;
-        let radii = shape.rounded.radius + membrane.rounding();
+        let radii = shape.rounded.radius + offset;
         let reach = radii + skin;
         let around = bounds(corners.iter().copied(), reach);
         // What is glued to a plate is beside it, not in contact with it.
@@ -332,6 +339,17 @@ impl BodyContacts {
         let mut named: Vec<u32> = nodes.iter().map(|n| n.node).collect();
         named.extend(vertices.iter().flat_map(|&(_, f)| membrane.facets[f as usize].map(|n| n as u32)));
         named.extend(edges.iter().flat_map(|&(_, e)| membrane.edges[e as usize].map(|n| n as u32)));
+        if membrane.is_stretched() {
+            let of_facets =
+                |facets: &[u32]| facets.iter().flat_map(|&f| membrane.facets[f as usize]).collect();
+            let thick: Vec<usize> = nodes
+                .iter()
+                .map(|n| membrane.around_node(n.node))
+                .chain(edges.iter().map(|&(_, e)| membrane.beside_edge(e)))
+                .flat_map(|facets: &[u32]| -> Vec<usize> { of_facets(facets) })
+                .collect();
+            named.extend(thick.into_iter().map(|n| n as u32));
+        }
         named.sort_unstable();
         named.dedup();
         BodyContacts {
@@ -356,16 +374,30 @@ impl BodyContacts {
         positions: &[Vec3],
     ) {
         let BodyContacts { nodes, vertices, edges, radii, points, nearest, .. } = self;
-        let (core, radii) = (&shape.rounded.core, *radii);
+        let (core, radii, rounding) = (&shape.rounded.core, *radii, shape.rounded.radius);
         points.clear();
         *nearest = f64::INFINITY;
-        let mut add = |site: Site, sharpness: f64| {
-            let contact = MembraneContact { site, radii, sharpness };
-            let on_body = site.on_a.map(|v| corners[v as usize]);
-            let on_membrane = site.on_b.map(|n| positions[n as usize]);
-            let force = membrane::evaluate(&membrane.contact, &contact, position, &on_body, &on_membrane);
-            if force.pressure > 0.0 {
-                points.push(MembranePoint { contact, force });
+        // `facets` are those whose thickness a stretched sheet has there.
+        let mut add = |site: Site, facets: &[u32], sharpness: f64| {
+            let mut press = |contact: MembraneContact| {
+                let on_body = site.on_a.map(|v| corners[v as usize]);
+                let on_membrane = contact.site.on_b.map(|n| positions[n as usize]);
+                let force = membrane::evaluate(&membrane.contact, &contact, position, &on_body, &on_membrane);
+                if force.pressure > 0.0 {
+                    points.push(MembranePoint { contact, force });
+                }
+            };
+            if !membrane.is_stretched() {
+                let offset = Offset::Constant(membrane.rounding());
+                return press(MembraneContact { site, rounding, offset, sharpness });
+            }
+            let whole: f64 = facets.iter().map(|&f| membrane.unstrained_area(f)).sum();
+            for &f in facets {
+                let area = membrane.unstrained_area(f);
+                let offset = Offset::Stretched { half: membrane.rounding(), area };
+                let site =
+                    Site { on_b: led_by(&site, membrane.facets[f as usize].map(|n| n as u32)), ..site };
+                press(MembraneContact { site, rounding, offset, sharpness: sharpness * area / whole });
             }
         };
         for NodeReach { node, facets } in nodes.iter() {
@@ -386,7 +418,8 @@ impl BodyContacts {
             *nearest = nearest.min(best.0);
             if best.0 < radii {
                 let feature = Feature::VertexOfB(*node);
-                add(Site { feature, on_a: best.1, on_b: [*node; 3], count_a: best.2, count_b: 1 }, 1.0);
+                let site = Site { feature, on_a: best.1, on_b: [*node; 3], count_a: best.2, count_b: 1 };
+                add(site, membrane.around_node(*node), 1.0);
             }
         }
         for &(v, f) in vertices.iter() {
@@ -398,7 +431,7 @@ impl BodyContacts {
             if distance < radii {
                 let (piece, count) = spanned(of_facet.map(|n| n as u32), spans);
                 let feature = Feature::VertexOfA(v);
-                add(Site { feature, on_a: [v; 3], on_b: piece, count_a: 1, count_b: count }, 1.0);
+                add(Site { feature, on_a: [v; 3], on_b: piece, count_a: 1, count_b: count }, &[f], 1.0);
             }
         }
         for &(i, e) in edges.iter() {
@@ -414,10 +447,19 @@ impl BodyContacts {
             if distance < radii && inside(s) && inside(t) {
                 let feature = Feature::Edges(i, e);
                 let site = Site { feature, on_a: [p, q, p], on_b: [m, n, m], count_a: 2, count_b: 2 };
-                add(site, shape.edge_weight[i as usize]);
+                add(site, membrane.beside_edge(e), shape.edge_weight[i as usize]);
             }
         }
     }
+}
+
+/// The nodes of a triangle, those that span the site's piece of it first and in their order.
+fn led_by(site: &Site, nodes: [u32; 3]) -> [u32; 3] {
+    let piece = &site.on_b[..usize::from(site.count_b)];
+    let mut order = site.on_b;
+    let others = nodes.into_iter().filter(|node| !piece.contains(node));
+    order[piece.len()..].iter_mut().zip(others).for_each(|(place, node)| *place = node);
+    order
 }
 
 /// The corners that span the feature a closest point lies on; unused places repeat the first.

@@ -20,11 +20,10 @@ pub fn membrane_forces_into(
     membrane.forces_into(wrenches, positions, poses);
     for list in &contacts.membrane.bodies {
         for point in &list.points {
-            let site = &point.contact.site;
             for (k, component) in point.force.on_body.iter().enumerate() {
                 wrenches[list.body][k] += component;
             }
-            for (&node, force) in site.on_b.iter().zip(&point.force.on_membrane).take(site.count_b.into()) {
+            for (&node, force) in point.contact.nodes().iter().zip(&point.force.on_membrane) {
                 let carrier = membrane.nodes[node as usize].body;
                 let moment = (positions[node as usize] - poses[carrier].position).cross(force);
                 for k in 0..3 {
@@ -53,9 +52,7 @@ pub fn membrane_touching<'a>(
     contacts: &'a Contacts,
 ) -> impl Iterator<Item = (usize, usize)> + 'a {
     contacts.membrane.points().flat_map(move |(body, point)| {
-        let site = &point.contact.site;
-        let nodes = site.on_b.iter().take(site.count_b.into());
-        nodes.map(move |&node| (body, membrane.nodes[node as usize].body))
+        point.contact.nodes().iter().map(move |&node| (body, membrane.nodes[node as usize].body))
     })
 }
 
@@ -165,9 +162,8 @@ pub fn membrane_stiffness_into(
     }
     for list in &contacts.membrane.bodies {
         for (point, tangent) in list.points.iter().zip(&list.tangents) {
-            let site = &point.contact.site;
-            let all = site.on_b.map(|node| carried(node as usize));
-            let nodes = &all[..usize::from(site.count_b)];
+            let all = point.contact.site.on_b.map(|node| carried(node as usize));
+            let nodes = &all[..point.contact.nodes().len()];
             let Some((of_body, of_nodes)) = tangent.split_first_chunk::<6>() else { continue };
             add_rows_of_body(&mut matrix, list.body, nodes, of_body);
             let forces = &point.force.on_membrane;

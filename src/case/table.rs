@@ -344,6 +344,12 @@ static MEMBRANE: &[Kind] = &[
         about: "A hyperelastic membrane bonded to the plates.",
         keys: &[
             Key::default("thickness", LENGTH, "\"2 mm\"", "Undeformed thickness."),
+            Key::default(
+                "thickness_law",
+                Choice(&["constant", "stretched"]),
+                "\"constant\"",
+                "How thick the rubber is on grains: constant, so that they feel the pressure and thickness over diameter of it; or as its stretch leaves it, so that they feel the pressure.",
+            ),
             Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Shear modulus at small strain."),
             Key::default(
                 "law",
@@ -586,7 +592,7 @@ static SOLVER: &[Key] = &[
         "damage_change",
         Quantity(Dimension::None, positive(1.0)),
         "0.2",
-        "Largest change of damage at an integration point between two augmentations.",
+        "Largest change of damage at an integration point at once: between two augmentations, or in a step that a brittle grain takes by itself.",
     ),
     Key::default(
         "increment_min",

@@ -322,6 +322,14 @@ pub struct PlatesCase {
     pub tilting: Tilting,
 }
 
+/// How thick a rubber membrane is where it lies on grains.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ThicknessCase {
+    Constant,
+    Stretched,
+}
+
 /// Whether the top plate stays level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -336,6 +344,7 @@ pub enum MembraneCase {
     Rubber {
         /// [m]
         thickness: f64,
+        thickness_law: ThicknessCase,
         /// At small strain [Pa].
         shear_modulus: f64,
         law: RubberLawCase,

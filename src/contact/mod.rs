@@ -31,7 +31,7 @@ pub use features::{Feature, Site};
 pub use force::{Evaluation, Kinematics};
 pub use law::ContactLaw;
 
-pub use membrane::{MembraneContact, MembraneContactLaw, MembraneForce, MembraneTangent};
+pub use membrane::{MembraneContact, MembraneContactLaw, MembraneForce, MembraneTangent, Offset};
 pub use memory::{ContactKey, Memory, PairMemory, PointMemory};
 pub use quadrature::FaceRule;
 pub use search::{ContactShape, Neighbours, PairFeatures};

@@ -243,15 +243,21 @@ impl CondensedGrain {
         0.5 * twice
     }
 
-    /// Displacement [m] of every node, in the frame, under forces [N] on surface points.
-    pub fn nodal_displacements(&self, loads: &[(SurfacePoint, Vec3)]) -> Vec<Vec3> {
-        let nodes = self.surface.nodes();
-        let mut forces = vec![Vec3::zeros(); nodes.len()];
+    /// Forces on the surface nodes that `loads` at surface points come to [N].
+    pub fn surface_forces(&self, loads: &[(SurfacePoint, Vec3)]) -> Vec<Vec3> {
+        let mut forces = vec![Vec3::zeros(); self.surface.nodes().len()];
         for (point, force) in loads {
             for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
                 forces[node as usize] += force * weight;
             }
         }
+        forces
+    }
+
+    /// Displacement [m] of every node, in the frame, under forces [N] on surface points.
+    pub fn nodal_displacements(&self, loads: &[(SurfacePoint, Vec3)]) -> Vec<Vec3> {
+        let nodes = self.surface.nodes();
+        let forces = self.surface_forces(loads);
         match &self.flexibility {
             Flexibility::Dense(DenseFlexibility { inner, inner_nodes, .. }) => {
                 let loaded: Vec<usize> = (0..nodes.len()).filter(|&k| forces[k] != Vec3::zeros()).collect();

@@ -146,6 +146,7 @@ history! {
     augmentations: i64, "1", "augmentations in this increment";
     newton_iterations: i64, "1", "Newton iterations in this increment";
     factorisations: i64, "1", "factorisations in this increment";
+    snapped: i64, "1", "1 where this increment snapped to another equilibrium, so that its energy is known by balance only";
     cuts: i64, "1", "times this increment was cut before it was accepted";
     wall_time: f64, "s", "wall-clock time since the start of the run";
     out_of_balance: f64, "1", "out-of-balance force over the mean contact force";
@@ -154,7 +155,8 @@ history! {
     energy_elastic: f64, "J", "elastic energy stored in grains and contacts, less that at the start";
     energy_friction: f64, "J", "energy dissipated by friction, since the start";
     energy_damage: f64, "J", "energy dissipated by damage, since the start";
-    energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, since the start";
+    energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, and work of the forces that the tolerance leaves out of balance in the others, since the start";
+    energy_overdrawn: f64, "J", "friction by which snaps would have spent more than they had, taken off energy_friction, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";
     energy_gap: f64, "1", "energy error of this increment over the work that ram and pressure exchanged in it";
     energy_error: f64, "J", "external work minus all other energies";

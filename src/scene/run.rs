@@ -544,7 +544,7 @@ impl Scene {
         self.ledger.elastic = report.energy.elastic - self.elastic_shift;
         self.ledger.friction += report.energy.friction;
         self.ledger.damage += report.damage.dissipated;
-        if dwelt || report.is_snap() {
+        if dwelt || report.is_snap(&self.settings) {
             self.ledger.stabilisation += (self.ledger.error() - error_before).max(0.0);
         }
         self.committed.poses.clone_from(&report.poses);

@@ -12,9 +12,9 @@ use crate::tensor::{Mat3, Pose, Vec3};
 /// last evaluated in, under `pressure` [Pa] on the cover.
 pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressure: f64) -> Vec<Mat3> {
     let mut moments = contact_moments(model, contacts, poses);
-    if let Some(membrane) = &model.membrane {
+    if model.membrane.is_some() {
         for (body, point) in contacts.membrane.points() {
-            let arm = point.on_surface(membrane) - poses[body].position;
+            let arm = point.on_surface() - poses[body].position;
             moments[body] += arm * point.on_body().transpose();
         }
     }

@@ -1,11 +1,13 @@
 //! From the checked case to what the rig takes.
 
 use crate::case::{
-    Case, GateCase, Geometry, MembraneCase, RubberLawCase, SolverCase, StageCase, Tilting, UntilCase,
+    Case, GateCase, Geometry, MembraneCase, RubberLawCase, SolverCase, StageCase, ThicknessCase, Tilting,
+    UntilCase,
 };
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
+use crate::model::Thickness;
 use crate::solver::{DamageSettings, Settings};
 use crate::triaxial::{Cover, EnergyGate, Lateral, Path, RigParameters, RubberSheet, Stage, Steps, Until};
 
@@ -137,11 +139,12 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
 }
 
 fn cover(case: &Case, pressure: f64) -> Result<Cover> {
-    let (thickness, shear_modulus, law, mesh_size, refinement) = match case.membrane {
+    let (thickness, on_bodies, shear_modulus, law, mesh_size, refinement) = match case.membrane {
         MembraneCase::Pressure => return Ok(Cover::Pressure),
         MembraneCase::RigidWall => return Ok(Cover::RigidWall),
         MembraneCase::Rubber {
             thickness,
+            thickness_law,
             shear_modulus,
             law,
             mooney_share,
@@ -154,12 +157,16 @@ fn cover(case: &Case, pressure: f64) -> Result<Cover> {
                 RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
                 RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
             };
-            (thickness, shear_modulus, law, mesh_size, refinement)
+            let on_bodies = match thickness_law {
+                ThicknessCase::Constant => Thickness::Constant,
+                ThicknessCase::Stretched => Thickness::Stretched,
+            };
+            (thickness, on_bodies, shear_modulus, law, mesh_size, refinement)
         }
     };
     let rubber =
         Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
-    Ok(Cover::Rubber(RubberSheet { rubber, thickness, mesh_size, refinement, pressure }))
+    Ok(Cover::Rubber(RubberSheet { rubber, thickness, on_bodies, mesh_size, refinement, pressure }))
 }
 
 /// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it names.

@@ -13,7 +13,8 @@ use crate::solver::Settings;
 pub struct DamageSettings {
     /// Whether damage moves at all.
     pub moves: bool,
-    /// Largest change of d at a point between two augmentations: keeps the path from depending on their order.
+    /// Largest change of d at a point between two augmentations: keeps the path from depending on their order. In a brittle body it limits each of
+    /// the steps that it takes by itself, and between two augmentations what rock under a force may soften by.
     pub max_change: f64,
     /// An increment is accepted when no d changes by more than this.
     pub tolerance: f64,

@@ -65,6 +65,7 @@ pub fn drape(increment: &Increment<'_>, contacts: &mut Contacts) -> Option<Drape
         let promised = factor * step.iter().zip(&residual).map(|(s, r)| s * r).sum::<f64>();
         let fine = promised > 0.0 && newton.try_step(&from, &step, factor, 0.0).is_some();
         let now = if fine { potential(&newton, membrane) } else { f64::INFINITY };
+        tracing::trace!(weight, factor, energy, gained = energy - now, promised, "step");
         if now <= energy - ENOUGH * promised {
             energy = now;
             // A step cut short by its neighbours is no sign that longer ones would do.

@@ -47,6 +47,9 @@ const ON_THE_WAY: f64 = 0.1;
 
 /// Bodies fall where they are out of balance by more than this, over the mean contact force, until they are by less than the second.
 const FALLS: [f64; 2] = [0.1, 0.03];
+/// The same after [`PATIENCE`] augmentations, where a collapse is followed in pieces: what moves on at a small force goes a small way in each.
+const LATE_FALLS: [f64; 2] = [5e-3, 1e-3];
+const PATIENCE: usize = 60;
 /// Falls in the search for one equilibrium; each waits twice as long as the one before.
 const MOST_FALLS: u32 = 6;
 
@@ -174,12 +177,14 @@ impl Newton<'_> {
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
-            if next_fall > 0 && history.len() > next_fall && balance.out_of_balance > FALLS[0] {
+            let in_pieces = settings.fall_travel.is_finite();
+            let limits = if in_pieces && history.len() > PATIENCE { LATE_FALLS } else { FALLS };
+            if next_fall > 0 && history.len() > next_fall && balance.out_of_balance > limits[0] {
                 falls += 1;
                 next_fall =
                     if falls < MOST_FALLS { history.len() + (settings.falls_after << falls) } else { 0 };
                 let (from, steps) = (balance.out_of_balance, self.counters.falling_steps);
-                let end = self.fall(FALLS[1], settings.fall_steps);
+                let end = self.fall(limits[1], settings.fall_steps);
                 let (steps, to) = (self.counters.falling_steps - steps, self.balance().out_of_balance);
                 tracing::debug!(from, to, steps, ?end, "fall");
                 if end == FallEnd::Far {
@@ -198,6 +203,8 @@ impl Newton<'_> {
                 weight = hold.weight,
                 ?end,
                 factorisations = self.counters.factorisations,
+                body = balance.worst_body,
+                moved = self.reach(&self.away, balance.worst_body),
                 "augmentation"
             );
             match end {

@@ -51,6 +51,8 @@ pub struct IncrementReport {
     pub energy: Energies,
     /// Change of the volume under the cover by elastic displacements [m^3].
     pub elastic_volume: f64,
+    /// Force and moment that the tolerance leaves out of balance on what is free of each carrier [N, N m].
+    pub left: Vec<Vector6<f64>>,
     /// Force and moment that contacts, and a membrane glued to it, exert on each body [N, N m].
     pub contact_wrench: Vec<Vector6<f64>>,
     pub counters: Counters,
@@ -78,8 +80,8 @@ impl IncrementReport {
 
     /// Whether the solver had to relax through an instability (a snap of the force chains): more
     /// augmentations than a steady increment takes.
-    pub fn is_snap(&self) -> bool {
-        self.history.len() > SNAP_AUGMENTATIONS
+    pub fn is_snap(&self, settings: &Settings) -> bool {
+        settings.beyond_start(self.history.len()) > SNAP_AUGMENTATIONS
     }
 }
 
@@ -143,6 +145,7 @@ pub fn advance(
             balance: Balance { out_of_balance: f64::INFINITY, worst_body: 0, reference_force: 0.0 },
             energy: Energies::default(),
             elastic_volume: 0.0,
+            left: Vec::new(),
             contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
             counters: Counters::default(),
             history: Vec::new(),
@@ -217,6 +220,7 @@ pub fn advance(
         balance: outcome.balance,
         energy,
         elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
+        left: newton.dofs.wrenches(&newton.residual),
         contact_wrench,
         counters,
         history: outcome.history,

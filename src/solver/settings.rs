@@ -92,6 +92,12 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Of so many augmentations those that a first hold as strong as the default would have left.
+    pub fn beyond_start(&self, augmentations: usize) -> usize {
+        let stronger = (self.proximal_start / Settings::default().proximal_start).max(1.0);
+        augmentations.saturating_sub((stronger.ln() / -self.proximal_lower.ln()).ceil() as usize)
+    }
+
     /// For a first contact of loose bodies, which nothing yet holds: stronger stabilisation, and a
     /// balance just good enough to load from.
     pub fn for_seating(&self) -> Self {

@@ -9,7 +9,7 @@ use crate::geometry::rounded::RoundedBody;
 use crate::material::{Rubber, RubberLaw};
 use crate::model::membrane::Fastening;
 use crate::model::{
-    Body, BodyKind, Committed, Control, Controlled, Loads, Membrane, MembraneParameters, Model,
+    Body, BodyKind, Committed, Control, Controlled, Loads, Membrane, MembraneParameters, Model, Thickness,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
 
@@ -187,7 +187,8 @@ fn membrane_on_a_smooth_core_hands_the_pressure_on() {
         Pose::new(Vec3::new(0.0, 0.0, height + 0.01), crate::tensor::Rotation::identity()),
     ];
     let rubber = Rubber::new(0.45e6, RubberLaw::NeoHookean).expect("allowed");
-    let parameters = MembraneParameters { rubber, thickness, mesh_size: 6e-3, pressure };
+    let parameters =
+        MembraneParameters { rubber, thickness, on_bodies: Thickness::Constant, mesh_size: 6e-3, pressure };
     let fastening = |body: usize, height: f64| Fastening { body, pose: poses[body], height };
     let fastenings = [fastening(1, 0.0), fastening(2, height)];
     let unstrained = 0.9 * core_radius;

@@ -15,8 +15,11 @@ pub struct Ledger {
     /// Stored in a rubber membrane's sheet, less what was stored at the start.
     pub membrane: f64,
     /// Set free in increments that snapped to another equilibrium, where the stabilising term
-    /// stands in for motion and its damping. Known by balance only: what these increments leave over.
+    /// stands in for motion and its damping. Known by balance only: what these increments leave over. Of the others, the work of the
+    /// forces that the tolerance leaves out of balance.
     pub stabilisation: f64,
+    /// Friction by which snaps would have spent more than they had, were it slip times the mean of the forces at both ends; taken off `friction`.
+    pub overdrawn: f64,
 }
 
 impl Ledger {
@@ -87,6 +90,7 @@ mod tests {
             damage: 0.1,
             membrane: 0.3,
             stabilisation: 0.05,
+            overdrawn: 0.0,
         };
         assert!((ledger.error() - 0.05).abs() < 1e-15);
         let gate = EnergyGate { tolerance: 1e-3, cuts: false };

@@ -125,7 +125,7 @@ pub fn membrane_forces(
     let contacts = &contacts.membrane;
     let on_body = |(body, point): (usize, &MembranePoint)| OutsideForce {
         body,
-        point: point.on_surface(membrane),
+        point: point.on_surface(),
         force: point.on_body(),
     };
     let mut on_nodes = vec![Vec3::zeros(); membrane.nodes.len()];
@@ -134,8 +134,7 @@ pub fn membrane_forces(
     }
     membrane.node_forces_into(&mut on_nodes, &contacts.positions);
     for (_, point) in contacts.points() {
-        let site = &point.contact.site;
-        for (&node, force) in site.on_b.iter().zip(&point.force.on_membrane).take(site.count_b.into()) {
+        for (&node, force) in point.contact.nodes().iter().zip(&point.force.on_membrane) {
             on_nodes[node as usize] += force;
         }
     }
@@ -225,11 +224,14 @@ pub fn membrane_stress(
         along += x.z * f.z;
     }
     for (_, point) in contacts.points() {
-        let force = point.on_body();
-        let Some(direction) = force.try_normalize(0.0) else { continue };
-        let lever = (membrane.rounding() - point.force.overlap) * force.norm();
-        across += lever * direction.xy().norm_squared();
-        along += lever * direction.z.powi(2);
+        let (force, at) = (point.on_body(), point.on_surface());
+        across += at.xy().dot(&force.xy());
+        along += at.z * force.z;
+        for (&node, f) in point.contact.nodes().iter().zip(&point.force.on_membrane) {
+            let x = contacts.positions[node as usize];
+            across += x.xy().dot(&f.xy());
+            along += x.z * f.z;
+        }
     }
     [(pressure * inside - 0.5 * across) / volume, (pressure * inside - along) / volume]
 }

@@ -6,7 +6,7 @@ use crate::material::Rubber;
 use crate::mesh::CylinderMesh;
 use crate::model::cover::Outline;
 use crate::model::membrane::Fastening;
-use crate::model::{BodyKind, Membrane, MembraneParameters};
+use crate::model::{BodyKind, Membrane, MembraneParameters, Thickness};
 use crate::solver::{Drape, Increment, drape};
 use crate::tensor::Vec3;
 use crate::triaxial::rig::Rig;
@@ -17,6 +17,7 @@ pub struct RubberSheet {
     pub rubber: Rubber,
     /// Unstrained [m].
     pub thickness: f64,
+    pub on_bodies: Thickness,
     /// Edge length of the triangles [m]; `None`: `MESH_SIZE` of the median grain.
     pub mesh_size: Option<f64>,
     /// How often edges are halved where the sheet has to span pores.
@@ -42,6 +43,7 @@ impl Rig {
         let parameters = MembraneParameters {
             rubber: sheet.rubber,
             thickness: sheet.thickness,
+            on_bodies: sheet.on_bodies,
             mesh_size: sheet.mesh_size.unwrap_or(MESH_SIZE * self.median_size()),
             pressure: sheet.pressure,
         };
@@ -257,7 +259,14 @@ mod tests {
     fn laid_refined(gap: f64, shear_modulus: f64, pressure: f64, refinement: usize) -> (Rig, Drape) {
         let mut rig = prism_between_plates(gap);
         let rubber = Rubber::new(shear_modulus, RubberLaw::NeoHookean).expect("allowed");
-        let sheet = RubberSheet { rubber, thickness: 2e-3, mesh_size: Some(7e-3), refinement, pressure };
+        let sheet = RubberSheet {
+            rubber,
+            thickness: 2e-3,
+            on_bodies: Thickness::Constant,
+            mesh_size: Some(7e-3),
+            refinement,
+            pressure,
+        };
         rig.wrap(&sheet, 1.2 * SIDE).expect("a membrane");
         let laid = rig.lay_membrane(pressure).expect("clear of the prism");
         (rig, laid)

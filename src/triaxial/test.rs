@@ -1,8 +1,9 @@
 //! A triaxial test in progress: stages, increments, landings, and the books kept over them.
 
+mod trial;
+
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::pressure_loads_into;
 use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
 use crate::solver::{DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, advance};
@@ -10,13 +11,14 @@ use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
 use crate::triaxial::fidelity::FidelityCounts;
-use crate::triaxial::ledger::{EnergyGate, Ledger, creates_energy};
+use crate::triaxial::ledger::{EnergyGate, Ledger};
 use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd};
 use crate::triaxial::starts::{describe, starts};
 use crate::triaxial::watch::Watch;
+use trial::Trial;
 
 /// What is known after each accepted increment.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +34,8 @@ pub struct Row {
     pub energy_gap: f64,
     /// Whether that is beyond the gate.
     pub poorly_closed: bool,
+    /// Whether it snapped: what it leaves over is then booked as set free, its friction limited by what there was.
+    pub snapped: bool,
     /// By how much what the stage prescribes is missed: stresses relative to the larger of their value and the
     /// pressure, the volume to what an increment sweeps, the top plate to its travel in it.
     pub control_error: f64,
@@ -90,6 +94,9 @@ pub struct Test {
     start_membrane: f64,
     /// Force of the ram on the top plate, upwards [N].
     ram: f64,
+    /// Force and moment that the committed state leaves out of balance on each carrier [N, N m]; empty where that is not known.
+    #[serde(with = "crate::tensor::stored")]
+    left: Vec<Vector6<f64>>,
     /// Whether the top plate is under a load, not driven.
     loaded: bool,
     /// Height at which the last drive upwards began [m].
@@ -166,18 +173,6 @@ impl Miss {
     }
 }
 
-/// An increment tried, not committed.
-struct Trial {
-    measures: Measures,
-    ledger: Ledger,
-    energy_gap: f64,
-    poorly_closed: bool,
-    creates_energy: bool,
-    control_error: f64,
-    ram: f64,
-    pressure: f64,
-}
-
 impl Test {
     pub fn new(rig: &Rig) -> Self {
         Test {
@@ -187,6 +182,7 @@ impl Test {
             start_elastic: 0.0,
             start_membrane: 0.0,
             ram: 0.0,
+            left: Vec::new(),
             loaded: true,
             turning: None,
             peak_friction_angle: f64::NEG_INFINITY,
@@ -284,18 +280,24 @@ impl Test {
                 way.woken += transition.woken;
                 continue;
             }
-            let trial = self.weigh(rig, &way, &report, share, to);
+            let mut trial = self.weigh(rig, &way, &report, share, to);
             if !way.dwells && way.watch.overshoots(share, &trial.measures) {
                 continue;
             }
-            let refused = trial.creates_energy || (trial.poorly_closed && self.energy_gate.cuts);
+            let unclosed = trial.poorly_closed || trial.overdraws;
+            let refused = trial.creates_energy || (unclosed && self.energy_gate.cuts);
             if refused && !way.dwells && way.pace.cut(share) {
                 tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
                 way.watch.limit = None;
                 continue;
             }
+            if trial.poorly_closed && self.energy_gate.cuts {
+                // What does not close however short it is has jumped.
+                trial = self.weigh_as(rig, &way, &report, [share, to], true);
+            }
             if !way.dwells {
-                report.counters.cuts = way.pace.accept(share, report.history.len());
+                report.counters.cuts =
+                    way.pace.accept(share, rig.settings.beyond_start(report.history.len()));
             }
             let m = &trial.measures;
             way.watch.accept(m);
@@ -318,6 +320,7 @@ impl Test {
                 fidelity: FidelityCounts::default(),
                 energy_gap: trial.energy_gap,
                 poorly_closed: trial.poorly_closed,
+                snapped: trial.snapped,
                 control_error: trial.control_error,
                 counters,
                 out_of_balance: report.balance.out_of_balance,
@@ -454,6 +457,7 @@ impl Test {
     fn break_up(&mut self, rig: &mut Rig) -> Result<bool> {
         let lost = rig.break_up()?;
         if let Some(lost) = lost {
+            self.left.clear();
             self.ledger.damage += lost;
             self.ledger.elastic -= lost;
         }
@@ -484,6 +488,7 @@ impl Test {
         rig.pressure = trial.pressure;
         self.ledger = trial.ledger;
         self.ram = trial.ram;
+        self.left.clone_from(&report.left);
         self.loaded = drive.is_loaded();
         last
     }
@@ -540,6 +545,7 @@ impl Test {
             rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
             rig.pressure = SEATING_SHARE * pressure;
             self.restart(rig, &report.energy);
+            self.left.clone_from(&report.left);
             let rough = settings != fine;
             if report.converged() && rough {
                 settings = fine.clone();
@@ -571,7 +577,7 @@ impl Test {
         };
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
-        let mut counters = Counters::default();
+        let (mut counters, mut longest) = (Counters::default(), Vec::new());
         let falls = way.dwells || way.falls || rig.model.is_broken();
         let falling = falls.then(|| {
             let falling = rig.settings.falling();
@@ -611,9 +617,12 @@ impl Test {
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
             let depends = loads.applied[rig.top].z != 0.0
                 || loads.control.as_ref().is_some_and(|control| !control.applied.is_empty());
+            // The trial that had the way to go says whether it was a snap.
+            if report.history.len() > longest.len() {
+                longest = std::mem::take(&mut report.history);
+            }
             if !depends || (area / guess.area - 1.0).abs() <= AREA_TOLERANCE {
-                report.counters = counters;
-                return Ok(report);
+                return Ok(IncrementReport { counters, history: longest, ..report });
             }
             guess.area = area;
             guess.deviatoric_stress = report.factor;
@@ -632,50 +641,6 @@ impl Test {
             deviatoric_stress: -ram * height / volume,
             top: poses[rig.top].position.z,
             loaded: self.loaded,
-        }
-    }
-
-    /// Measures an increment and enters it into a copy of the ledger.
-    fn weigh(&self, rig: &Rig, way: &UnderWay, report: &IncrementReport, share: f64, to: f64) -> Trial {
-        let drive = &way.drive;
-        let pressure = drive.pressure(to, report.factor);
-        let (old, new) = (&rig.committed.poses, &report.poses);
-        let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
-        pressure_loads_into(&mut loads, &rig.model, new, pressure);
-        let balancing = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
-        // Where bodies still fall, a loaded plate is not in balance with its ram, whose force is known.
-        let ram = if report.fell && drive.is_loaded() { self.ram } else { balancing };
-        let state = self.state(rig, new, pressure, ram);
-        let lift = new[rig.top].position.z - old[rig.top].position.z;
-        let ram_work = 0.5 * (self.ram + ram) * lift;
-        let swelling = state.volume - rig.volume(old) + report.elastic_volume;
-        let pressure_work = -0.5 * (rig.pressure + pressure) * swelling;
-        let mut ledger = self.ledger;
-        ledger.external += ram_work + pressure_work;
-        ledger.elastic = report.energy.elastic - self.start_elastic;
-        ledger.friction += report.energy.friction;
-        ledger.damage += report.damage.dissipated;
-        ledger.membrane = report.energy.membrane - self.start_membrane;
-        if way.dwells || report.is_snap() {
-            ledger.stabilisation += (ledger.error() - self.ledger.error()).max(0.0);
-        }
-        let gap = ledger.error() - self.ledger.error();
-        let turnover = ram_work.abs() + pressure_work.abs();
-        let released = (self.ledger.elastic - ledger.elastic).max(0.0);
-        Trial {
-            measures: Measures::of(rig, &state, &self.zero),
-            ledger,
-            energy_gap: if turnover > 0.0 { gap / turnover } else { 0.0 },
-            poorly_closed: self.energy_gate.is_breached(
-                gap,
-                turnover,
-                report.energy.elastic,
-                rig.settings.force_tolerance,
-            ),
-            creates_energy: creates_energy(gap, ram_work + pressure_work + released, report.energy.elastic),
-            control_error: drive.miss(share, to, &state),
-            ram,
-            pressure,
         }
     }
 }
