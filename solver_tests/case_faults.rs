@@ -77,6 +77,24 @@ fn a_pressure_that_follows_cannot_be_given() {
 
 /// The older form of the energy gate, a number, is a tolerance that is warned at.
 #[test]
+fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
+    let refused = |base: &str, overrides: &[(&str, Value)]| {
+        let mut raw = RawCase::parse(Path::new("case.json"), base).expect("parses");
+        let set: Vec<(String, Value)> =
+            overrides.iter().map(|(at, to)| (at.to_string(), to.clone())).collect();
+        raw.set(&set);
+        let faults = riprap::case::unsupported(&raw.check().expect("a sound case"));
+        faults.iter().filter(|fault| fault.path == "$.contact.faces").count()
+    };
+    let area = ("/contact/faces", json!("area"));
+    let whole = ("/rock/damage", json!(null));
+    assert_eq!(refused(SPECIMEN, &[area.clone()]), 1);
+    assert_eq!(refused(SPECIMEN, &[area.clone(), whole.clone()]), 0);
+    assert_eq!(refused(SPECIMEN, &[("/contact/faces", json!("corners"))]), 0);
+    assert_eq!(refused(SPECIMEN, &[area, whole, ("/solver/accuracy", json!(0.05))]), 1);
+}
+
+#[test]
 fn an_energy_gate_may_be_a_tolerance() {
     let mut raw = RawCase::parse(Path::new("x.json"), SPECIMEN).expect("JSON");
     raw.set(&[("/solver/energy_gate".into(), json!(0.02))]);
@@ -138,6 +156,8 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/rock/tensile_strength", "", "$.rock.tensile_strength", "nothing", &["damage needs it"]),
     (SPECIMEN, "/contact/friction", "-0.1", "$.contact.friction", "-0.1", &["must not be negative"]),
     (SPECIMEN, "/contact/residual_friction", "0.7", "$.contact.residual_friction", "0.7", &["exceeds the peak friction 0.65"]),
+    (SPECIMEN, "/contact/faces", "\"edges\"", "$.contact.faces", "\"edges\"", &["is not one of the choices"]),
+    (SPECIMEN, "/solver/first_penalty", "1e4", "$.solver.first_penalty", "1e4", &["must be at most 1000"]),
     (SPECIMEN, "/contact/rounding", "0.5", "$.contact.rounding", "0.5", &["must be at most 0.1"]),
     (SPECIMEN, "/stages/1/axial_strain", "15", "$.stages[1].axial_strain", "15", &["must be at most 0.5"]),
     (SPECIMEN, "/stages/1/axial_strain", "5e-5", "$.stages[1].increment", "0.0001", &["exceeds the stage's axial_strain"]),

@@ -307,7 +307,10 @@ fn a_study_finds_the_order_and_goes_on_where_it_was() {
 fn what_cannot_be_varied_is_said_by_name() {
     let folder = scene();
     let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "penalty"]);
-    assert!(stderr.contains("--vary penalty") && stderr.contains("no key of the case sets it"), "{stderr}");
+    assert!(
+        stderr.contains("--vary penalty") && stderr.contains("no body of the case is condensed"),
+        "{stderr}"
+    );
     let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "mesh"]);
     assert!(stderr.contains("--vary mesh"), "{stderr}");
     let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "increments"]);

@@ -276,10 +276,11 @@ fn faces_within_reach(shapes: [&ContactShape; 2], poses: &[Pose; 2], skin: f64) 
     }
     // What both bodies together may turn by before the list is made anew (`motion`).
     let turn = skin / (2.1 * shapes[0].bounding_radius.min(shapes[1].bounding_radius));
+    let seen = poses[1].rotation.inverse() * poses[0].rotation;
     for (i, a) in shapes[0].faces.iter().enumerate() {
-        let normal = poses[0].rotation * a.normal;
+        let normal = seen * a.normal;
         for (j, b) in shapes[1].faces.iter().enumerate() {
-            let opposite = may_face(&normal, &(poses[1].rotation * b.normal), turn);
+            let opposite = may_face(&normal, &b.normal, turn);
             if opposite && look_at_each_other([a, b], [&poses[0], &poses[1]]) {
                 found.push((i as u32, j as u32));
             }
