@@ -1,4 +1,4 @@
-//! Runs that start from the consolidated specimen of another one (`"start_from"`).
+//! Runs that start from the specimen of another one (`"start_from"`), consolidated or as generated.
 
 use riprap::results::Reader;
 
@@ -66,6 +66,23 @@ fn a_shear_from_a_file_has_the_bits_of_one_in_one_go() {
     std::fs::rename(place.path("shear.h5"), place.path("moved.h5")).expect("moved");
     place.ends_with(0, &["run", "again.json", "--out", "again.h5", "--resume"]);
     assert_same_bits(&place.open("moved.h5"), &place.open("again.h5"));
+}
+
+/// Nothing is generated twice: a run that starts from a specimen that another command generated has the bits of one in one go,
+/// whatever was asked of that command that a specimen does not depend on.
+#[test]
+fn a_run_from_a_generated_specimen_has_the_bits_of_one_in_one_go() {
+    let place = Place::new();
+    let whole = place.reference("specimen");
+    let other = "/contact/friction=0.3";
+    place.ends_with(0, &["specimen", "specimen.json", "--out", "only.h5", "--set", other]);
+    let from = ["run", "specimen.json", "--out", "x.h5", "--set", "/start_from=only.h5"];
+    let told = place.ends_with(0, &from);
+    assert!(told.contains("from the specimen, as generated, in only.h5"), "{told}");
+    assert_same_bits(&whole, &place.open("x.h5"));
+    let changed = ["--set", "/seed=5", "--set", "/contact/rounding=0.03", "--force"];
+    let told = place.ends_with(2, &[&from[..], &changed].concat());
+    assert!(told.contains("$.seed") && told.contains("$.contact.rounding"), "{told}");
 }
 
 #[test]

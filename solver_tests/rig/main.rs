@@ -6,5 +6,6 @@ mod hundred;
 mod ledger;
 mod ready;
 mod rubber;
+mod seating;
 mod stages;
 mod wall;

@@ -81,14 +81,15 @@ fn drained_shear_lands_on_a_stress_and_unloads_and_reloads() {
     assert!(test.ledger.friction > 0.0);
 }
 
-/// The volume stays, and the mean cross-section stays; the pressure follows.
+/// The volume stays, and the mean cross-section stays; the pressure follows. Not further than to 2e-4: so loose a specimen has lost all its pressure
+/// at constant volume by 4e-4, or has not, depending on how it was seated.
 #[test]
 fn constant_volume_and_oedometer_hold_volume_and_area() {
     for (lateral, per_axial) in [(Lateral::Volume, 0.0), (Lateral::Area, 1.0)] {
         let (mut rig, mut test, _) = consolidated();
-        let stage = drive(4e-4, lateral);
+        let stage = drive(2e-4, lateral);
         let (rows, end) = run(&mut rig, &mut test, &stage);
-        finished(&rows, &end, 8);
+        finished(&rows, &end, 4);
         for row in &rows {
             let m = &row.measures;
             let miss = (m.volumetric_strain - per_axial * m.axial_strain).abs();
@@ -96,7 +97,7 @@ fn constant_volume_and_oedometer_hold_volume_and_area() {
             assert!(m.confining_pressure != PRESSURE);
         }
         let last = rows[rows.len() - 1].measures;
-        assert!((last.axial_strain - 4e-4).abs() < 1e-12);
+        assert!((last.axial_strain - 2e-4).abs() < 1e-12);
         assert!((rig.pressure - last.confining_pressure).abs() == 0.0);
     }
 }

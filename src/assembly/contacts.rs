@@ -135,7 +135,7 @@ impl PairWork {
     }
 
     /// Starts from what was committed.
-    fn reset(&mut self, model: &Model, committed: &Committed) {
+    pub(super) fn reset(&mut self, model: &Model, committed: &Committed) {
         self.carried = committed.memory.get(&self.key()).cloned().unwrap_or_default();
         let key = self.key();
         faces::renew_rules(&mut self.carried, model, key, &committed.poses);

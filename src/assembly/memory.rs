@@ -3,10 +3,18 @@
 use crate::assembly::{ContactPoint, Contacts};
 use crate::contact::memory::{Memory, PairMemory, PointMemory};
 use crate::contact::{FaceRule, Feature};
-use crate::model::Model;
+use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
 
 impl Contacts {
+    /// Goes on from the present configuration, `committed` but for its memory, as if it had been committed. Points have to be evaluated again.
+    pub fn rebase(&mut self, model: &Model, committed: &mut Committed) {
+        committed.memory = self.memory(model);
+        for pair in &mut self.pairs {
+            pair.reset(model, committed);
+        }
+    }
+
     /// What contacts will remember once the present configuration is accepted.
     pub fn memory(&self, model: &Model) -> Memory {
         let mut memory = Memory::new();

@@ -36,7 +36,7 @@ static CASE_KEYS: &[Key] = &[
         "start_from",
         Text,
         "A results file, relative to the case file: the stages begin with the specimen as it stands there after its \
-         consolidation.",
+         consolidation, or, where there is none yet and the first stage consolidates, with the specimen as generated.",
     ),
     Key::optional("specimen", Object(SPECIMEN), "A generated rockfill specimen. A case has this or a scene."),
     Key::optional("scene", Object(SCENE), "Bodies set by hand. A case has this or a specimen."),

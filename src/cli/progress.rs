@@ -8,7 +8,8 @@ use serde_json::{Map, Value, json};
 
 use crate::results::{HISTORY, HistoryRow, Value as Number};
 use crate::simulation::{
-    Drawn, End, Observer, Options, Outcome, PlannedStage, Resumption, SpecimenReport, StageReport, Step,
+    Drawn, End, Observer, Options, Outcome, PlannedStage, Resumption, Seating, SpecimenReport, StageReport,
+    Step,
 };
 use crate::solver::StopSignal;
 use crate::specimen::Phase;
@@ -188,13 +189,21 @@ impl Observer for Progress {
         }
     }
 
-    fn seated(&mut self, out_of_balance: f64, factorisations: usize) {
+    fn seated(&mut self, seating: &Seating) {
         self.begun = Instant::now();
+        let Seating { out_of_balance, factorisations, falling_steps } = *seating;
         self.tell(
-            || format!("{:<15} balanced to {out_of_balance:.0e}, {factorisations} factorisations", "seating"),
+            || {
+                format!(
+                    "{:<15} balanced to {out_of_balance:.0e}, {falling_steps} steps of falling, {factorisations} \
+                     factorisations",
+                    "seating"
+                )
+            },
             || {
                 json!({
                     "event": "seated", "out_of_balance": out_of_balance, "factorisations": factorisations,
+                    "falling_steps": falling_steps,
                 })
             },
         );
@@ -277,12 +286,18 @@ impl Observer for Progress {
                 || format!("{:<12} already, {increments} increments: nothing is left to do", "finished"),
                 || json!({"event": "resumed", "increment": increments, "finished": true}),
             ),
-            Resumption::Started { file, host, version } => {
+            Resumption::Started { file, consolidated, host, version } => {
                 self.warn_of_origin(host.as_deref(), version.as_deref());
                 let file = file.display();
+                let which = if *consolidated { "consolidated specimen" } else { "specimen, as generated," };
                 self.tell(
-                    || format!("{:<12} from the consolidated specimen in {file}", "starts"),
-                    || json!({"event": "started", "file": file.to_string(), "host": host, "version": version}),
+                    || format!("{:<12} from the {which} in {file}", "starts"),
+                    || {
+                        json!({
+                            "event": "started", "file": file.to_string(), "consolidated": consolidated,
+                            "host": host, "version": version,
+                        })
+                    },
                 );
             }
             Resumption::After { increment, dropped, damaged, host, version } => {

@@ -29,6 +29,7 @@ pub use draws::{Drawn, expected as expected_draws};
 pub use observer::{Observer, Resumption, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
 pub use profile::Profile;
+pub use seating::Seating;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -49,7 +50,7 @@ use recorder::Recorder;
 use resume::Found;
 use scene::ScenePoint;
 use seating::seat;
-use start::Start;
+use start::{Consolidation, Start};
 
 /// What a run takes besides its case.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,7 +131,7 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
     }
 }
 
-/// Generates a case's specimen, with its meshes and statistics, and writes nothing else.
+/// Generates a case's specimen, with its meshes and statistics, and writes nothing else. Runs can start from it (`"start_from"`).
 ///
 /// # Errors
 /// As [`run`]; `Error::Usage` for a scene.
@@ -148,9 +149,13 @@ pub fn generate_specimen(
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
-    let parameters = plan::rig_parameters(case, plan::largest_pressure(case))?;
-    let rig = Rig::new(&specimen, &parameters, plan::settings(case))?;
-    recorder.begin(case, &rig, &specimen, &meshes)?;
+    // A run can start from it.
+    let membrane_pressure = plan::largest_pressure(case);
+    let origin = Origin { specimen: Cow::Owned(specimen), membrane_pressure };
+    recorder.save_origin(&origin)?;
+    let parameters = plan::rig_parameters(case, membrane_pressure)?;
+    let rig = Rig::new(&origin.specimen, &parameters, plan::settings(case))?;
+    recorder.begin(case, &rig, &origin.specimen, &meshes)?;
     recorder.finish(FileOutcome::Finished, "specimen only")?;
     let (wall_time, profile) = (clock.elapsed(), Profile::default());
     Ok(Outcome { end: End::Finished, increments: 0, wall_time, profile, dossier: None })
@@ -170,8 +175,18 @@ fn triaxial_test(
     let (mut recorder, mut rig, mut test) = match found {
         Some(found) => continued_test(case, wanted, options, &found, clock, observer)?,
         None => match start::look(case, source)? {
-            Some(start) => started_test(case, wanted, source, options, start, clock, observer)?,
-            None => begun_test(case, wanted, source, options, clock, observer, &mut profile)?,
+            Some(Start::Consolidated(start)) => {
+                started_test(case, wanted, source, options, *start, clock, observer)?
+            }
+            Some(Start::Generated { specimen, how }) => {
+                observer.resumed(&how);
+                let (specimen, meshes) = meshed(case, wanted, specimen, clock, observer)?;
+                begun_test(case, source, options, (specimen, meshes), clock, observer, &mut profile)?
+            }
+            None => {
+                let generated = specimen_of(case, wanted, observer)?;
+                begun_test(case, source, options, generated, clock, observer, &mut profile)?
+            }
         },
     };
     test.energy_gate = plan::energy_gate(&case.solver);
@@ -188,7 +203,7 @@ fn triaxial_test(
                 Ok(()) => {
                     let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
                     profile.book_since("seating", start);
-                    observer.seated(seating.out_of_balance, seating.factorisations);
+                    observer.seated(&seating);
                 }
                 Err(reason) => end = StageEnd::Stopped { reason },
             }
@@ -278,14 +293,13 @@ fn triaxial_test(
 /// A new test: its specimen, its rig, and a results file with a first restart point.
 fn begun_test(
     case: &Case,
-    wanted: &SpecimenCase,
     source: &RawCase,
     options: &Options,
+    (specimen, meshes): (Specimen, Vec<Mesh>),
     clock: Instant,
     observer: &mut dyn Observer,
     profile: &mut Profile,
 ) -> Result<(Recorder, Rig, Test)> {
-    let (specimen, meshes) = specimen_of(case, wanted, observer)?;
     profile.book_since("specimen", clock);
     let start = Instant::now();
     let mut recorder = Recorder::create(case, source, options, clock)?;
@@ -315,11 +329,11 @@ fn started_test(
     wanted: &SpecimenCase,
     source: &RawCase,
     options: &Options,
-    start: Start,
+    start: Consolidation,
     clock: Instant,
     observer: &mut dyn Observer,
 ) -> Result<(Recorder, Rig, Test)> {
-    let Start { origin, state, how } = start;
+    let Consolidation { origin, state, how } = start;
     observer.resumed(&how);
     let specimen = &origin.specimen;
     let meshes = meshes_of(wanted, specimen)?;
@@ -529,6 +543,17 @@ fn specimen_of(
     let parameters = wanted.parameters(case.seed, case.contact.rounding);
     let progress = &mut |phase: Phase, share: f64| observer.specimen_progress(phase, share);
     let specimen = generate(&parameters, progress)?;
+    meshed(case, wanted, specimen, clock, observer)
+}
+
+/// A specimen, told of, and a mesh of each of its grains.
+fn meshed(
+    case: &Case,
+    wanted: &SpecimenCase,
+    specimen: Specimen,
+    clock: Instant,
+    observer: &mut dyn Observer,
+) -> Result<(Specimen, Vec<Mesh>)> {
     let meshes = meshes_of(wanted, &specimen)?;
     observer.specimen_ready(&SpecimenReport::new(&specimen, &meshes, clock.elapsed()));
     observer.rock_drawn(&draws::of_specimen(case, &meshes)?);

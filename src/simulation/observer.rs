@@ -7,6 +7,7 @@ use crate::mesh::{Mesh, QualityReport};
 use crate::results::HistoryRow;
 use crate::simulation::draws::Drawn;
 use crate::simulation::plan::PlannedStage;
+use crate::simulation::seating::Seating;
 use crate::solver::StopSignal;
 use crate::specimen::{Phase, Specimen};
 use crate::triaxial::StageEnd;
@@ -19,9 +20,8 @@ pub trait Observer {
     fn specimen_ready(&mut self, _report: &SpecimenReport) {}
     /// What the cells have drawn from the rock's laws.
     fn rock_drawn(&mut self, _drawn: &[Drawn]) {}
-    /// Loose grains have been brought into touch: out-of-balance force over the mean contact force,
-    /// and factorisations.
-    fn seated(&mut self, _out_of_balance: f64, _factorisations: usize) {}
+    /// Loose grains have been brought into touch.
+    fn seated(&mut self, _seating: &Seating) {}
     fn stage_begun(&mut self, _stage: &PlannedStage) {}
     /// An increment is accepted and in the file.
     fn step_accepted(&mut self, _step: &Step<'_>) {}
@@ -45,9 +45,11 @@ pub enum Resumption {
     Anew { reason: &'static str },
     /// The run is finished: nothing is left to do.
     Finished { increments: u64 },
-    /// The run starts from the consolidated specimen in another results file.
+    /// The run starts from the specimen in another results file.
     Started {
         file: PathBuf,
+        /// As it was consolidated there, or as it was generated.
+        consolidated: bool,
         /// Where that run was begun, if not on this computer.
         host: Option<String>,
         /// The riprap that wrote it, if not this one.

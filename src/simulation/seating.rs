@@ -17,6 +17,8 @@ pub struct Seating {
     /// has to meet the tolerance itself.
     pub out_of_balance: f64,
     pub factorisations: usize,
+    /// Steps of falls, each an evaluation of the contacts.
+    pub falling_steps: usize,
 }
 
 /// Seats the grains under a share of the consolidation pressure [Pa]; gives up early where `stop` says so.
@@ -25,7 +27,7 @@ pub struct Seating {
 pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bool) -> Seating {
     let friction = rig.model.friction;
     rig.model.friction = Friction::constant(friction.peak);
-    let mut seating = Seating { out_of_balance: f64::INFINITY, factorisations: 0 };
+    let mut seating = Seating { out_of_balance: f64::INFINITY, factorisations: 0, falling_steps: 0 };
     if let Some(elasticity) = rig.stiffen() {
         attempts(&mut seating, test, rig, pressure, stop);
         rig.soften(elasticity);
@@ -45,6 +47,7 @@ fn attempts(seating: &mut Seating, test: &mut Test, rig: &mut Rig, pressure: f64
         let report = test.seat(rig, pressure);
         seating.out_of_balance = report.balance.out_of_balance;
         seating.factorisations += report.counters.factorisations;
+        seating.falling_steps += report.counters.falling_steps;
         if report.converged() || stop() {
             break;
         }

@@ -1,7 +1,8 @@
 //! Starts a run from the consolidated specimen in another results file (`"start_from"`): its specimen, committed state,
-//! contact search and ledger, so that several shears go on from one consolidation.
+//! contact search and ledger, so that several shears go on from one consolidation. Where the file has none, and the case
+//! consolidates, the run starts from the specimen as it was generated, which takes minutes where there are thousands of grains.
 //!
-//! The stages that follow come to the same bits as in a run that consolidated the specimen itself. What the
+//! The stages that follow come to the same bits as in a run that did all by itself. What the
 //! state depends on must be the same in both cases; tolerances, stages and output may differ.
 
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ use serde_json::{Map, Value};
 use crate::case::{Case, RawCase, StageCase};
 use crate::error::{Error, Fault, Result};
 use crate::results::{self, Reader};
+use crate::specimen::Specimen;
 
 use super::kept::{Consolidated, Origin};
 use super::observer::Resumption;
@@ -20,8 +22,21 @@ use super::resume::differences;
 /// Keys of a case on which a consolidated specimen depends.
 const BINDING: [&str; 6] = ["seed", "specimen", "rock", "contact", "plates", "membrane"];
 
+/// Keys and one nested value on which a generated specimen depends.
+const GENERATING: [&str; 2] = ["seed", "specimen"];
+
+/// What a run starts from.
+pub enum Start {
+    Consolidated(Box<Consolidation>),
+    /// A specimen that nothing has been done to.
+    Generated {
+        specimen: Specimen,
+        how: Resumption,
+    },
+}
+
 /// A consolidated specimen and where it is from.
-pub struct Start {
+pub struct Consolidation {
     pub origin: Origin<'static>,
     pub state: Consolidated<'static>,
     pub how: Resumption,
@@ -49,27 +64,45 @@ pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
         dataset: "case/completed".into(),
         message: format!("is not JSON: {e}"),
     })?;
+    let state = reader.consolidated()?;
+    let consolidates = matches!(case.stages.first(), Some(StageCase::Consolidate { .. }));
+    let consolidated = state.is_some() || !consolidates;
+    let part: fn(&Value) -> Value = if consolidated { binding } else { generating };
     let problem = format!("differs from the run in {name}");
-    let faults = differences(&binding(&kept), &binding(&case.completed()), &problem);
+    let faults = differences(&part(&kept), &part(&case.completed()), &problem);
     if !faults.is_empty() {
         return refused(faults);
     }
-    let lacks = |what: &str| Error::Results {
+    let lacks = |what: &str, why: &str| Error::Results {
         file: file.clone(),
         dataset: what.into(),
-        message: "is not there: the run has not come to the end of its first consolidate stages".into(),
+        message: format!("is not there: {why}"),
     };
-    let origin = reader.origin()?.ok_or_else(|| lacks("restart/origin"))?;
-    let state = reader.consolidated()?.ok_or_else(|| lacks("restart/consolidated"))?;
-    let (origin, _) = restart::decode::<Origin<'_>>(&origin, &file)?;
+    let unfinished = "the run has not come to the end of its first consolidate stages";
+    let host = Some(reader.text("case/host")?).filter(|begun_on| *begun_on != results::host());
+    let told = |version| Resumption::Started { file: PathBuf::from(name), consolidated, host, version };
+    let origin = reader.origin()?.ok_or_else(|| lacks("restart/origin", "the file holds no specimen"))?;
+    let (origin, version) = restart::decode::<Origin<'_>>(&origin, &file)?;
+    if !consolidated {
+        let specimen = origin.specimen.into_owned();
+        return Ok(Some(Start::Generated { specimen, how: told(version) }));
+    }
+    let state = state.ok_or_else(|| lacks("restart/consolidated", unfinished))?;
     let (state, version) = restart::decode::<Consolidated<'_>>(&state, &file)?;
     let faults = wrong_pressures(case, state.rig.pressure());
     if !faults.is_empty() {
         return refused(faults);
     }
-    let host = Some(reader.text("case/host")?).filter(|begun_on| *begun_on != results::host());
-    let how = Resumption::Started { file: PathBuf::from(name), host, version };
-    Ok(Some(Start { origin, state, how }))
+    let how = told(version);
+    Ok(Some(Start::Consolidated(Box::new(Consolidation { origin, state, how }))))
+}
+
+/// The part of a completed case on which a generated specimen depends.
+fn generating(completed: &Value) -> Value {
+    let kept = |key: &&str| completed.get(*key).map(|value| (key.to_string(), value.clone()));
+    let mut keys: Map<String, Value> = GENERATING.iter().filter_map(kept).collect();
+    keys.insert("contact".into(), serde_json::json!({ "rounding": completed["contact"]["rounding"] }));
+    Value::Object(keys)
 }
 
 /// The part of a completed case on which a consolidated specimen depends.

@@ -7,23 +7,32 @@
 //! of itself where it drives the motion and raised by it where it brakes (Cundall 1987, "Distinct element models of rock and soil structure": local
 //! damping), so that bodies come to rest each by itself, whatever others still do.
 
-use crate::model::BodyKind;
+use crate::model::{BodyKind, Committed};
 use crate::solver::newton::Newton;
 use crate::tensor::Pose;
+use std::borrow::Cow;
 
-/// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. The network is stiffer than that by up to 4, and
-/// explicit steps are stable below 2 over the root of it.
-const STEP: f64 = 0.4;
+/// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. A contact moves by four terms (two bodies, each
+/// with its rotation), so the network is stiffer than that by up to 4, and explicit steps are stable below 2 over the root of it, 1.
+const STEP: f64 = 0.7;
+/// The same where friction acts against the way from the last commit: there bodies that go faster overshoot, and come back against less.
+const STEP_IN_PIECES: f64 = 0.4;
 /// Share of a force that local damping takes.
 const DAMPING: f64 = 0.7;
-/// What drag leaves of all velocities in a step; a body that nothing touches and nothing presses comes to rest by it.
+/// What drag leaves of a velocity in a step where no force acts, or where friction is not re-based; what nothing touches and nothing presses comes
+/// to rest by it.
 const DRAG: f64 = 0.98;
+/// A plate, which has no stiffness of its own, is heavy enough to be moved by this share of the smallest rounding in a step from rest. What presses
+/// it would else drive it into the first grains that it meets.
+const PLATE_MOTION: f64 = 0.02;
 /// Largest motion of a body in a step, over what Newton's iterations may do at once.
 const SHARE_OF_CAP: f64 = 0.3;
 /// What is left of velocities and of the step where bodies would have come too close.
 const SHOCK: f64 = 0.25;
 /// Shocks in a row before the fall is given up.
 const MOST_SHOCKS: usize = 20;
+/// Steps between two lines of the log.
+const TOLD_EVERY: usize = 50;
 
 /// How a fall ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,12 +61,17 @@ impl Newton<'_> {
         let mut stiffness = Vec::new();
         let lengths = self.settings.travel.lengths(self.model);
         let centre = self.poses.clone();
-        let mut pace = STEP;
+        let rebases = self.settings.fall_rebase.is_some();
+        let usual = if rebases { STEP } else { STEP_IN_PIECES };
+        let mut pace = usual;
         let mut shocks = 0;
         self.away.iter_mut().for_each(|d| *d = 0.0);
         let mut from = (self.poses.clone(), self.away.clone());
-        for _ in 0..most_steps {
+        for done in 0..most_steps {
             let out_of_balance = self.balance().out_of_balance;
+            if done % TOLD_EVERY == 0 {
+                tracing::trace!(done, out_of_balance, pace, "falling");
+            }
             if out_of_balance < enough {
                 return FallEnd::Landed;
             }
@@ -76,7 +90,8 @@ impl Newton<'_> {
                     let against = if velocity[k] == 0.0 { 0.0 } else { velocity[k].signum() };
                     let damped = force - DAMPING * force.abs() * against;
                     // Velocities in lengths a step.
-                    velocity[k] = DRAG * velocity[k] + pace * pace * damped / stiffness[body][component / 3];
+                    let drag = if force == 0.0 || !rebases { DRAG } else { 1.0 };
+                    velocity[k] = drag * velocity[k] + pace * pace * damped / stiffness[body][component / 3];
                 }
             }
             // Each body within its own cap; what is light must not hold up the others.
@@ -93,9 +108,12 @@ impl Newton<'_> {
             step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
             from.0.clone_from(&self.poses);
             from.1.clone_from(&self.away);
+            if self.settings.fall_rebase.is_some_and(|every| done % every.max(1) == 0) {
+                self.rebase();
+            }
             if self.try_step(&from, &step, 1.0, 0.0).is_some() {
                 shocks = 0;
-                pace = (1.1 * pace).min(STEP);
+                pace = (1.1 * pace).min(usual);
             } else {
                 self.go_to(from.0.clone(), from.1.clone());
                 velocity.iter_mut().for_each(|v| *v *= SHOCK);
@@ -107,6 +125,15 @@ impl Newton<'_> {
             }
         }
         FallEnd::Moving
+    }
+
+    /// Has friction act against the way from here on, as if this had been committed.
+    fn rebase(&mut self) {
+        self.dissipated = self.step_dissipation();
+        let fields = self.committed.fields.clone();
+        let mut here = Committed { fields, ..Committed::new(self.poses.clone()) };
+        self.contacts.rebase(self.model, &mut here);
+        self.committed = Cow::Owned(here);
     }
 
     fn has_gone_far(&self, from: &[Pose]) -> bool {
@@ -137,5 +164,16 @@ impl Newton<'_> {
             }
         }
         stiffness.iter_mut().flatten().for_each(|k| *k = k.max(1e-3 * self.typical_stiffness));
+        if self.settings.fall_rebase.is_none() {
+            return;
+        }
+        let plate_motion = PLATE_MOTION * self.model.smallest_rounding();
+        for (body, k) in stiffness.iter_mut().enumerate().take(self.model.bodies.len()) {
+            if !self.model.bodies[body].stiffness.is_finite() {
+                let forces = self.dofs.of(body).iter().flatten().map(|i| self.residual[*i as usize]);
+                let force = forces.map(|f| f * f).sum::<f64>().sqrt();
+                k.iter_mut().for_each(|k| *k = k.max(STEP * STEP * force / plate_motion));
+            }
+        }
     }
 }

@@ -11,12 +11,14 @@ use crate::solver::Settings;
 use crate::solver::control::Steering;
 use crate::solver::start::Start;
 use crate::tensor::Pose;
+use std::borrow::Cow;
 use std::time::Instant;
 
 /// The state of a solve and its buffers.
 pub struct Newton<'a> {
     pub model: &'a Model,
-    pub committed: &'a Committed,
+    /// What the increment began from, or the state in which a fall last re-based friction.
+    pub committed: Cow<'a, Committed>,
     /// With the control's load factor as it is at `poses`.
     pub loads: Loads,
     /// The loads' control; its unknown and residual come last in `away` and `residual`.
@@ -31,6 +33,8 @@ pub struct Newton<'a> {
     /// How far `poses` are from the proximal centre, in unknowns [m].
     pub away: Vec<f64>,
     pub counters: Counters,
+    /// Work lost to friction in the present step before friction was re-based last [J].
+    pub(super) dissipated: f64,
     /// Whether the last step of the last solve went as far as bodies may go at once.
     pub(super) was_capped: bool,
     /// Whether steps use the symmetric part of the tangent, to compare with.
@@ -86,7 +90,7 @@ impl<'a> Newton<'a> {
         }
         let mut newton = Newton {
             model,
-            committed,
+            committed: Cow::Borrowed(committed),
             loads,
             away: vec![0.0; dofs.count() + usize::from(steering.is_some())],
             steering,
@@ -96,6 +100,7 @@ impl<'a> Newton<'a> {
             poses,
             residual: Vec::new(),
             counters: Counters::default(),
+            dissipated: 0.0,
             was_capped: false,
             symmetrised: false,
             typical_stiffness,
@@ -141,7 +146,7 @@ impl<'a> Newton<'a> {
     }
 
     pub(super) fn evaluate(&mut self) -> bool {
-        let fine = self.contacts.evaluate(self.model, self.committed, &self.poses).is_ok();
+        let fine = self.contacts.evaluate(self.model, &self.committed, &self.poses).is_ok();
         if fine {
             self.update_residual();
         }
@@ -150,7 +155,7 @@ impl<'a> Newton<'a> {
 
     /// Work lost to friction in the present step [J].
     pub fn step_dissipation(&self) -> f64 {
-        self.contacts.dissipation(self.model, self.committed)
+        self.dissipated + self.contacts.dissipation(self.model, &self.committed)
     }
 
     /// The residual with the proximal term.

@@ -4,6 +4,11 @@ use crate::model::Travel;
 use crate::solver::damage::DamageSettings;
 use crate::solver::stop::StopSignal;
 
+/// Steps of a fall after which friction is re-based where it is to work along the way.
+pub const FALL_REBASE: usize = 20;
+/// Most steps of a fall while grains are seated.
+const SEATING_STEPS: usize = 5000;
+
 /// Everything that can be set. The defaults are those measured in ARCHITECTURE.md.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -24,12 +29,16 @@ pub struct Settings {
     /// Whether this is a dwell: contacts begin soft, holds fall as far as they have to, and augmentations that stop because bodies
     /// went as far as they may count a tenth.
     pub dwells: bool,
-    /// Augmentations before bodies that are far from balance fall (`solver::fall`); zero: never.
-    pub falls_after: usize,
+    /// Augmentations before bodies that are far from balance fall (`solver::fall`); `None`: never.
+    pub falls_after: Option<usize>,
+    /// Bodies fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
+    pub fall_bounds: [f64; 2],
     /// How far bodies fall before a state is committed, over the smallest rounding; friction acts against the way since then.
     pub fall_travel: f64,
     /// Most steps of a fall.
     pub fall_steps: usize,
+    /// Steps of a fall after which friction is re-based, so that it acts against the way from there on; `None`: not before a commit.
+    pub fall_rebase: Option<usize>,
     /// Newton iterations in an augmentation.
     pub max_newton: usize,
     /// Backtracking steps in a line search.
@@ -69,9 +78,11 @@ impl Default for Settings {
             max_augmentations: 600,
             max_dwell: 0,
             dwells: false,
-            falls_after: 0,
+            falls_after: None,
+            fall_bounds: [0.1, 0.03],
             fall_travel: f64::INFINITY,
             fall_steps: 3000,
+            fall_rebase: None,
             max_newton: 12,
             max_backtracks: 5,
             motion_cap: 0.6,
@@ -111,7 +122,19 @@ impl Settings {
 
     /// For grains that broke, and increments that were given up at their smallest: bodies that do not soon come to rest fall.
     pub fn falling(&self) -> Self {
-        Settings { falls_after: 8, ..self.clone() }
+        Settings { falls_after: Some(8), ..self.clone() }
+    }
+
+    /// For grains that are brought into touch, from a rough balance on: where augmentations do not soon lead to it, they fall again.
+    pub fn falling_together(&self) -> Self {
+        let tolerance = self.force_tolerance;
+        Settings {
+            falls_after: Some(8),
+            fall_bounds: [3.0 * tolerance, tolerance],
+            fall_rebase: Some(FALL_REBASE),
+            fall_steps: SEATING_STEPS,
+            ..self.clone()
+        }
     }
 
     /// For bodies that have a long way to fall; `None` where a stop is wanted instead.

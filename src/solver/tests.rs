@@ -108,7 +108,7 @@ fn a_block_falls_onto_a_plate() {
     let rest = settle(&model, &committed, &loads);
     assert_eq!(rest.status, StepStatus::Converged);
     committed.poses[1].position.z += 0.02;
-    let falling = Settings { falls_after: 1, ..Settings::default() };
+    let falling = Settings { falls_after: Some(1), ..Settings::default() };
     let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &falling };
     let start = || vec![committed.poses.clone()];
     let fell = advance(&increment, start(), &mut Contacts::default());
@@ -118,6 +118,13 @@ fn a_block_falls_onto_a_plate() {
     let yielded = committed.poses[1].position.z - 0.02 - rest.poses[1].position.z;
     let apart = fell.poses[1].position.z - rest.poses[1].position.z;
     assert!(yielded > 1e-6 && apart.abs() < 2e-3 * yielded, "{apart} of {yielded}");
+
+    // Friction re-based at every step has no more to say than nothing slides: the same rest.
+    let rebased = Settings { fall_rebase: Some(1), ..falling.clone() };
+    let increment = Increment { settings: &rebased, ..increment };
+    let same = advance(&increment, start(), &mut Contacts::default());
+    assert!(same.converged() && same.counters.falling_steps > 10, "{:?}", same.counters);
+    assert!((same.poses[1].position.z - rest.poses[1].position.z).abs() < 2e-3 * yielded);
 
     // In pieces: it stops where it has come to touch, and goes on from there.
     let pieces = Settings { fall_travel: 3.0, ..falling.clone() };
@@ -135,6 +142,41 @@ fn a_block_falls_onto_a_plate() {
     };
     assert!(count > 0 && end.converged(), "{count}, {:?}", end.history);
     assert!((end.poses[1].position.z - rest.poses[1].position.z).abs() < 2e-3 * yielded);
+}
+
+/// A block set down sideways slides and comes to rest; what its fall loses to friction is then friction force times way, however
+/// often friction was re-based: the books of a way in one direction do not depend on it.
+#[test]
+fn a_fall_books_the_friction_of_its_way() {
+    let (model, committed, mut loads) = block_on_plate(0.3);
+    loads.applied[1].z = -1e4;
+    let rest = settle(&model, &committed, &loads);
+    assert!(rest.converged());
+    let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
+    // A force beyond the bound: it slides until the steps are used up.
+    loads.applied[1].x = 1.2 * 0.3 * 1e4;
+    let slid = |fall_rebase: Option<usize>| {
+        let settings = Settings {
+            falls_after: Some(0),
+            fall_bounds: [1e-3, 1e-4],
+            fall_steps: 100,
+            max_augmentations: 1,
+            fall_rebase,
+            ..Settings::default()
+        };
+        let increment =
+            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+        (report.poses[1].position.x - committed.poses[1].position.x, report.energy.friction)
+    };
+    for rebase in [None, Some(20), Some(1)] {
+        let (way, friction) = slid(rebase);
+        // Its contacts press with 1e4 N to a few per cent while it moves, and the onset of sliding costs a few micrometres of way.
+        assert!(
+            way > 1e-4 && (friction / (0.3 * 1e4 * way) - 1.0).abs() < 0.1,
+            "{rebase:?}: {way} {friction}"
+        );
+    }
 }
 
 #[test]

@@ -31,6 +31,9 @@ pub struct Origin {
     pub loaded: bool,
 }
 
+/// A load whose deviatoric stress grows by less than this share of the pressure over a stage is taken for an isotropic one.
+const PRESSING: f64 = 1e-3;
+
 /// A stage under way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
@@ -99,6 +102,12 @@ impl Drive {
     /// Whether the pressure follows from the volume under the cover.
     pub fn prescribes_volume(&self) -> bool {
         matches!(self.kind, Kind::Driven { lateral: Lateral::Volume | Lateral::Area, .. })
+    }
+
+    /// Whether the top plate is under a load that grows: past a peak nothing would stop it.
+    pub fn presses_on(&self) -> bool {
+        let least = PRESSING * self.origin.pressure;
+        self.asked_stress().is_some_and(|asked| asked - self.origin.deviatoric_stress > least)
     }
 
     pub fn is_loaded(&self) -> bool {

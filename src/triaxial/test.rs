@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
-use crate::solver::{DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, advance};
+use crate::solver::{
+    DamageSettings, Dossier, Energies, FALL_REBASE, Increment, IncrementReport, Pace, Settings, advance,
+};
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
@@ -71,6 +73,8 @@ const MOST_SETTLINGS: usize = 10;
 const MOST_PIECES: usize = 300;
 /// Augmentations of an increment of a specimen that has broken, before its grains fall.
 const LATE: usize = 60;
+/// The same where grains cannot break.
+const SOON: usize = 20;
 /// How far bodies fall in a piece, over the smallest rounding.
 const PIECE: f64 = 1.0;
 /// Increments in a row that may be accepted in rough balance.
@@ -160,6 +164,31 @@ pub(super) struct Last {
     deviatoric_stress: f64,
 }
 
+/// Whether bodies may fall in an increment: a plate under a load, or one that grows where nothing breaks, would do so until nothing is left.
+fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
+    if rig.model.can_break() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
+}
+
+/// How bodies may fall in an increment; `None` where they may not.
+fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
+    let falling = rig.settings.falling();
+    // What cannot break falls all the way at once, and friction works along it.
+    let whole = !rig.model.can_break();
+    let fall_rebase = whole.then_some(FALL_REBASE);
+    if way.dwells {
+        let falls_after = if way.pieces > 0 { Some(1) } else { falling.falls_after };
+        return Some(Settings { fall_travel: PIECE, falls_after, ..falling });
+    }
+    if way.falls {
+        return Some(Settings { fall_rebase, ..falling });
+    }
+    let falls_after = match whole {
+        true => may_fall(rig, way).then_some(SOON),
+        false => rig.model.is_broken().then_some(LATE),
+    };
+    falls_after.is_some().then(|| Settings { falls_after, fall_rebase, ..falling })
+}
+
 /// An increment that found no balance.
 struct Miss {
     reason: String,
@@ -246,7 +275,7 @@ impl Test {
                 }
                 Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
                 // A loaded plate would fall until nothing is left of the specimen.
-                Err(_) if !way.dwells && !way.falls && rig.model.can_break() && !way.drive.is_loaded() => {
+                Err(_) if !way.dwells && !way.falls && may_fall(rig, &way) => {
                     way.falls = true;
                     continue;
                 }
@@ -528,7 +557,16 @@ impl Test {
             damage: DamageSettings { moves: false, ..rig.settings.damage },
             ..rig.settings.clone()
         };
-        let mut settings = fine.for_seating();
+        let rough = fine.for_seating();
+        // Those that can break are seated as they were when their tests were set up.
+        let (fine, mut settings) = match rig.model.can_break() {
+            true => (fine, rough),
+            false => {
+                let bounds = rig.settings.fall_bounds;
+                let rough = rough.falling_together();
+                (fine.falling_together(), Settings { falls_after: Some(0), fall_bounds: bounds, ..rough })
+            }
+        };
         loop {
             let increment = Increment {
                 model: &rig.model,
@@ -578,16 +616,7 @@ impl Test {
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let (mut counters, mut longest) = (Counters::default(), Vec::new());
-        let falls = way.dwells || way.falls || rig.model.is_broken();
-        let falling = falls.then(|| {
-            let falling = rig.settings.falling();
-            if !way.dwells && !way.falls {
-                return Settings { falls_after: LATE, ..falling };
-            }
-            let travel = if way.dwells { PIECE } else { f64::INFINITY };
-            let falls_after = if way.pieces > 0 { 1 } else { falling.falls_after };
-            Settings { fall_travel: travel, falls_after, ..falling }
-        });
+        let falling = falling(rig, way);
         let settings = falling.as_ref().unwrap_or(&rig.settings);
         for _ in 0..AREA_TRIALS {
             let loads = drive.loads(rig, share, to, &guess);
