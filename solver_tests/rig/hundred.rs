@@ -71,8 +71,8 @@ fn loop_of(grains: u64, axial_strain: f64, cover: &str) {
     // forces out of balance by the tolerance store: a millionth of the elastic energy.
     let mut before = 0.0;
     for row in &rows {
-        // What was stored when the ledger began comes on top of this.
-        let stored = row.energy_elastic.max(0.0);
+        // What was stored when the ledger began, under half the pressure, comes on top of this: less than as much again.
+        let stored = 2.0 * row.energy_elastic.max(0.0);
         let left = (row.energy_error - before).abs();
         assert!(row.energy_gap.abs() <= CLOSED || left < 1e-6 * stored, "{row:?}");
         assert!(row.energy_error.abs() < CLOSED * row.energy_external || row.stage == 0, "{row:?}");
