@@ -157,7 +157,7 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/contact/friction", "-0.1", "$.contact.friction", "-0.1", &["must not be negative"]),
     (SPECIMEN, "/contact/residual_friction", "0.7", "$.contact.residual_friction", "0.7", &["exceeds the peak friction 0.65"]),
     (SPECIMEN, "/contact/faces", "\"edges\"", "$.contact.faces", "\"edges\"", &["is not one of the choices"]),
-    (SPECIMEN, "/solver/first_penalty", "1e4", "$.solver.first_penalty", "1e4", &["must be at most 1000"]),
+    (SPECIMEN, "/solver/first_penalty", "1e4", "$.solver.first_penalty", "10000.0", &["must be at most 1000"]),
     (SPECIMEN, "/contact/rounding", "0.5", "$.contact.rounding", "0.5", &["must be at most 0.1"]),
     (SPECIMEN, "/stages/1/axial_strain", "15", "$.stages[1].axial_strain", "15", &["must be at most 0.5"]),
     (SPECIMEN, "/stages/1/axial_strain", "5e-5", "$.stages[1].increment", "0.0001", &["exceeds the stage's axial_strain"]),

@@ -180,7 +180,7 @@ fn triaxial_test(
             }
             Some(Start::Generated { specimen, how }) => {
                 observer.resumed(&how);
-                let (specimen, meshes) = meshed(case, wanted, specimen, clock, observer)?;
+                let (specimen, meshes) = meshed(case, wanted, *specimen, clock, observer)?;
                 begun_test(case, source, options, (specimen, meshes), clock, observer, &mut profile)?
             }
             None => {

@@ -30,7 +30,7 @@ pub enum Start {
     Consolidated(Box<Consolidation>),
     /// A specimen that nothing has been done to.
     Generated {
-        specimen: Specimen,
+        specimen: Box<Specimen>,
         how: Resumption,
     },
 }
@@ -84,7 +84,7 @@ pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     let origin = reader.origin()?.ok_or_else(|| lacks("restart/origin", "the file holds no specimen"))?;
     let (origin, version) = restart::decode::<Origin<'_>>(&origin, &file)?;
     if !consolidated {
-        let specimen = origin.specimen.into_owned();
+        let specimen = Box::new(origin.specimen.into_owned());
         return Ok(Some(Start::Generated { specimen, how: told(version) }));
     }
     let state = state.ok_or_else(|| lacks("restart/consolidated", unfinished))?;

@@ -73,7 +73,7 @@ const MOST_SETTLINGS: usize = 10;
 const MOST_PIECES: usize = 300;
 /// Augmentations of an increment of a specimen that has broken, before its grains fall.
 const LATE: usize = 60;
-/// The same where grains cannot break.
+/// The same where no grain has broken.
 const SOON: usize = 20;
 /// How far bodies fall in a piece, over the smallest rounding.
 const PIECE: f64 = 1.0;
@@ -164,16 +164,16 @@ pub(super) struct Last {
     deviatoric_stress: f64,
 }
 
-/// Whether bodies may fall in an increment: a plate under a load, or one that grows where nothing breaks, would do so until nothing is left.
+/// Whether bodies may fall in an increment: a plate under a load, or one that grows where nothing has broken, would do so until nothing is left.
 fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
-    if rig.model.can_break() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
+    if rig.model.is_broken() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
 }
 
 /// How bodies may fall in an increment; `None` where they may not.
 fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
     let falling = rig.settings.falling();
-    // What cannot break falls all the way at once, and friction works along it.
-    let whole = !rig.model.can_break();
+    // What has not broken falls all the way at once, and friction works along it.
+    let whole = !rig.model.is_broken();
     let fall_rebase = whole.then_some(FALL_REBASE);
     if way.dwells {
         let falls_after = if way.pieces > 0 { Some(1) } else { falling.falls_after };
@@ -184,9 +184,9 @@ fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
     }
     let falls_after = match whole {
         true => may_fall(rig, way).then_some(SOON),
-        false => rig.model.is_broken().then_some(LATE),
+        false => Some(LATE),
     };
-    falls_after.is_some().then(|| Settings { falls_after, fall_rebase, ..falling })
+    falls_after.map(|_| Settings { falls_after, fall_rebase, ..falling })
 }
 
 /// An increment that found no balance.
@@ -557,16 +557,10 @@ impl Test {
             damage: DamageSettings { moves: false, ..rig.settings.damage },
             ..rig.settings.clone()
         };
-        let rough = fine.for_seating();
-        // Those that can break are seated as they were when their tests were set up.
-        let (fine, mut settings) = match rig.model.can_break() {
-            true => (fine, rough),
-            false => {
-                let bounds = rig.settings.fall_bounds;
-                let rough = rough.falling_together();
-                (fine.falling_together(), Settings { falls_after: Some(0), fall_bounds: bounds, ..rough })
-            }
-        };
+        let rough = fine.for_seating().falling_together();
+        let fine = fine.falling_together();
+        let fall_bounds = rig.settings.fall_bounds;
+        let mut settings = Settings { falls_after: Some(0), fall_bounds, ..rough };
         loop {
             let increment = Increment {
                 model: &rig.model,
