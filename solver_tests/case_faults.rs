@@ -88,7 +88,7 @@ fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
     };
     let area = ("/contact/faces", json!("area"));
     let whole = ("/rock/damage", json!(null));
-    assert_eq!(refused(SPECIMEN, &[area.clone()]), 1);
+    assert_eq!(refused(SPECIMEN, std::slice::from_ref(&area)), 1);
     assert_eq!(refused(SPECIMEN, &[area.clone(), whole.clone()]), 0);
     assert_eq!(refused(SPECIMEN, &[("/contact/faces", json!("corners"))]), 0);
     assert_eq!(refused(SPECIMEN, &[area, whole, ("/solver/accuracy", json!(0.05))]), 1);
