@@ -7,5 +7,6 @@ mod ledger;
 mod ready;
 mod rubber;
 mod seating;
+mod smooth;
 mod stages;
 mod wall;
