@@ -169,23 +169,20 @@ fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
     if rig.model.is_broken() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
 }
 
-/// How bodies may fall in an increment; `None` where they may not.
+/// How bodies may fall in an increment; `None` where they may not. Friction works along the whole fall, but for the pieces in which a dwell follows
+/// grains that break: each of those begins anew, and its damage with it.
 fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
     let falling = rig.settings.falling();
-    // What has not broken falls all the way at once, and friction works along it.
-    let whole = !rig.model.is_broken();
-    let fall_rebase = whole.then_some(FALL_REBASE);
     if way.dwells {
         let falls_after = if way.pieces > 0 { Some(1) } else { falling.falls_after };
         return Some(Settings { fall_travel: PIECE, falls_after, ..falling });
     }
     if way.falls {
-        return Some(Settings { fall_rebase, ..falling });
+        return Some(Settings { fall_rebase: Some(FALL_REBASE), ..falling });
     }
-    let falls_after = match whole {
-        true => may_fall(rig, way).then_some(SOON),
-        false => Some(LATE),
-    };
+    let broken = rig.model.is_broken();
+    let falls_after = if broken { Some(LATE) } else { may_fall(rig, way).then_some(SOON) };
+    let fall_rebase = may_fall(rig, way).then_some(FALL_REBASE);
     falls_after.map(|_| Settings { falls_after, fall_rebase, ..falling })
 }
 
