@@ -37,6 +37,6 @@ for part in "${parts[@]}"; do
     mapfile -t files < <(find "$out/$part" -name '*.h5' 2>/dev/null | sort)
     [ ${#files[@]} -gt 0 ] || continue
     "$python" "$root/scripts/shuibuya_tables.py" "${files[@]}" > "$out/$part.md" || continue
-    "$riprap" report "${files[@]}" --lab "$root/cases/shuibuya/laboratory.csv" --out "$out/report_$part" || true
+    "$riprap" report "${files[@]}" --lab "$root/cases/shuibuya/source.csv" --lab "$root/cases/shuibuya/laboratory.csv" --out "$out/report_$part" || true
 done
 exit $stopped

@@ -145,7 +145,7 @@ fn the_curve_is_where_the_ticks_say() {
     let file = folder.path().join("made.h5");
     write_made_run(&file, Outcome::Finished);
     let out = folder.path().join("report");
-    write_report(&[file], None, &out).unwrap_or_else(|e| panic!("{e}"));
+    write_report(&[file], &[], &out).unwrap_or_else(|e| panic!("{e}"));
     let svg = read(&out.join("stress_strain.svg"));
     let texts = texts(&svg);
     let at = |label: &str| -> Vec<[f64; 2]> {
@@ -181,8 +181,11 @@ fn the_page_needs_nothing_but_itself() {
     write_made_run(&two, Outcome::Stopped);
     let table = folder.path().join("lab.csv");
     std::fs::write(&table, "axial_strain [%], deviatoric_stress [MPa]\n0,0\n2,2.5\n4,3\n").expect("a table");
+    let peaks = folder.path().join("peaks.csv");
+    std::fs::write(&peaks, "curve, axial_strain [%], deviatoric_stress [MPa]\nsource: peak, 3, 3.5\n")
+        .expect("a table");
     let out = folder.path().join("report");
-    let report = write_report(&[one, two], Some(&table), &out).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_report(&[one, two], &[table, peaks], &out).unwrap_or_else(|e| panic!("{e}"));
     assert!(report.files.iter().all(|file| file.exists()));
     let html = read(&report.page);
     // Nothing is fetched: no address at all but SVG's own name.
@@ -197,6 +200,7 @@ fn the_page_needs_nothing_but_itself() {
     assert!(!html.contains("<b>") && html.contains("&lt;b&gt;Known &amp; made&lt;/b&gt;"));
     assert!(html.contains("stopped after increment 51 (no convergence)"));
     assert!(html.contains("3.2 MPa at 4 % axial strain") && html.contains("laboratory, lab"));
+    assert!(html.contains("source: peak"), "a table names its curves");
     assert!(html.contains("Hardin") && html.contains("0.125"));
     for part in
         ["<svg", "Where the work goes", "Grading: ", "after the test", "Contact normals", "damage at the end"]
@@ -227,13 +231,13 @@ fn files_without_runs_are_errors_and_empty_runs_are_reports() {
     let out = folder.path().join("report");
     for file in [missing, text] {
         let message =
-            write_report(std::slice::from_ref(&file), None, &out).expect_err("no report").to_string();
+            write_report(std::slice::from_ref(&file), &[], &out).expect_err("no report").to_string();
         assert!(message.contains(&*file.file_name().expect("a name").to_string_lossy()), "{message}");
     }
     let empty = folder.path().join("empty.h5");
     let record = CaseRecord { completed: "{}".into(), stages: vec!["shear".into()], ..CaseRecord::default() };
     drop(Writer::create(&empty, &record, Existing::Refuse).expect("a new file"));
-    let report = write_report(&[empty], None, &out).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_report(&[empty], &[], &out).unwrap_or_else(|e| panic!("{e}"));
     assert!(read(&report.page).contains("killed"));
 }
 

@@ -285,9 +285,9 @@ pub struct Report {
     /// Where charts and report.html go
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Laboratory curves to overlay
+    /// Measured curves to overlay; may be given more than once
     #[arg(long = "lab", value_name = "CURVES.csv")]
-    pub laboratory: Option<PathBuf>,
+    pub laboratory: Vec<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -129,7 +129,7 @@ pub fn export(arguments: &Export) -> Ended {
 }
 
 pub fn report(arguments: &Report) -> Ended {
-    let written = write_report(&arguments.files, arguments.laboratory.as_deref(), &arguments.out)?;
+    let written = write_report(&arguments.files, &arguments.laboratory, &arguments.out)?;
     for remark in &written.remarks {
         note(&format!("riprap: {remark}"));
     }

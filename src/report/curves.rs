@@ -10,6 +10,8 @@ use super::run::Run;
 
 /// Greys of measured curves, so that they cannot be taken for computed ones.
 const MEASURED: [Colour; 3] = [BLACK, Colour(0x70, 0x70, 0x70), Colour(0x9A, 0x9A, 0x9A)];
+/// Radius of the mark of a curve that is a single point.
+const LONE: f64 = 6.0;
 
 /// The chart; `None` where no run has strains.
 pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Chart>> {
@@ -39,7 +41,6 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
         let colour = MEASURED[number % MEASURED.len()];
         // Larger marks where the greys begin anew.
         let radius = 3.0 + 1.5 * (number / MEASURED.len()) as f64;
-        let label = format!("laboratory, {}", curve.label);
         for (panel, values, factor) in
             [(&mut top, &curve.deviatoric_stress, 1e-6), (&mut bottom, &curve.volumetric_strain, 100.0)]
         {
@@ -48,7 +49,10 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
                 let stroke = Stroke { width: 0.8, ..Stroke::thin(colour) };
                 let line = Layer::Curve { label: String::new(), points: points.clone(), stroke };
                 panel.layers.push(line);
-                panel.layers.push(Layer::Points { label: label.clone(), points, colour, radius });
+                let label = curve.label.clone();
+                // A lone point, as of a peak, must not be lost among curves.
+                let radius = if points.len() == 1 { LONE } else { radius };
+                panel.layers.push(Layer::Points { label, points, colour, radius });
             }
         }
     }

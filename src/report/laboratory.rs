@@ -37,8 +37,8 @@ pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
     let text = String::from_utf8(bytes)
         .map_err(|_| Error::Usage(format!("{}: is not UTF-8 text", path.display())))?;
-    let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
-    parse(&text, &name)
+    let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+    parse(&text, &format!("laboratory, {stem}"))
         .map_err(|(line, message)| Error::Usage(format!("{}:{line}: {message}", path.display())))
 }
 

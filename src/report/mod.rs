@@ -50,8 +50,11 @@ pub struct Report {
 ///
 /// # Errors
 /// Files that cannot be read or written; a laboratory table at fault.
-pub fn write_report(files: &[PathBuf], laboratory: Option<&Path>, folder: &Path) -> Result<Report> {
-    let curves = laboratory.map(read_laboratory).transpose()?.unwrap_or_default();
+pub fn write_report(files: &[PathBuf], laboratory: &[PathBuf], folder: &Path) -> Result<Report> {
+    let mut curves = Vec::new();
+    for table in laboratory {
+        curves.extend(read_laboratory(table)?);
+    }
     let runs = Run::open_all(files)?;
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     let mut output = Output { folder, report: Report::default() };
