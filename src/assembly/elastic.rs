@@ -283,11 +283,7 @@ impl Contacts {
             self.fields.par_iter_mut().zip(&mut self.surplus).zip(&self.grains).zip(&surface_loads);
         let left = displaced.zip(&model.bodies).map(|((((field, surplus), grain), loads), body)| {
             match (grain, body.eliminated_nodes()) {
-                (Some(grain), Some(full)) => {
-                    let left = full.settle(field, &grain.nodal_displacements(loads));
-                    *surplus = full.surplus(field);
-                    left
-                }
+                (Some(grain), Some(full)) => full.settle(field, surplus, &grain.nodal_displacements(loads)),
                 (Some(grain), None) => {
                     grain.surface_field_into(field, loads);
                     0.0

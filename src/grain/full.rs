@@ -32,7 +32,7 @@ pub struct NodeShare {
 
 /// Sweeps of [`FullGrain::settle`] at most, and the share of the finite strains' forces that is left when they are enough.
 const SWEEPS: usize = 6;
-const SETTLED: f64 = 1e-9;
+const SETTLED: f64 = 1e-6;
 
 /// A grain whose nodes all move.
 #[derive(Debug)]
@@ -200,12 +200,10 @@ impl FullGrain {
             Strains::Finite => {}
         }
         for (element, rock, cell) in self.of_cells() {
-            let displacements = Self::displacements(cell, u);
-            let (mut finite, mut small) = ([Vec3::zeros(); 10], [Vec3::zeros(); 10]);
-            element.add_inner_forces(&mut finite, rock, Strains::Finite, &displacements);
-            element.add_inner_forces(&mut small, rock, Strains::Small, &displacements);
-            for (node, (finite, small)) in cell.iter().zip(finite.iter().zip(&small)) {
-                surplus[*node as usize] += finite - small;
+            let mut forces = [Vec3::zeros(); 10];
+            element.add_surplus_forces(&mut forces, rock, &Self::displacements(cell, u));
+            for (node, force) in cell.iter().zip(&forces) {
+                surplus[*node as usize] += force;
             }
         }
         surplus
@@ -224,35 +222,40 @@ impl FullGrain {
 
     /// The displacement `-C n(u)` [m] that finite strains at `u` cause besides that of the loads on the condensed grain; for eliminated nodes.
     pub fn surplus(&self, u: &[Vec3]) -> Vec<Vec3> {
-        let mut forces = self.surplus_forces(u);
-        forces.iter_mut().for_each(|force| *force = -*force);
-        self.yielding_to(&forces)
+        self.opposed(&self.surplus_forces(u))
     }
 
-    /// Moves eliminated nodes from `u` to where they balance the loads that displace those of the condensed grain by `linear` [m], mesh
-    /// node by mesh node. Returns the largest force that is left out of balance on a node [N], infinite where they do not settle.
-    pub fn settle(&self, u: &mut Vec<Vec3>, linear: &[Vec3]) -> f64 {
+    fn opposed(&self, forces: &[Vec3]) -> Vec<Vec3> {
+        let mut displacements = self.yielding_to(forces);
+        displacements.iter_mut().for_each(|u| *u = -*u);
+        displacements
+    }
+
+    /// Moves eliminated nodes from where they are to where they balance the loads that displace those of the condensed grain by `linear` [m],
+    /// mesh node by mesh node; `surplus` is [`Self::surplus`] at `u`, before and after. Returns the largest force that is left out of
+    /// balance on a node [N], infinite where they do not settle.
+    pub fn settle(&self, u: &mut Vec<Vec3>, surplus: &mut Vec<Vec3>, linear: &[Vec3]) -> f64 {
         let largest = |forces: &mut dyn Iterator<Item = f64>| forces.fold(0.0, f64::max);
-        let mut surplus = self.surplus_forces(u);
+        let mut forces = self.surplus_forces(u);
         let mut left = f64::INFINITY;
         for _ in 0..SWEEPS {
-            let besides = self.yielding_to(&surplus);
             u.clear();
-            u.extend(self.order.iter().zip(&besides).map(|(node, besides)| linear[node.index()] - besides));
-            let forces = self.surplus_forces(u);
-            left = largest(&mut forces.iter().zip(&surplus).map(|(new, old)| (new - old).norm()));
-            surplus = forces;
-            let scale = largest(&mut surplus.iter().map(Vec3::norm));
-            if !scale.is_finite() || left <= SETTLED * scale {
+            u.extend(self.order.iter().zip(&*surplus).map(|(node, besides)| linear[node.index()] + besides));
+            let before = std::mem::replace(&mut forces, self.surplus_forces(u));
+            left = largest(&mut forces.iter().zip(&before).map(|(new, old)| (new - old).norm()));
+            let scale = largest(&mut forces.iter().map(Vec3::norm));
+            if !forces.iter().flatten().all(|force| force.is_finite()) {
+                u.clear();
+                u.extend(self.order.iter().map(|node| linear[node.index()]));
+                surplus.iter_mut().for_each(|u| *u = Vec3::zeros());
+                return f64::INFINITY;
+            }
+            *surplus = self.opposed(&forces);
+            if left <= SETTLED * scale {
                 break;
             }
         }
-        if u.iter().flatten().all(|x| x.is_finite()) && surplus.iter().flatten().all(|x| x.is_finite()) {
-            return left;
-        }
-        u.clear();
-        u.extend(self.order.iter().map(|node| linear[node.index()]));
-        f64::INFINITY
+        left
     }
 
     /// Derivative of [`Self::inner_forces_into`] [N/m], cell by cell: its nodes, and their blocks.
