@@ -7,6 +7,7 @@
 
 import argparse
 import sys
+import textwrap
 
 import matplotlib
 
@@ -104,7 +105,7 @@ def draw_energies(files):
         parts = [numpy.nan_to_num(results.history[name][rows]) for name, _, _ in ENERGIES]
         total = numpy.sum(parts, axis=0)
         started = total > 0
-        ax.set_title(label_of(results), fontsize=10)
+        ax.set_title(textwrap.fill(label_of(results), 52), fontsize=10)
         ax.set_xlabel("axial strain  [%]")
         if not started.any():
             ax.text(0.5, 50, "no energy booked yet", ha="center", transform=ax.get_xaxis_transform())

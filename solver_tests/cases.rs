@@ -99,6 +99,21 @@ fn the_schema_refuses_what_the_check_refuses() {
 }
 
 #[test]
+fn a_kind_that_needs_no_other_key_may_be_a_word() {
+    let schema = riprap::case::schema();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/quick_start.json");
+    for kind in ["rubber", "pressure", "rigid_wall"] {
+        let [word, object] = [serde_json::json!(kind), serde_json::json!({ "kind": kind })].map(|membrane| {
+            let mut raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
+            raw.set(&[("/membrane".to_string(), membrane)]);
+            assert_eq!(conforms(&schema, &raw.value, "$"), Ok(()));
+            raw.check().unwrap_or_else(|e| panic!("{e}"))
+        });
+        assert_eq!(word, object);
+    }
+}
+
+#[test]
 fn the_committed_schema_is_current() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/riprap.schema.json");
     let current = serde_json::to_string_pretty(&riprap::case::schema()).expect("JSON") + "\n";

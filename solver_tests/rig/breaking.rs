@@ -10,7 +10,7 @@ use riprap::mesh::grain_mesh;
 use riprap::model::DamageCounts;
 use riprap::scene::audit;
 use riprap::tensor::Vec3;
-use riprap::triaxial::{Cover, Lateral, Rig, RigState, Row, StageEnd, Test};
+use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, StageEnd, Test};
 
 use crate::ready::{consolidate, drive, rig, run, specimen};
 
@@ -34,14 +34,14 @@ fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64) -> Rig {
         let damaged = DamagedGrain::over(condensed.clone(), laws, 2700.0, ancestry).expect("a grain");
         (condensed, Some(Arc::new(damaged)))
     });
-    let mut rig = rig(Cover::Pressure);
+    let mut rig = rig(Cover::Pressure(Rims::Bonded));
     rig.let_break(grains.collect());
     rig
 }
 
 #[test]
 fn grains_that_cannot_break_give_the_bits_of_rigid_ones() {
-    let results = [rig(Cover::Pressure), breakable(1e12)].map(|mut rig| {
+    let results = [rig(Cover::Pressure(Rims::Bonded)), breakable(1e12)].map(|mut rig| {
         let (mut test, mut rows) = consolidate(&mut rig, 6);
         let (sheared, end) = run(&mut rig, &mut test, &drive(4e-4, Lateral::Pressure));
         assert_eq!(end, StageEnd::Finished);
@@ -143,7 +143,7 @@ fn half_the_limit_of_damage_breaks_as_many_cells() {
 /// volume, the cover's in another measure, goes on.
 #[test]
 fn a_folded_cover_is_laid_anew() {
-    let mut rig = rig(Cover::Pressure);
+    let mut rig = rig(Cover::Pressure(Rims::Bonded));
     assert!(!rig.mend_cover(), "nothing is folded");
     let side = (0..16)
         .max_by(|a, b| {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use riprap::grain::CondensedGrain;
 use riprap::material::Elastic;
 use riprap::mesh::grain_mesh;
-use riprap::triaxial::{Cover, Lateral, Rig, Row, Test};
+use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Test};
 
 use crate::ready::{PRESSURE, consolidate_seated, drive, finished, rig, run};
 
@@ -34,7 +34,7 @@ fn seated(rig: &mut Rig, test: &mut Test) {
 
 /// The rows of the shear; grains are seated rigid first, as `simulation::seating` does it.
 fn sheared(accuracy: Option<f64>) -> Vec<Row> {
-    let mut rig = rig(Cover::Pressure);
+    let mut rig = rig(Cover::Pressure(Rims::Bonded));
     condensed(&mut rig);
     let mut test = Test::new(&rig);
     if accuracy.is_some() {

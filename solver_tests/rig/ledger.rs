@@ -1,6 +1,6 @@
 //! The energy ledger, increment by increment: external work is what is stored and dissipated, to second order.
 
-use riprap::triaxial::{Cover, Lateral, Row, Stage};
+use riprap::triaxial::{Cover, Lateral, Rims, Row, Stage};
 
 use crate::ready::{consolidate, consolidated, drive, finished, rig, run, steps};
 
@@ -22,7 +22,7 @@ fn gaps(rows: &[Row], before: Option<&Row>) -> [f64; 2] {
 
 #[test]
 fn consolidation_closes_to_second_order() {
-    for cover in [Cover::Pressure, Cover::RigidWall] {
+    for cover in [Cover::Pressure(Rims::Bonded), Cover::RigidWall] {
         let of = |increments: usize| {
             let (_, rows) = consolidate(&mut rig(cover), increments);
             assert!(increments < 12 || rows.iter().all(|row| row.energy_gap.abs() < CLOSED), "{cover:?}");
@@ -36,7 +36,7 @@ fn consolidation_closes_to_second_order() {
 /// Contacts slide, are lost and slide off edges here.
 #[test]
 fn drained_shear_closes_to_second_order() {
-    for cover in [Cover::Pressure, Cover::RigidWall] {
+    for cover in [Cover::Pressure(Rims::Bonded), Cover::RigidWall] {
         let of = |size: f64| {
             let (mut rig, mut test, before) = consolidated(cover);
             let stage = Stage { steps: steps(size), ..drive(2e-3, Lateral::Pressure) };

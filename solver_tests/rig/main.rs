@@ -8,5 +8,6 @@ mod ready;
 mod resolved;
 mod rubber;
 mod seating;
+mod smooth;
 mod stages;
 mod wall;

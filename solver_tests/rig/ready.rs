@@ -6,7 +6,9 @@ use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
 use riprap::solver::Settings;
 use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
-use riprap::triaxial::{Cover, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until};
+use riprap::triaxial::{
+    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, StageEnd, Steps, Test, Until,
+};
 
 pub const PRESSURE: f64 = 4e5;
 /// What the rig promises for what it prescribes.
@@ -32,14 +34,19 @@ pub fn specimen() -> &'static Specimen {
     })
 }
 
-/// A rig around the specimen, as generated.
+/// A rig around the specimen, as generated, with rough plates.
 pub fn rig(cover: Cover) -> Rig {
+    rig_on(0.65, cover)
+}
+
+/// The same with plates of this friction.
+pub fn rig_on(plate_friction: f64, cover: Cover) -> Rig {
     let parameters = RigParameters {
         density: 2700.0,
         youngs_modulus: 3e10,
         poissons_ratio: 0.2,
         friction: Friction::constant(0.65),
-        plate_friction: Friction::constant(0.65),
+        plate_friction: Friction::constant(plate_friction),
         faces: FaceContact::Corners,
         tilting: false,
         cover,
@@ -82,9 +89,11 @@ pub fn consolidated(cover: Cover) -> (Rig, Test, &'static [Row]) {
         (rig, test, rows)
     };
     let (rig, test, rows) = match cover {
-        Cover::Pressure => PRESSED.get_or_init(ready),
+        Cover::Pressure(Rims::Bonded) => PRESSED.get_or_init(ready),
         Cover::RigidWall => WALLED.get_or_init(ready),
-        Cover::Rubber(_) => panic!("a rubber membrane has to be laid first"),
+        Cover::Rubber(_) | Cover::Pressure(Rims::Sliding) => {
+            panic!("not made ready: call `rig` and `consolidate`")
+        }
     };
     (rig.clone(), test.clone(), rows)
 }

@@ -16,7 +16,9 @@ use riprap::material::Elastic;
 use riprap::mesh::grain_mesh;
 use riprap::solver::Settings;
 use riprap::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, generate};
-use riprap::triaxial::{Cover, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until};
+use riprap::triaxial::{
+    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, StageEnd, Steps, Test, Until,
+};
 
 use crate::ready::{PRESSURE, consolidate_seated, drive, finished, rig, run};
 
@@ -40,7 +42,7 @@ fn resolve(rig: &mut Rig, eliminated: bool) {
 
 /// The rows of the consolidation and of the shear; grains are seated rigid first, as `simulation::seating` does it.
 fn sheared(eliminated: bool) -> Vec<Row> {
-    let mut rig = rig(Cover::Pressure);
+    let mut rig = rig(Cover::Pressure(Rims::Bonded));
     rig.settings.force_tolerance = FORCE_TOLERANCE;
     resolve(&mut rig, eliminated);
     let mut test = Test::new(&rig);
@@ -98,7 +100,7 @@ fn sixty() -> (Rig, Vec<Arc<FullGrain>>) {
         plate_friction: Friction::constant(0.65),
         faces: FaceContact::Corners,
         tilting: false,
-        cover: Cover::Pressure,
+        cover: Cover::Pressure(Rims::Bonded),
     };
     let specimen = generate(&specimen, &mut |_, _| {}).expect("a specimen");
     let mut rig = Rig::new(&specimen, &parameters, Settings::default()).expect("a rig");

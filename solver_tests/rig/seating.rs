@@ -3,13 +3,13 @@
 //! Proximal augmentations alone need a factorisation for each fifty micrometres or so that something loose has to go: some thousand for a few hundred
 //! grains, ever more with their number.
 
-use riprap::triaxial::{Cover, Test};
+use riprap::triaxial::{Cover, Rims, Test};
 
 use crate::ready::{PRESSURE, rig};
 
 #[test]
 fn grains_fall_into_touch_with_few_factorisations() {
-    let mut rig = rig(Cover::Pressure);
+    let mut rig = rig(Cover::Pressure(Rims::Bonded));
     let mut test = Test::new(&rig);
     let before = rig.committed.poses.clone();
     let report = test.seat(&mut rig, PRESSURE);

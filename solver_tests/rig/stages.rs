@@ -2,12 +2,14 @@
 //! is measured in different ways agrees.
 
 use riprap::ladder::rig::{TALL, column, prism};
-use riprap::triaxial::{Cover, EnergyGate, Lateral, Path, Rig, Row, Stage, StageEnd, Steps, Test, Until};
+use riprap::triaxial::{
+    Cover, EnergyGate, Lateral, Path, Rig, Rims, Row, Stage, StageEnd, Steps, Test, Until,
+};
 
 use crate::ready::{HELD, PRESSURE, drive, finished, run, steps};
 
 fn consolidated() -> (Rig, Test, &'static [Row]) {
-    crate::ready::consolidated(Cover::Pressure)
+    crate::ready::consolidated(Cover::Pressure(Rims::Bonded))
 }
 
 /// Isotropic: no deviatoric stress, the pressure in equal steps up to the asked one, and the stress from

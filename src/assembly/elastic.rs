@@ -215,9 +215,11 @@ pub(super) fn for_each_cover_force_on<'a>(
     let Some(cover) = &model.cover else { return };
     let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
     cover.node_forces_into(&mut forces, poses, pressure);
-    for (node, force) in cover.nodes().iter().zip(forces) {
-        if let Some(surface) = surface(node.body) {
-            visit(node.body, surface.locate(&node.point), force);
+    for (node, force) in forces.iter().enumerate() {
+        for hold in cover.holds_of(node) {
+            if let Some(surface) = surface(hold.body) {
+                visit(hold.body, surface.locate(&hold.point), hold.axes.of(force));
+            }
         }
     }
 }

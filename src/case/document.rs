@@ -76,7 +76,7 @@ pub fn to_case(value: Value, grains: Option<&MeanGrains>) -> Result<Case, String
         plates: document
             .plates
             .unwrap_or(PlatesCase { friction: document.contact.friction, tilting: Tilting::Locked }),
-        membrane: document.membrane.unwrap_or(MembraneCase::Pressure),
+        membrane: document.membrane.unwrap_or(MembraneCase::Pressure { rims: None }),
         stages: document.stages,
         solver: document.solver,
         output: document.output,

@@ -59,7 +59,7 @@ pub enum Need {
     Derived(&'static str),
 }
 
-/// An alternative of [`Form::Kinds`].
+/// An alternative of [`Form::Kinds`]: an object with this `kind`, or, where it needs no other key, the word alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
     pub name: &'static str,
@@ -169,7 +169,7 @@ impl Form {
             Form::OneOf(keys) => format!("an object with one of the keys {}", names(keys)),
             Form::Kinds(kinds) => {
                 let names: Vec<_> = kinds.iter().map(|kind| format!("\"{}\"", kind.name)).collect();
-                format!("an object with a \"kind\" of {}", names.join(", "))
+                format!("an object with a \"kind\" of {}, or that word alone", names.join(", "))
             }
             Form::Named(_) => "an object with names as its keys".into(),
             Form::Scattered(keys) => {

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::form::{Form, Key, Need, Range};
+use super::form::{Form, Key, Kind, Need, Range};
 use super::quantity::Dimension;
 use super::table;
 
@@ -44,6 +44,8 @@ fn of(form: &Form) -> Value {
             schema
         }
         Form::Kinds(kinds) => {
+            let alone = |kind: &&Kind| kind.keys.iter().all(|key| !matches!(key.need, Need::Required));
+            let words: Vec<_> = kinds.iter().filter(alone).map(|kind| kind.name).collect();
             let kinds = kinds.iter().map(|kind| {
                 let mut schema = object(kind.keys, true);
                 schema["description"] = kind.about.into();
@@ -53,7 +55,8 @@ fn of(form: &Form) -> Value {
                 }
                 schema
             });
-            json!({"oneOf": kinds.collect::<Vec<_>>()})
+            let words = (!words.is_empty()).then(|| json!({"enum": words}));
+            json!({"oneOf": kinds.chain(words).collect::<Vec<_>>()})
         }
         Form::Named(form) => json!({"type": "object", "additionalProperties": of(form)}),
         Form::Scattered(keys) => {

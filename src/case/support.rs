@@ -17,7 +17,7 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 breaking(&mut refuse, case);
             }
             match case.membrane {
-                MembraneCase::Pressure | MembraneCase::Rubber { .. } => {}
+                MembraneCase::Pressure { .. } | MembraneCase::Rubber { .. } => {}
                 MembraneCase::RigidWall => wall(&mut refuse, case),
             }
         }
@@ -75,7 +75,7 @@ fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
         refuse("$.solver.fidelity", fidelity, problem, accepted);
     }
     let membrane = match case.membrane {
-        MembraneCase::Pressure => None,
+        MembraneCase::Pressure { .. } => None,
         MembraneCase::Rubber { .. } => Some("rubber"),
         MembraneCase::RigidWall => Some("rigid_wall"),
     };

@@ -385,7 +385,12 @@ static MEMBRANE: &[Kind] = &[
     Kind {
         name: "pressure",
         about: "Pressure on the grains through a weightless flexible cover.",
-        keys: &[],
+        keys: &[Key::derived(
+            "rims",
+            Choice(&["bonded", "sliding"]),
+            "sliding on plates without friction, else bonded",
+            "How its rims go with the plates: with the plate, or along it with the grains, so that no sideways pressure is left to the plates.",
+        )],
     },
     Kind {
         name: "rigid_wall",

@@ -358,8 +358,20 @@ pub enum MembraneCase {
         /// How often edges are halved over pores.
         refinement: usize,
     },
-    Pressure,
+    Pressure {
+        /// `None`: sliding where the plates have no friction, else bonded.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rims: Option<RimsCase>,
+    },
     RigidWall,
+}
+
+/// How the rims of a pressure cover go with the plates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RimsCase {
+    Bonded,
+    Sliding,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

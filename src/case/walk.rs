@@ -129,6 +129,10 @@ impl Walker {
                 }
             }
             (Form::Kinds(kinds), Value::Object(map)) => self.kinds(kinds, map, path),
+            (Form::Kinds(kinds), Value::String(word)) if kinds.iter().any(|kind| kind.name == word) => {
+                let map = Map::from_iter([("kind".to_string(), value.clone())]);
+                self.kinds(kinds, &map, path)
+            }
             (Form::Named(form), Value::Object(map)) => {
                 let mut walked = Map::new();
                 for (name, value) in map {

@@ -25,7 +25,9 @@ use crate::specimen::Specimen;
 use crate::specimen::shape::GrainShape;
 use crate::specimen::statistics::Statistics;
 use crate::tensor::{Pose, Rotation, Vec3};
-use crate::triaxial::{Cover, Lateral, Path, Rig, RigParameters, Row, Stage, StageEnd, Steps, Test, Until};
+use crate::triaxial::{
+    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, StageEnd, Steps, Test, Until,
+};
 
 const E: f64 = 30e9;
 const NU: f64 = 0.2;
@@ -39,7 +41,7 @@ fn parameters(friction: f64) -> RigParameters {
         plate_friction: Friction::constant(friction),
         faces: FaceContact::Corners,
         tilting: false,
-        cover: Cover::Pressure,
+        cover: Cover::Pressure(Rims::Bonded),
     }
 }
 

@@ -26,10 +26,16 @@
 //! of 10, 15, 20 and 30 mm, whereas node spacings of 8, 12 and 18 mm agree within 0.01. So stresses belong to the
 //! cover's own [`PressureCover::mean_area`], not to the nominal one.
 //!
+//! Rims. One that is bonded to its plate hands it a share of the pressure. Where that share has a sideways resultant, so has what
+//! is left to the grains, and only friction on the plates holds them. On plates without friction rims therefore slide ([`PressureCover::sliding`]): along the plate a node of the rim goes with
+//! the grain beside it, across the plate with the plate. All sideways pressure then acts on grains, and since the caps
+//! are level it has no sideways resultant and no moment about the axis.
+//!
 //! Units: m, Pa, N, J. p > 0 presses inwards. The specimen's axis is z.
 
 mod bridging;
 mod drape;
+mod hold;
 mod stored;
 
 use std::collections::BTreeMap;
@@ -42,6 +48,7 @@ use crate::mesh::CylinderMesh;
 use crate::tensor::{Mat3, Pose, Vec3, Vector6};
 
 pub use drape::{DrapeStatistics, Outline, Rim};
+pub use hold::{Axes, Hold};
 pub use stored::StoredCover;
 
 /// A node of the cover: a material point of a body.
@@ -53,11 +60,11 @@ pub struct CoverNode {
     pub point: Vec3,
 }
 
-/// An edge from node `nodes[0]` to `nodes[1]`; `beyond[0]` is the third node of the facet that
+/// An edge between the nodes of `holds[0]` and `holds[1]`; `beyond[0]` is the third node of the facet that
 /// runs along it, `beyond[1]` that of the facet that runs against it.
 #[derive(Debug, Clone, Copy)]
 struct CoverEdge {
-    nodes: [usize; 2],
+    holds: [Hold; 2],
     beyond: [usize; 2],
 }
 
@@ -65,7 +72,7 @@ struct CoverEdge {
 #[derive(Debug, Clone)]
 struct Coupling {
     bodies: [usize; 2],
-    /// Range in `PressureCover::edges`; first node in `bodies[0]`, second in `bodies[1]`.
+    /// Range in `PressureCover::edges`; first hold by `bodies[0]`, second by `bodies[1]`.
     edges: Range<usize>,
     /// Range in `PressureCover::corners`, empty unless the two bodies are one.
     corners: Range<usize>,
@@ -75,14 +82,16 @@ struct Coupling {
 #[derive(Debug, Clone)]
 pub struct PressureCover {
     nodes: Vec<CoverNode>,
+    /// Point of the plate that holds a node's height, by node, where its rim slides.
+    plates: BTreeMap<usize, CoverNode>,
     /// Counter-clockwise seen from outside: the side first, then the caps.
     facets: Vec<[usize; 3]>,
     side_facets: usize,
     /// First and last node of the bottom and of the top rim.
     rims: [Range<usize>; 2],
     edges: Vec<CoverEdge>,
-    /// Facet and corner in it, sorted by the corner's body.
-    corners: Vec<(usize, usize)>,
+    /// Facet and what holds a corner of it, sorted by the holding body.
+    corners: Vec<(usize, Hold)>,
     couplings: Vec<Coupling>,
     statistics: DrapeStatistics,
 }
@@ -95,6 +104,7 @@ impl PressureCover {
     /// [`Error::Specimen`] where the surface is not closed or not consistently oriented.
     fn closed(
         nodes: Vec<CoverNode>,
+        plates: BTreeMap<usize, CoverNode>,
         side: Vec<[usize; 3]>,
         caps: Vec<[usize; 3]>,
         rims: [Range<usize>; 2],
@@ -113,22 +123,25 @@ impl PressureCover {
                 }
             }
         }
-        let mut by_pair = BTreeMap::<[usize; 2], (Vec<CoverEdge>, Vec<(usize, usize)>)>::new();
+        let holds_of = |node: usize| hold::holds_of(&nodes, &plates, node);
+        let mut by_pair = BTreeMap::<[usize; 2], (Vec<CoverEdge>, Vec<(usize, Hold)>)>::new();
         for (&[a, b], &beyond) in &along {
             let Some(&against) = along.get(&[b, a]) else {
                 return Err(Error::Specimen(format!("the cover is open between nodes {a} and {b}")));
             };
-            let bodies = [nodes[a].body, nodes[b].body];
-            // Each edge once, with the body of smaller index first.
-            if (bodies[0], a) < (bodies[1], b) {
-                let edge = CoverEdge { nodes: [a, b], beyond: [beyond, against] };
-                by_pair.entry(bodies).or_default().0.push(edge);
+            for first in holds_of(a) {
+                for second in holds_of(b) {
+                    // Each pair once, with the body of smaller index first.
+                    if (first.body, a) < (second.body, b) {
+                        let edge = CoverEdge { holds: [first, second], beyond: [beyond, against] };
+                        by_pair.entry([first.body, second.body]).or_default().0.push(edge);
+                    }
+                }
             }
         }
         for (index, facet) in facets.iter().enumerate() {
-            for (corner, &node) in facet.iter().enumerate() {
-                let body = nodes[node].body;
-                by_pair.entry([body, body]).or_default().1.push((index, corner));
+            for hold in facet.iter().flat_map(|&node| holds_of(node)) {
+                by_pair.entry([hold.body, hold.body]).or_default().1.push((index, hold));
             }
         }
         let (mut edges, mut corners, mut couplings) = (vec![], vec![], vec![]);
@@ -142,7 +155,7 @@ impl PressureCover {
                 corners: first_corner..corners.len(),
             });
         }
-        Ok(PressureCover { nodes, facets, side_facets, rims, edges, corners, couplings, statistics })
+        Ok(PressureCover { nodes, plates, facets, side_facets, rims, edges, corners, couplings, statistics })
     }
 
     /// A cover on the nodes of a cylinder mesh, its rims closed with flat caps.
@@ -154,10 +167,11 @@ impl PressureCover {
         let (first, count) = (top.start, mesh.around);
         let caps = (1..count - 1).flat_map(|k| [[0, k + 1, k], [first, first + k, first + k + 1]]).collect();
         let statistics = DrapeStatistics { rim_nodes: 2 * count, ..DrapeStatistics::default() };
-        Self::closed(nodes.to_vec(), mesh.facets.clone(), caps, [bottom, top], statistics)
+        Self::closed(nodes.to_vec(), BTreeMap::new(), mesh.facets.clone(), caps, [bottom, top], statistics)
     }
 
-    /// The same surface with each node (by number) where `glue` puts it, body and point [m] in its coordinates.
+    /// The same surface with each node (by number) where `glue` puts it, body and point [m] in its coordinates. On rims that slide
+    /// plates go on holding the heights.
     ///
     /// # Errors
     /// As for a new cover; the triangulation stays, so none is expected.
@@ -168,9 +182,11 @@ impl PressureCover {
         };
         let nodes = (0..self.nodes.len()).map(place).collect();
         let (side, caps) = self.facets.split_at(self.side_facets);
-        Self::closed(nodes, side.to_vec(), caps.to_vec(), self.rims.clone(), self.statistics)
+        let plates = self.plates.clone();
+        Self::closed(nodes, plates, side.to_vec(), caps.to_vec(), self.rims.clone(), self.statistics)
     }
 
+    /// What each node is glued to; on rims that slide, a grain, which holds it along the plate only.
     pub fn nodes(&self) -> &[CoverNode] {
         &self.nodes
     }
@@ -186,14 +202,12 @@ impl PressureCover {
 
     /// Where node `node` is [m].
     pub fn position(&self, poses: &[Pose], node: usize) -> Vec3 {
-        let CoverNode { body, point } = &self.nodes[node];
-        poses[*body].to_space(point)
-    }
-
-    /// From the body's position to the node [m], in space axes.
-    fn arm(&self, poses: &[Pose], node: usize) -> Vec3 {
-        let CoverNode { body, point } = &self.nodes[node];
-        poses[*body].rotation * point
+        let place = |CoverNode { body, point }: &CoverNode| poses[*body].to_space(point);
+        let mut position = place(&self.nodes[node]);
+        if let Some(plate) = self.plates.get(&node) {
+            position.z = place(plate).z;
+        }
+        position
     }
 
     fn corners_of(&self, poses: &[Pose], facet: usize) -> [Vec3; 3] {
@@ -228,9 +242,10 @@ impl PressureCover {
     pub fn loads_into(&self, loads: &mut [Vector6<f64>], poses: &[Pose], pressure: f64) {
         for (index, facet) in self.facets.iter().enumerate() {
             let force = self.area_vector(poses, index) * (-pressure / 3.0);
-            for &node in facet {
-                let moment = self.arm(poses, node).cross(&force);
-                let load = &mut loads[self.nodes[node].body];
+            for hold in facet.iter().flat_map(|&node| self.holds_of(node)) {
+                let force = hold.axes.of(&force);
+                let moment = self.arm(poses, &hold).cross(&force);
+                let load = &mut loads[hold.body];
                 for k in 0..3 {
                     load[k] += force[k];
                     load[k + 3] += moment[k];
@@ -278,7 +293,8 @@ impl PressureCover {
                 // d2V / dx_a dx_b = [x_against - x_along]x / 6
                 let [along, against] = edge.beyond.map(|node| self.position(poses, node));
                 let stiffness = (against - along).cross_matrix() * (-pressure / 6.0);
-                let [first, second] = edge.nodes.map(|node| self.arm(poses, node).cross_matrix());
+                let stiffness = Axes::between(edge.holds.map(|hold| hold.axes), stiffness);
+                let [first, second] = edge.holds.map(|hold| self.arm(poses, &hold).cross_matrix());
                 let moment_row = first * stiffness;
                 add_at(&mut tangent, [0, 0], &stiffness);
                 add_at(&mut tangent, [0, 3], &(-stiffness * second));
@@ -289,10 +305,10 @@ impl PressureCover {
                 // Each edge inside a body counts for both of its directions.
                 tangent += tangent.transpose();
                 let mut turning = Mat3::zeros();
-                for &(facet, corner) in &self.corners[corners.clone()] {
+                for (facet, hold) in &self.corners[corners.clone()] {
                     // (theta x r) x f = [f]x [r]x theta = (r f^T - (r.f) I) theta
-                    let force = self.area_vector(poses, facet) * (-pressure / 3.0);
-                    let arm = self.arm(poses, self.facets[facet][corner]);
+                    let force = hold.axes.of(&(self.area_vector(poses, *facet) * (-pressure / 3.0)));
+                    let arm = self.arm(poses, hold);
                     turning += arm * force.transpose() - Mat3::from_diagonal_element(arm.dot(&force));
                 }
                 add_at(&mut tangent, [3, 3], &turning);

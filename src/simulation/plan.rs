@@ -1,15 +1,17 @@
 //! From the checked case to what the rig takes.
 
 use crate::case::{
-    Case, GateCase, Geometry, MembraneCase, RubberLawCase, SolverCase, StageCase, ThicknessCase, Tilting,
-    UntilCase,
+    Case, GateCase, Geometry, MembraneCase, RimsCase, RubberLawCase, SolverCase, StageCase, ThicknessCase,
+    Tilting, UntilCase,
 };
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
 use crate::model::Thickness;
 use crate::solver::{DamageSettings, Settings};
-use crate::triaxial::{Cover, EnergyGate, Lateral, Path, RigParameters, RubberSheet, Stage, Steps, Until};
+use crate::triaxial::{
+    Cover, EnergyGate, Lateral, Path, RigParameters, Rims, RubberSheet, Stage, Steps, Until,
+};
 
 /// A stage of the case as the rig runs it.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +142,13 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
 
 fn cover(case: &Case, pressure: f64) -> Result<Cover> {
     let (thickness, on_bodies, shear_modulus, law, mesh_size, refinement) = match case.membrane {
-        MembraneCase::Pressure => return Ok(Cover::Pressure),
+        MembraneCase::Pressure { rims } => {
+            let by_friction = if case.plates.friction == 0.0 { RimsCase::Sliding } else { RimsCase::Bonded };
+            return Ok(Cover::Pressure(match rims.unwrap_or(by_friction) {
+                RimsCase::Bonded => Rims::Bonded,
+                RimsCase::Sliding => Rims::Sliding,
+            }));
+        }
         MembraneCase::RigidWall => return Ok(Cover::RigidWall),
         MembraneCase::Rubber {
             thickness,

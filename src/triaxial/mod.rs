@@ -22,7 +22,7 @@ pub use deformation::LocalStrain;
 pub use fidelity::FidelityCounts;
 pub use ledger::{EnergyGate, Ledger};
 pub use measures::{Measures, Picture};
-pub use rig::{Cover, Rig, RigParameters, RigState};
+pub use rig::{Cover, Rig, RigParameters, RigState, Rims};
 pub use rubber::RubberSheet;
 pub use stage::{Lateral, Path, Stage, StageEnd, Steps, Until};
 pub use summary::{StageCurve, StageSummary};

@@ -105,12 +105,15 @@ pub fn cover_forces(model: &Model, poses: &[Pose], pressure: f64) -> Vec<Outside
     let Some(cover) = &model.cover else { return Vec::new() };
     let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
     cover.node_forces_into(&mut forces, poses, pressure);
-    let node = |(at, force): (usize, Vec3)| OutsideForce {
-        body: cover.nodes()[at].body,
-        point: cover.position(poses, at),
-        force,
+    let on_node = |(node, force): (usize, Vec3)| {
+        let point = cover.position(poses, node);
+        cover.holds_of(node).map(move |hold| OutsideForce {
+            body: hold.body,
+            point,
+            force: hold.axes.of(&force),
+        })
     };
-    forces.into_iter().enumerate().map(node).collect()
+    forces.into_iter().enumerate().flat_map(on_node).collect()
 }
 
 /// The forces of a rubber membrane under `pressure` [Pa]: its contacts' on the bodies, and what the nodes glued

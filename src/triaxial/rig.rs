@@ -39,12 +39,19 @@ pub struct RigParameters {
 /// What confines the specimen at its side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cover {
-    /// A weightless flexible cover glued to the outermost grains.
-    Pressure,
+    /// A weightless flexible cover glued to the outermost grains; its rims are bonded to the plates or slide along them.
+    Pressure(Rims),
     /// A rubber membrane in contact with the grains.
     Rubber(RubberSheet),
     /// A rigid frictionless cylinder whose mean pressure is the confining pressure.
     RigidWall,
+}
+
+/// How the rims of a pressure cover go with the plates; see [`PressureCover`]'s module.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rims {
+    Bonded,
+    Sliding,
 }
 
 /// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
@@ -69,6 +76,8 @@ pub struct Rig {
     pub pressure: f64,
     /// Whether the top plate is free to tilt.
     pub tilting: bool,
+    /// Of a pressure cover.
+    pub rims: Rims,
     /// What the last increment leaves to break up.
     pub failing: Failing,
     /// Of the last increment that could not be solved; not stored.
@@ -117,6 +126,7 @@ impl Rig {
             nominal_ratio,
             tilting: _,
             failing,
+            rims: _,
             dossier: _,
         } = self;
         RigState {
@@ -243,12 +253,16 @@ impl Rig {
             nominal_ratio: 1.0,
             pressure: 0.0,
             tilting: parameters.tilting,
+            rims: match parameters.cover {
+                Cover::Pressure(rims) => rims,
+                Cover::Rubber(_) | Cover::RigidWall => Rims::Bonded,
+            },
             failing: Failing::default(),
             dossier: None,
         };
         match &parameters.cover {
             Cover::Rubber(sheet) => rig.wrap(sheet, specimen.diameter)?,
-            Cover::Pressure => rig.drape(specimen.diameter)?,
+            Cover::Pressure(_) => rig.drape(specimen.diameter)?,
             Cover::RigidWall => rig.enclose(),
         }
         let between_walls = std::f64::consts::PI * radius * radius * height;
@@ -376,7 +390,11 @@ impl Rig {
             Rim { body, pose, centre: pose.position + Vec3::new(0.0, 0.0, sign * half), radius: rim_radius }
         };
         let rims = [rim(self.bottom, 1.0), rim(self.top, -1.0)];
-        PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * median)
+        let cover = PressureCover::drape(&outlines, &rims, 0.4 * median, 0.5 * median)?;
+        match self.rims {
+            Rims::Bonded => Ok(cover),
+            Rims::Sliding => cover.sliding(poses),
+        }
     }
 
     /// Median over the grains of the diameter of the ball of equal volume [m].

@@ -190,6 +190,7 @@ mod tests {
     use crate::solver::Settings;
     use crate::tensor::{Pose, Rotation, Vec3};
     use crate::triaxial::network::membrane_forces;
+    use crate::triaxial::rig::Rims;
 
     const ROUNDING: f64 = 1e-3;
     const HEIGHT: f64 = 0.06;
@@ -247,6 +248,7 @@ mod tests {
             pressure: 0.0,
             nominal_ratio: 1.0,
             tilting: false,
+            rims: Rims::Bonded,
             failing: Default::default(),
             dossier: None,
         }

@@ -1,6 +1,8 @@
 //! Draping a cover over the grains: a grid of nodes around the specimen is shot radially inwards,
 //! and each node sticks to the first grain surface that it meets.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -205,7 +207,8 @@ impl PressureCover {
         let top = total - count;
         let caps = (1..count - 1).flat_map(|k| [[0, k + 1, k], [top, top + k, top + k + 1]]).collect();
         let statistics = statistics(&on_grains, &in_pore, 2 * count);
-        let mut cover = PressureCover::closed(nodes, side, caps, [0..count, top..total], statistics)?;
+        let mut cover =
+            PressureCover::closed(nodes, BTreeMap::new(), side, caps, [0..count, top..total], statistics)?;
         cover.statistics.largest_facet = cover.largest_side_facet(outlines, rims);
         Ok(cover)
     }

@@ -107,6 +107,14 @@ fn heap() -> Scene {
     Scene::new(shapes, poses, 1.0, 2.0)
 }
 
+/// Over the heap, with rims that are bonded and with rims that slide.
+fn heap_covers() -> (Scene, [PressureCover; 2]) {
+    let scene = heap();
+    let bonded = scene.drape(0.12, 0.25).expect("a cover");
+    let sliding = bonded.sliding(&scene.poses).expect("the same surface");
+    (scene, [bonded, sliding])
+}
+
 fn loads(cover: &PressureCover, poses: &[Pose]) -> Vec<Vector6<f64>> {
     let mut loads = vec![Vector6::zeros(); poses.len()];
     cover.loads_into(&mut loads, poses, PRESSURE);
@@ -124,62 +132,66 @@ fn moved(poses: &[Pose], body: usize, component: usize, by: f64) -> Vec<Pose> {
 
 #[test]
 fn loads_have_no_resultant_and_no_moment() {
-    let scene = heap();
-    let cover = scene.drape(0.12, 0.25).expect("a cover");
-    let (mut force, mut moment, mut size) = (Vec3::zeros(), Vec3::zeros(), 0.0);
-    for (load, pose) in loads(&cover, &scene.poses).iter().zip(&scene.poses) {
-        let [on_body, about_body] = [0, 3].map(|k| Vec3::new(load[k], load[k + 1], load[k + 2]));
-        force += on_body;
-        moment += about_body + pose.position.cross(&on_body);
-        size += on_body.norm();
-    }
-    assert!(size > 10.0);
-    assert!(force.norm() < 1e-13 * size, "{force}");
-    assert!(moment.norm() < 1e-13 * size, "{moment}");
+    let (scene, covers) = heap_covers();
+    for cover in covers {
+        let (mut force, mut moment, mut size) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+        for (load, pose) in loads(&cover, &scene.poses).iter().zip(&scene.poses) {
+            let [on_body, about_body] = [0, 3].map(|k| Vec3::new(load[k], load[k + 1], load[k + 2]));
+            force += on_body;
+            moment += about_body + pose.position.cross(&on_body);
+            size += on_body.norm();
+        }
+        assert!(size > 10.0);
+        assert!(force.norm() < 1e-13 * size, "{force}");
+        assert!(moment.norm() < 1e-13 * size, "{moment}");
 
-    let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
-    cover.node_forces_into(&mut forces, &scene.poses, PRESSURE);
-    let virial: f64 = forces.iter().enumerate().map(|(n, f)| f.dot(&cover.position(&scene.poses, n))).sum();
-    // Euler: V is homogeneous of degree three.
-    assert!((virial + 3.0 * PRESSURE * cover.volume(&scene.poses)).abs() < 1e-12 * size);
+        let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
+        cover.node_forces_into(&mut forces, &scene.poses, PRESSURE);
+        let virial: f64 =
+            forces.iter().enumerate().map(|(n, f)| f.dot(&cover.position(&scene.poses, n))).sum();
+        // Euler: V is homogeneous of degree three.
+        assert!((virial + 3.0 * PRESSURE * cover.volume(&scene.poses)).abs() < 1e-12 * size);
+    }
 }
 
 #[test]
 fn load_is_derivative_of_volume() {
-    let scene = heap();
-    let cover = scene.drape(0.12, 0.25).expect("a cover");
-    let step = 1e-4;
-    for (body, load) in loads(&cover, &scene.poses).iter().enumerate() {
-        for k in 0..6 {
-            let [ahead, behind] = [step, -step].map(|by| cover.volume(&moved(&scene.poses, body, k, by)));
-            let expected = -PRESSURE * (ahead - behind) / (2.0 * step);
-            // The difference of a cubic is off by its third derivative, of the order of step^2.
-            assert!((load[k] - expected).abs() < 1e-8, "body {body}, {k}: {} for {expected}", load[k]);
+    let (scene, covers) = heap_covers();
+    for cover in covers {
+        let step = 1e-4;
+        for (body, load) in loads(&cover, &scene.poses).iter().enumerate() {
+            for k in 0..6 {
+                let [ahead, behind] = [step, -step].map(|by| cover.volume(&moved(&scene.poses, body, k, by)));
+                let expected = -PRESSURE * (ahead - behind) / (2.0 * step);
+                // The difference of a cubic is off by its third derivative, of the order of step^2.
+                assert!((load[k] - expected).abs() < 1e-8, "body {body}, {k}: {} for {expected}", load[k]);
+            }
         }
     }
 }
 
 #[test]
 fn tangent_is_derivative_of_loads() {
-    let scene = heap();
-    let cover = scene.drape(0.12, 0.25).expect("a cover");
-    let bodies = scene.poses.len();
-    let mut tangent = vec![Matrix6::<f64>::zeros(); bodies * bodies];
-    let mut calls = 0;
-    cover.for_each_tangent_block(&scene.poses, PRESSURE, |i, j, block| {
-        tangent[i * bodies + j] += block;
-        calls += 1;
-    });
-    let pairs = cover.coupled_bodies().map(|[i, j]| if i == j { 1 } else { 2 }).sum::<usize>();
-    assert_eq!(calls, pairs);
-    let step = 1e-4;
-    for j in 0..bodies {
-        for k in 0..6 {
-            let [ahead, behind] = [step, -step].map(|by| loads(&cover, &moved(&scene.poses, j, k, by)));
-            for i in 0..bodies {
-                let expected = (ahead[i] - behind[i]) / (2.0 * step);
-                let error = (tangent[i * bodies + j].column(k) - expected).norm();
-                assert!(error < 1e-7, "bodies {i} and {j}, {k}: off by {error}");
+    let (scene, covers) = heap_covers();
+    for cover in covers {
+        let bodies = scene.poses.len();
+        let mut tangent = vec![Matrix6::<f64>::zeros(); bodies * bodies];
+        let mut calls = 0;
+        cover.for_each_tangent_block(&scene.poses, PRESSURE, |i, j, block| {
+            tangent[i * bodies + j] += block;
+            calls += 1;
+        });
+        let pairs = cover.coupled_bodies().map(|[i, j]| if i == j { 1 } else { 2 }).sum::<usize>();
+        assert_eq!(calls, pairs);
+        let step = 1e-4;
+        for j in 0..bodies {
+            for k in 0..6 {
+                let [ahead, behind] = [step, -step].map(|by| loads(&cover, &moved(&scene.poses, j, k, by)));
+                for i in 0..bodies {
+                    let expected = (ahead[i] - behind[i]) / (2.0 * step);
+                    let error = (tangent[i * bodies + j].column(k) - expected).norm();
+                    assert!(error < 1e-7, "bodies {i} and {j}, {k}: off by {error}");
+                }
             }
         }
     }
@@ -187,17 +199,51 @@ fn tangent_is_derivative_of_loads() {
 
 #[test]
 fn tangent_is_symmetric_up_to_the_moment_of_the_load() {
-    let scene = heap();
-    let cover = scene.drape(0.12, 0.25).expect("a cover");
-    let loads = loads(&cover, &scene.poses);
-    cover.for_each_tangent_block(&scene.poses, PRESSURE, |i, j, block| {
-        let mut skew = block - block.transpose();
-        if i == j {
-            let moment = Vec3::new(loads[i][3], loads[i][4], loads[i][5]);
-            add_at(&mut skew, [3, 3], &moment.cross_matrix());
-            assert!(skew.norm() < 1e-13, "body {i}: {skew}");
+    let (scene, covers) = heap_covers();
+    for cover in covers {
+        let loads = loads(&cover, &scene.poses);
+        cover.for_each_tangent_block(&scene.poses, PRESSURE, |i, j, block| {
+            let mut skew = block - block.transpose();
+            if i == j {
+                let moment = Vec3::new(loads[i][3], loads[i][4], loads[i][5]);
+                add_at(&mut skew, [3, 3], &moment.cross_matrix());
+                assert!(skew.norm() < 1e-13, "body {i}: {skew}");
+            }
+        });
+    }
+}
+
+#[test]
+fn rims_that_slide_leave_nothing_sideways_to_the_plates() {
+    let (scene, [bonded, sliding]) = heap_covers();
+    let grains = scene.shapes.len();
+    // Grains that have gone some way together, and each some of its own.
+    let mut scatter = Scatter(11);
+    let mut poses = scene.poses.clone();
+    for pose in &mut poses[..grains] {
+        *pose =
+            pose.moved(&(Vec3::new(0.05, -0.03, 0.0) + scatter.vector() * 0.01), &(scatter.vector() * 0.05));
+    }
+    let sideways = |cover: &PressureCover| {
+        let loads = loads(cover, &poses);
+        let force: Vec3 = loads[..grains].iter().map(|w| Vec3::new(w[0], w[1], 0.0)).sum();
+        let about =
+            |(w, pose): (&Vector6<f64>, &Pose)| w[5] + pose.position.x * w[1] - pose.position.y * w[0];
+        let torque: f64 = loads[..grains].iter().zip(&poses).map(about).sum();
+        (force.norm(), torque.abs())
+    };
+    let (force, torque) = sideways(&sliding);
+    assert!(force < 1e-12 && torque < 1e-12, "{force} N, {torque} N m");
+    // On one that is bonded they have to be held.
+    let (force, torque) = sideways(&bonded);
+    assert!(force > 1e-3 && torque > 1e-5, "{force} N, {torque} N m");
+    // Along the plates its rims went with the grains, across them they stayed.
+    for rim in &sliding.rims {
+        for node in rim.clone() {
+            let way = sliding.position(&poses, node) - sliding.position(&scene.poses, node);
+            assert!(way.xy().norm() > 0.02 && way.z == 0.0, "{way}");
         }
-    });
+    }
 }
 
 #[test]
