@@ -5,6 +5,7 @@ mod chosen;
 mod hundred;
 mod ledger;
 mod ready;
+mod resolved;
 mod rubber;
 mod seating;
 mod smooth;

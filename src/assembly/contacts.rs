@@ -186,7 +186,7 @@ impl PairWork {
             Some(_) | None => 1.0,
         };
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
-        let full = model.bodies[a].full.is_some() || model.bodies[b].full.is_some();
+        let full = [a, b].iter().any(|&body| model.bodies[body].nodes_among_unknowns().is_some());
         let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
         let yielding = shapes[0].yielding() + shapes[1].yielding();
@@ -402,6 +402,9 @@ pub struct Contacts {
     /// What full bodies need besides.
     #[serde(skip)]
     pub frames: Frames,
+    /// Displacement that finite strains cause besides that of the loads, of bodies whose nodes are eliminated ([`crate::grain::FullGrain::surplus`]).
+    #[serde(skip)]
+    pub surplus: Vec<SurfaceField>,
     /// Contact forces on condensed bodies that are unknowns.
     #[serde(skip)]
     pub network: Network,
@@ -434,6 +437,7 @@ impl Default for Contacts {
             travel: Travel::default(),
             strength: unlimited(),
             frames: Frames::default(),
+            surplus: Vec::new(),
             network: Network::default(),
             searches: 0,
             membrane: MembraneContacts::default(),

@@ -36,7 +36,8 @@ impl Dofs {
         let mut index: Vec<[Option<u32>; 6]> = loads.prescribed.iter().map(&mut number).collect();
         let carriers = index.len();
         let (mut owner, mut nodes) = (Vec::new(), vec![None; model.bodies.len()]);
-        for (body, grain) in model.bodies.iter().enumerate().filter_map(|(i, b)| Some((i, b.full.as_ref()?)))
+        for (body, grain) in
+            model.bodies.iter().enumerate().filter_map(|(i, b)| Some((i, b.nodes_among_unknowns()?)))
         {
             nodes[body] = Some(index.len());
             index.extend((0..grain.nodes()).map(|_| number(&[false, false, false, true, true, true])));

@@ -176,6 +176,8 @@ pub struct Relaxed {
     /// The largest change this makes to a gap or a stretch [m]: zero where forces and elastic
     /// displacements agree.
     pub mismatch: f64,
+    /// The largest force out of balance on a node that is eliminated with finite strains [N].
+    pub left: f64,
     /// Elastic energy of all elastic bodies under these forces [J].
     pub energy: f64,
 }
@@ -246,7 +248,7 @@ impl Contacts {
                 [(pair.a(), spot.on_a, -on_b), (pair.b(), spot.on_b, on_b)].into_iter().enumerate()
             {
                 // With the gap's own rotation where displacements are unknowns, so that both come from one energy.
-                let is_full = model.bodies[body].full.is_some();
+                let is_full = model.bodies[body].nodes_among_unknowns().is_some();
                 put(body, place, if is_full { &spot.turns[k] } else { &poses[body].rotation }, force);
             }
         }
@@ -279,12 +281,19 @@ impl Contacts {
         }
         let start = Instant::now();
         let surface_loads = self.surface_loads(model, loads, poses);
-        let grains = &self.grains;
-        self.fields.par_iter_mut().zip(grains).zip(&surface_loads).for_each(|((field, grain), loads)| {
-            if let Some(grain) = grain {
-                grain.surface_field_into(field, loads);
+        let displaced =
+            self.fields.par_iter_mut().zip(&mut self.surplus).zip(&self.grains).zip(&surface_loads);
+        let left = displaced.zip(&model.bodies).map(|((((field, surplus), grain), loads), body)| {
+            match (grain, body.eliminated_nodes()) {
+                (Some(grain), Some(full)) => full.settle(field, surplus, &grain.nodal_displacements(loads)),
+                (Some(grain), None) => {
+                    grain.surface_field_into(field, loads);
+                    0.0
+                }
+                (None, _) => 0.0,
             }
         });
+        let left: Vec<f64> = left.collect();
         self.update_reach();
         let energy = self.surface_energy(model, &surface_loads);
         self.surface_loads = surface_loads;
@@ -346,9 +355,10 @@ impl Contacts {
             pair.spots.clear();
             largest
         };
-        let largest: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();
+        let gaps: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();
         self.network.lift();
-        Relaxed { mismatch: largest.into_iter().fold(0.0, f64::max), energy }
+        let largest = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
+        Relaxed { mismatch: largest(gaps), left: largest(left), energy }
     }
 
     /// By how much the elastic displacements gained since the last accepted increment change the

@@ -1,4 +1,5 @@
-//! Grains all of whose nodes are unknowns: forces and stiffness of nodes, frames and contacts together.
+//! Grains all of whose nodes are unknowns: forces and stiffness of nodes, frames and contacts together. (Where their nodes are
+//! eliminated grain by grain, `grain::full`, they are condensed bodies here, with a displacement besides that each augmentation renews.)
 //!
 //! A full grain has its frame, the displacements `u` of its nodes in it, and six multipliers `y` that keep the frame
 //! where the mean motion `G u` of the nodes vanishes. Contacts see the frame's geometry and the displacement of the
@@ -38,10 +39,13 @@ impl Contacts {
     pub(super) fn start_nodes(&mut self, model: &Model) {
         self.frames.multipliers.clear();
         self.frames.multipliers.resize(model.bodies.len(), [Vec3::zeros(); 2]);
+        self.surplus.clear();
         for (field, body) in self.fields.iter_mut().zip(&model.bodies) {
             if let Some(grain) = &body.full {
                 field.resize(grain.nodes(), Vec3::zeros());
             }
+            self.surplus
+                .push(body.eliminated_nodes().map_or_else(SurfaceField::new, |grain| grain.surplus(field)));
         }
         self.recentre_nodes(model);
     }
@@ -49,7 +53,7 @@ impl Contacts {
     /// Displaces the nodes of full bodies to `fields` [m], by body, where those fit.
     pub fn place_nodes(&mut self, model: &Model, fields: &[SurfaceField]) {
         let full = model.bodies.iter().zip(fields).zip(&mut self.fields);
-        for ((_, wanted), field) in full.filter(|((body, _), _)| body.full.is_some()) {
+        for ((_, wanted), field) in full.filter(|((body, _), _)| body.nodes_among_unknowns().is_some()) {
             if wanted.len() == field.len() {
                 field.clone_from(wanted);
             }
@@ -64,7 +68,7 @@ impl Contacts {
     pub fn recentre_nodes(&mut self, model: &Model) {
         let Frames { multipliers, centre } = &mut self.frames;
         centre.clear();
-        if model.has_full() {
+        if model.has_nodes() {
             centre.extend(self.fields.iter().cloned().zip(multipliers.iter().copied()));
         }
     }
@@ -91,8 +95,9 @@ fn full_bodies<'a>(
     model: &'a Model,
     dofs: &'a Dofs,
 ) -> impl Iterator<Item = (usize, usize, &'a crate::grain::FullGrain)> {
-    let full =
-        |(body, b): (usize, &'a crate::model::Body)| Some((body, dofs.nodes_of(body)?, &**b.full.as_ref()?));
+    let full = |(body, b): (usize, &'a crate::model::Body)| {
+        Some((body, dofs.nodes_of(body)?, &**b.nodes_among_unknowns()?))
+    };
     model.bodies.iter().enumerate().filter_map(full)
 }
 
@@ -105,7 +110,7 @@ pub(super) fn node_forces_into(
     loads: &Loads,
     poses: &[Pose],
 ) {
-    if !model.has_full() {
+    if !model.has_nodes() {
         return;
     }
     let outer = contacts.surface_loads(model, loads, poses);
@@ -145,7 +150,7 @@ fn add_at(forces: &mut [Vec3], place: &SurfacePoint, force: &Vec3) {
 
 /// Adds what `pressure` on the cover puts on the nodes of full bodies to `forces` [N].
 pub fn cover_on_nodes_into(forces: &mut [f64], model: &Model, dofs: &Dofs, poses: &[Pose], pressure: f64) {
-    if !model.has_full() {
+    if !model.has_nodes() {
         return;
     }
     for_each_cover_force(model, poses, pressure, |body, place, force| {
@@ -200,7 +205,7 @@ pub fn full_couplings(
     touching: bool,
 ) -> Vec<(usize, usize)> {
     let mut all = Vec::new();
-    if !model.has_full() {
+    if !model.has_nodes() {
         return all;
     }
     if !touching {
@@ -240,7 +245,7 @@ pub fn full_stiffness_into(
     dofs: &Dofs,
     contacts: &Contacts,
 ) {
-    if !model.has_full() {
+    if !model.has_nodes() {
         return;
     }
     let bodies: Vec<_> = full_bodies(model, dofs).collect();

@@ -561,6 +561,11 @@ static SOLVER: &[Key] = &[
         Quantity(Dimension::None, positive(1.0)),
         "Relative error of contact forces, and so of q, that fidelity \"auto\" may cause: each body is condensed where it has to be, and where it nears damage. Without it \"auto\" is rigid for all.",
     ),
+    Key::optional(
+        "full_nodes",
+        Choice(&["eliminated", "unknowns"]),
+        "What becomes of the nodes of full bodies in a solve: eliminated body by body by the undeformed mesh's stiffness, finite strains by iteration (the default), or unknowns beside all others, with the exact tangent: the same equations at ten times the cost.",
+    ),
     Key::default("force_tolerance", TOLERANCE, "1e-3", "Out-of-balance force over the mean contact force."),
     Key::default(
         "rough_tolerance",

@@ -387,6 +387,11 @@ impl SolverCase {
     pub fn chosen_accuracy(&self) -> Option<f64> {
         self.accuracy.filter(|_| self.fidelity == Fidelity::Auto)
     }
+
+    /// What becomes of the nodes of full bodies.
+    pub fn nodes(&self) -> NodesCase {
+        self.full_nodes.unwrap_or(NodesCase::Eliminated)
+    }
 }
 
 /// One stage. Pressures [Pa] and axial strains (shortening) are positive in compression.
@@ -520,6 +525,9 @@ pub struct SolverCase {
     /// Relative error that fidelity `auto` may cause; `None`: `auto` is one fidelity for all bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
+    /// What becomes of the nodes of full bodies in a solve; `None`: eliminated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub full_nodes: Option<NodesCase>,
     /// Out-of-balance force over the mean contact force.
     pub force_tolerance: f64,
     /// As `force_tolerance`, of increments that find no better balance; `None`: the run stops there.
@@ -546,6 +554,16 @@ pub struct SolverCase {
     pub energy_gate: Option<GateCase>,
     /// Energy error of an increment over its work.
     pub energy_tolerance: f64,
+}
+
+/// What becomes of the nodes of full bodies in a solve. Their equations are the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NodesCase {
+    /// Eliminated body by body; finite strains by iteration.
+    Eliminated,
+    /// Unknowns beside all others, with the exact tangent.
+    Unknowns,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -63,6 +63,28 @@ impl StraightTet10 {
         }
     }
 
+    /// Adds what Green's strains add to the forces of linear ones [N]: `(H S(E) + S(E - e)) g` with the displacement gradient H and the
+    /// linear strain e.
+    pub fn add_surplus_forces(&self, out: &mut [Vec3; 10], rock: &Elastic, u: &[Vec3; 10]) {
+        let (lambda, mu) = rock.lame();
+        let volume = self.point_volume();
+        let stress = |strain: Mat3| {
+            (Mat3::from_diagonal_element(lambda * strain.trace()) + strain * (2.0 * mu)) * volume
+        };
+        for l in &POINTS {
+            let gradients = self.shape_gradients(l);
+            let mut h = Mat3::zeros();
+            for (u, g) in u.iter().zip(&gradients) {
+                h += u * g.transpose();
+            }
+            let beyond = stress(h.transpose() * h * 0.5);
+            let nominal = h * (stress((h + h.transpose()) * 0.5) + beyond) + beyond;
+            for (force, g) in out.iter_mut().zip(&gradients) {
+                *force += nominal * g;
+            }
+        }
+    }
+
     /// Adds the derivative of [`Self::add_inner_forces`] [N/m], block (i, j) by node j of the force on node i.
     pub fn add_tangent(&self, out: &mut [[Mat3; 10]; 10], rock: &Elastic, strains: Strains, u: &[Vec3; 10]) {
         let (lambda, mu) = rock.lame();
@@ -163,6 +185,21 @@ mod tests {
                         assert!((difference - found).norm() < 1e-7 * scale, "{strains:?} {other} {node}");
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn surplus_is_what_finite_strains_add() {
+        for size in [1e-3, 0.1] {
+            let u = displacements(size);
+            let [mut finite, mut small, mut surplus] = [[Vec3::zeros(); 10]; 3];
+            cell().add_inner_forces(&mut finite, &rock(), Strains::Finite, &u);
+            cell().add_inner_forces(&mut small, &rock(), Strains::Small, &u);
+            cell().add_surplus_forces(&mut surplus, &rock(), &u);
+            let scale = finite.iter().map(Vec3::norm).fold(0.0, f64::max);
+            for node in 0..10 {
+                assert!((finite[node] - small[node] - surplus[node]).norm() < 1e-14 * scale, "{node}");
             }
         }
     }

@@ -6,9 +6,16 @@
 //! are balanced by the multipliers, as inertia relief does for condensed grains.
 //!
 //! Nodes are numbered anew: those of the surface first, in the order of [`Surface::nodes`].
+//!
+//! **Eliminated nodes.** With `f(u) = K u + n(u)`, K the stiffness of the sound, undisplaced mesh and n what finite
+//! strains add, the balance `f(u) = loads` reads `u = C (loads - n(u))` with the flexibility C of the condensed grain.
+//! Nodes can so be eliminated grain by grain, once and for all: a condensed grain with the displacement `-C n(u)`
+//! besides, iterated, is the same grain. The iteration contracts by the order of the strain.
 
 use crate::element::{POINT_COUNT, StraightTet10, Strains};
 use crate::error::{Error, Result};
+use crate::grain::condensed::CondensedGrain;
+use crate::grain::held::HeldGrain;
 use crate::grain::mass::{MassProperties, nodal_moments};
 use crate::grain::surface::Surface;
 use crate::material::Elastic;
@@ -23,6 +30,10 @@ pub struct NodeShare {
     pub moment: Vec3,
 }
 
+/// Sweeps of [`FullGrain::settle`] at most, and the share of the finite strains' forces that is left when they are enough.
+const SWEEPS: usize = 6;
+const SETTLED: f64 = 1e-6;
+
 /// A grain whose nodes all move.
 #[derive(Debug)]
 pub struct FullGrain {
@@ -36,6 +47,10 @@ pub struct FullGrain {
     /// Pairs of nodes that share a cell, the smaller number first.
     couplings: Vec<[u32; 2]>,
     shares: Vec<NodeShare>,
+    /// Mesh node of each of this grain's.
+    order: Vec<NodeId>,
+    /// Its stiffness without displacements, where its nodes are eliminated.
+    held: Option<HeldGrain>,
 }
 
 impl FullGrain {
@@ -87,8 +102,27 @@ impl FullGrain {
             shares[slot as usize] =
                 NodeShare { mass: own / mass.mass, moment: moment / (mass.mass * gyration) };
         }
-        let rock = cell_elasticity.to_vec();
-        Ok(FullGrain { mesh, rock, surface, strains, elements, cells, couplings, shares })
+        let mut order = vec![NodeId(0); mesh.nodes.len()];
+        for (node, &slot) in number.iter().enumerate() {
+            order[slot as usize] = NodeId(node as u32);
+        }
+        let (rock, held) = (cell_elasticity.to_vec(), None);
+        Ok(FullGrain { mesh, rock, surface, strains, elements, cells, couplings, shares, order, held })
+    }
+
+    /// As [`Self::new`] for a grain whose nodes are eliminated, and the condensed grain by which they are.
+    pub fn eliminated(
+        mesh: Mesh,
+        cell_elasticity: &[Elastic],
+        density: f64,
+        strains: Strains,
+    ) -> Result<(Self, CondensedGrain)> {
+        let condensed = CondensedGrain::new(mesh.clone(), cell_elasticity, density)?;
+        let grain = Self::new(mesh, cell_elasticity, density, strains)?;
+        let sound = vec![[1.0; POINT_COUNT]; cell_elasticity.len()];
+        let held = HeldGrain::new(&grain.mesh, cell_elasticity, condensed.mass_properties(), density, &sound)
+            .map_err(|fault| Error::Mesh { name: "grain".into(), message: fault.to_string() })?;
+        Ok((FullGrain { held: Some(held), ..grain }, condensed))
     }
 
     pub const fn mesh(&self) -> &Mesh {
@@ -156,6 +190,72 @@ impl FullGrain {
                 out[*node as usize] += force;
             }
         }
+    }
+
+    /// What finite strains add to the forces of the undisplaced mesh's stiffness [N], node by node: `n(u)`.
+    fn surplus_forces(&self, u: &[Vec3]) -> Vec<Vec3> {
+        let mut surplus = vec![Vec3::zeros(); self.nodes()];
+        match self.strains {
+            Strains::Small => return surplus,
+            Strains::Finite => {}
+        }
+        for (element, rock, cell) in self.of_cells() {
+            let mut forces = [Vec3::zeros(); 10];
+            element.add_surplus_forces(&mut forces, rock, &Self::displacements(cell, u));
+            for (node, force) in cell.iter().zip(&forces) {
+                surplus[*node as usize] += force;
+            }
+        }
+        surplus
+    }
+
+    /// Displacements under forces on all nodes by the stiffness of the undisplaced mesh; none where nodes are not eliminated.
+    fn yielding_to(&self, forces: &[Vec3]) -> Vec<Vec3> {
+        let Some(held) = self.held.as_ref().filter(|_| forces.iter().any(|f| *f != Vec3::zeros())) else {
+            return vec![Vec3::zeros(); forces.len()];
+        };
+        let mut on_mesh = vec![Vec3::zeros(); forces.len()];
+        self.order.iter().zip(forces).for_each(|(node, force)| on_mesh[node.index()] = *force);
+        let moved = held.solve(&on_mesh);
+        self.order.iter().map(|node| moved[node.index()]).collect()
+    }
+
+    /// The displacement `-C n(u)` [m] that finite strains at `u` cause besides that of the loads on the condensed grain; for eliminated nodes.
+    pub fn surplus(&self, u: &[Vec3]) -> Vec<Vec3> {
+        self.opposed(&self.surplus_forces(u))
+    }
+
+    fn opposed(&self, forces: &[Vec3]) -> Vec<Vec3> {
+        let mut displacements = self.yielding_to(forces);
+        displacements.iter_mut().for_each(|u| *u = -*u);
+        displacements
+    }
+
+    /// Moves eliminated nodes from where they are to where they balance the loads that displace those of the condensed grain by `linear` [m],
+    /// mesh node by mesh node; `surplus` is [`Self::surplus`] at `u`, before and after. Returns the largest force that is left out of
+    /// balance on a node [N], infinite where they do not settle.
+    pub fn settle(&self, u: &mut Vec<Vec3>, surplus: &mut Vec<Vec3>, linear: &[Vec3]) -> f64 {
+        let largest = |forces: &mut dyn Iterator<Item = f64>| forces.fold(0.0, f64::max);
+        let mut forces = self.surplus_forces(u);
+        let mut left = f64::INFINITY;
+        for _ in 0..SWEEPS {
+            u.clear();
+            u.extend(self.order.iter().zip(&*surplus).map(|(node, besides)| linear[node.index()] + besides));
+            let before = std::mem::replace(&mut forces, self.surplus_forces(u));
+            left = largest(&mut forces.iter().zip(&before).map(|(new, old)| (new - old).norm()));
+            let scale = largest(&mut forces.iter().map(Vec3::norm));
+            if !forces.iter().flatten().all(|force| force.is_finite()) {
+                u.clear();
+                u.extend(self.order.iter().map(|node| linear[node.index()]));
+                surplus.iter_mut().for_each(|u| *u = Vec3::zeros());
+                return f64::INFINITY;
+            }
+            *surplus = self.opposed(&forces);
+            if left <= SETTLED * scale {
+                break;
+            }
+        }
+        left
     }
 
     /// Derivative of [`Self::inner_forces_into`] [N/m], cell by cell: its nodes, and their blocks.

@@ -32,7 +32,8 @@ pub struct Body {
     pub stiffness: f64,
     /// Its own flexibility, where it is condensed; then it is in every gap.
     pub grain: Option<Arc<CondensedGrain>>,
-    /// Its mesh, where all its nodes are unknowns; then it is not condensed.
+    /// Its mesh, where all its nodes move with finite strains. Where it is condensed besides, its nodes are eliminated by that flexibility,
+    /// else they stand among the unknowns.
     pub full: Option<Arc<FullGrain>>,
     /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility where it is condensed. A resting body
     /// is sound. A rigid body with damage that does not rest is brittle: it is stressed by the forces on it and breaks, but bends no gap.
@@ -60,6 +61,16 @@ impl Body {
     pub fn stressed_surface(&self) -> Option<&Surface> {
         let brittle = self.damaged.as_ref().filter(|_| self.is_brittle());
         self.surface().or_else(|| brittle.map(|grain| grain.condensed().surface()))
+    }
+
+    /// Its mesh, where its nodes stand among the unknowns.
+    pub fn nodes_among_unknowns(&self) -> Option<&Arc<FullGrain>> {
+        self.full.as_ref().filter(|_| self.grain.is_none())
+    }
+
+    /// Its mesh, where its nodes are eliminated.
+    pub fn eliminated_nodes(&self) -> Option<&Arc<FullGrain>> {
+        self.full.as_ref().filter(|_| self.grain.is_some())
     }
 
     pub fn is_elastic(&self) -> bool {

@@ -122,8 +122,9 @@ impl Model {
         self.bodies.iter().any(Body::is_elastic)
     }
 
-    pub fn has_full(&self) -> bool {
-        self.bodies.iter().any(|body| body.full.is_some())
+    /// Whether nodes of any body stand among the unknowns.
+    pub fn has_nodes(&self) -> bool {
+        self.bodies.iter().any(|body| body.nodes_among_unknowns().is_some())
     }
 
     /// The friction between two bodies: a body's own where it has one, the weaker where both have.

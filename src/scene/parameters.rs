@@ -44,7 +44,7 @@ pub struct SceneBody {
     pub friction: Option<Friction>,
     /// Its own flexibility, where it is condensed.
     pub grain: Option<Arc<CondensedGrain>>,
-    /// Its mesh, where all its nodes are unknowns.
+    /// Its mesh, where all its nodes move with finite strains; with `grain` besides, by which they are eliminated, or as unknowns.
     pub full: Option<Arc<FullGrain>>,
     /// The same with its damage, where it can break.
     pub damaged: Option<Arc<DamagedGrain>>,

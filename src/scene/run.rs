@@ -390,7 +390,7 @@ impl Scene {
             report.counters.add(&std::mem::take(&mut lost));
             if !dwells {
                 report.counters.cuts = pace.accept(share, report.history.len());
-                let fields = if self.model.has_full() { self.committed.fields.clone() } else { Vec::new() };
+                let fields = if self.model.has_nodes() { self.committed.fields.clone() } else { Vec::new() };
                 last = Some(Last { poses: self.committed.poses.clone(), fields, share });
             }
             let row = self.commit(index, pace.done(), &report, loads, dwells);

@@ -410,7 +410,9 @@ fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
             rig.rest_all();
         }
         Fidelity::Condensed => rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?),
-        Fidelity::Full => rig.resolve(rock::grains(&case.rock, meshes, case.seed, rock::full)?),
+        Fidelity::Full => {
+            rig.resolve(rock::full_grains(&case.rock, meshes, case.seed, case.solver.nodes())?);
+        }
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::case::{Law, RockCase, Scatter};
+use crate::case::{Law, NodesCase, RockCase, Scatter};
 use crate::element::Strains;
 use crate::error::{Error, Result};
 use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, FullGrain};
@@ -81,28 +81,35 @@ pub fn condensed(
     CondensedGrain::new(mesh, &elasticity, rock.density).map(Arc::new).map_err(named(name))
 }
 
-/// Body number `index` with all its nodes.
-pub fn full(rock: &RockCase, name: &str, index: usize, mesh: Mesh, seed: u64) -> Result<Arc<FullGrain>> {
+/// Body number `index` with all its nodes, and what eliminates them, where that is asked for.
+pub fn full(
+    rock: &RockCase,
+    name: &str,
+    index: usize,
+    mesh: Mesh,
+    seed: u64,
+    nodes: NodesCase,
+) -> Result<Resolved> {
     let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
-    FullGrain::new(mesh, &elasticity, rock.density, Strains::Finite).map(Arc::new).map_err(named(name))
+    let resolved = match nodes {
+        NodesCase::Eliminated => FullGrain::eliminated(mesh, &elasticity, rock.density, Strains::Finite)
+            .map(|(full, condensed)| (Arc::new(full), Some(Arc::new(condensed)))),
+        NodesCase::Unknowns => FullGrain::new(mesh, &elasticity, rock.density, Strains::Finite)
+            .map(|full| (Arc::new(full), None)),
+    };
+    resolved.map_err(named(name))
 }
 
-/// The grains of a specimen, in their order, each made by `build`.
-pub fn grains<G: Send>(
-    rock: &RockCase,
-    meshes: &[Mesh],
-    seed: u64,
-    build: fn(&RockCase, &str, usize, Mesh, u64) -> Result<Arc<G>>,
-) -> Result<Vec<Arc<G>>>
-where
-    Arc<G>: Send,
-{
-    meshes
-        .par_iter()
-        .enumerate()
-        .map(|(index, mesh)| build(rock, &format!("grain {index}"), index, mesh.clone(), seed))
-        .collect()
+/// The grains of a specimen with all their nodes, in their order.
+pub fn full_grains(rock: &RockCase, meshes: &[Mesh], seed: u64, nodes: NodesCase) -> Result<Vec<Resolved>> {
+    let grain = |(index, mesh): (usize, &Mesh)| {
+        full(rock, &format!("grain {index}"), index, mesh.clone(), seed, nodes)
+    };
+    meshes.par_iter().enumerate().map(grain).collect()
 }
+
+/// A full body, and the condensed one that eliminates its nodes, unless these are unknowns.
+pub type Resolved = (Arc<FullGrain>, Option<Arc<CondensedGrain>>);
 
 /// A condensed body and its damage, where it can break.
 pub type Breakable = (Arc<CondensedGrain>, Option<Arc<DamagedGrain>>);

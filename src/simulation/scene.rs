@@ -311,10 +311,14 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         (Fidelity::Auto | Fidelity::Condensed, Some(mesh)) => {
             grain = Some(rock::condensed(rock, &body.name, index, mesh, case.seed)?);
         }
-        (Fidelity::Full, Some(mesh)) => full = Some(rock::full(rock, &body.name, index, mesh, case.seed)?),
+        (Fidelity::Full, Some(mesh)) => {
+            let nodes = case.solver.nodes();
+            let (resolved, condensed) = rock::full(rock, &body.name, index, mesh, case.seed, nodes)?;
+            (full, grain) = (Some(resolved), condensed);
+        }
         (Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full, _) => {}
     }
-    let damaged = match &grain {
+    let damaged = match grain.as_ref().filter(|_| full.is_none()) {
         Some(grain) => rock::damaged(rock, &body.name, index, grain, case.seed)?,
         None => None,
     };

@@ -145,13 +145,14 @@ impl Newton<'_> {
                 if elastic {
                     let yielding = balance.reference_force / self.typical_stiffness;
                     let gap_tolerance = gap_tolerance.min((GAP_SHARE * yielding).max(damage.gap_floor()));
-                    let Relaxed { mismatch, energy } =
+                    let Relaxed { mismatch, left, energy } =
                         self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
                     let out_of_balance = balance.out_of_balance;
                     tracing::trace!(out_of_balance, mismatch, gap_tolerance, "elastic");
                     surface_energy = energy;
-                    converged &= mismatch < gap_tolerance;
-                    off = off.max(mismatch / gap_tolerance);
+                    let left = left / balance.reference_force;
+                    converged &= mismatch < gap_tolerance && left < tolerance;
+                    off = off.max(mismatch / gap_tolerance).max(left / tolerance);
                 } else if converged || damage.is_due(off, settings) {
                     self.contacts.note_loads(self.model, &self.loads, &self.poses);
                 }

@@ -303,10 +303,10 @@ impl Rig {
         self.model.wall = Some(wall);
     }
 
-    /// Makes all nodes of the grains unknowns, in their order; before anything has moved.
-    pub fn resolve(&mut self, grains: Vec<Arc<FullGrain>>) {
-        for (body, grain) in self.model.bodies.iter_mut().zip(grains) {
-            body.full = Some(grain);
+    /// Has all nodes of the grains move, in their order, eliminated where a condensed grain comes along; before anything has moved.
+    pub fn resolve(&mut self, grains: Vec<(Arc<FullGrain>, Option<Arc<CondensedGrain>>)>) {
+        for (body, (full, grain)) in self.model.bodies.iter_mut().zip(grains) {
+            (body.full, body.grain) = (Some(full), grain);
         }
     }
 

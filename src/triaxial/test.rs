@@ -505,7 +505,11 @@ impl Test {
             pressure: rig.pressure,
             deviatoric_stress: -self.ram / area(rig),
             poses: std::mem::replace(&mut rig.committed.poses, report.poses.clone()),
-            fields: if rig.model.has_full() { std::mem::take(&mut rig.committed.fields) } else { Vec::new() },
+            fields: if rig.model.has_nodes() {
+                std::mem::take(&mut rig.committed.fields)
+            } else {
+                Vec::new()
+            },
         };
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);

@@ -11,7 +11,7 @@ use crate::assembly::elastic::{
 use crate::assembly::network::{Knot, Network, Patch, STILL, pair_of, spot_of};
 use crate::assembly::timings::Kernel;
 use crate::grain::SurfacePoint;
-use crate::model::{Loads, Model};
+use crate::model::{Body, Loads, Model};
 use crate::tensor::{Mat3, Pose, Vec3};
 
 /// An open contact's force is an unknown where the bodies would yield by its gap under this share of the mean contact force.
@@ -20,7 +20,8 @@ const NEAR: f64 = 1.0;
 /// Whether contacts of two bodies can be knots: one is condensed, and none has its nodes for unknowns.
 fn is_networked(model: &Model, pair: &PairWork) -> bool {
     let [a, b] = [&model.bodies[pair.a()], &model.bodies[pair.b()]];
-    (a.grain.is_some() || b.grain.is_some()) && a.full.is_none() && b.full.is_none()
+    let among = |body: &Body| body.nodes_among_unknowns().is_some();
+    (a.grain.is_some() || b.grain.is_some()) && !among(a) && !among(b)
 }
 
 impl Contacts {
@@ -150,7 +151,7 @@ impl Contacts {
         for_each_cover_force(model, poses, 1.0, |body, place, force| {
             covers[body].push((place, poses[body].rotation.inverse() * force));
         });
-        let (grains, network) = (&self.grains, &self.network);
+        let (grains, network, surplus) = (&self.grains, &self.network, &self.surplus);
         let of_patch = |patch: &Patch| {
             let moved = |loads: &SurfaceLoads| -> Vec<Vec3> {
                 let mut field = SurfaceField::new();
@@ -160,7 +161,14 @@ impl Contacts {
                 let turn = &poses[patch.body].rotation;
                 patch.spots.iter().map(|(_, sign, place)| turn * interpolate(place, &field) * *sign).collect()
             };
-            [moved(&others[patch.body]), moved(&covers[patch.body])]
+            let mut by_others = moved(&others[patch.body]);
+            if model.bodies[patch.body].eliminated_nodes().is_some() {
+                let turn = &poses[patch.body].rotation;
+                for ((_, sign, place), u) in patch.spots.iter().zip(&mut by_others) {
+                    *u += turn * interpolate(place, &surplus[patch.body]) * *sign;
+                }
+            }
+            [by_others, moved(&covers[patch.body])]
         };
         let all: Vec<[Vec<Vec3>; 2]> = network.patches.par_iter().map(of_patch).collect();
         let Network { knots, patches, .. } = &mut self.network;
