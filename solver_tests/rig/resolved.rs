@@ -127,7 +127,7 @@ fn next(rig: &mut Rig, test: &mut Test, stage: &Stage) -> Option<Row> {
 }
 
 #[test]
-#[ignore = "a minute or two; benchmarks/runs/2026-11-22-condensed-against-full"]
+#[ignore = "minutes; not yet run to its end, so its bounds are expectations"]
 fn increments_of_condensed_grains_are_those_of_full_ones() {
     let (mut rig, full) = sixty();
     let mut test = Test::new(&rig);
