@@ -16,7 +16,7 @@ pub struct Estimate {
     pub cells: usize,
     /// Pairs of touching grains, about.
     pub contacts: usize,
-    /// Unknowns of the global system: 6 a grain, and 3 a contact point (condensed) or node (full).
+    /// Unknowns of the global system: 6 a grain, and 3 a contact point (condensed, and full with its nodes eliminated) or node (full).
     pub degrees_of_freedom: usize,
     /// Increments if none is cut.
     pub increments: usize,
@@ -51,7 +51,8 @@ const BASE_MEMORY: f64 = 5e7;
 const GRAIN_MEMORY: f64 = 2e4;
 
 impl Case {
-    /// What the case would build. `auto` fidelity counts as condensed.
+    /// What the case would build. `auto` fidelity counts as rigid, or as condensed where an accuracy is asked; `full` as condensed, too,
+    /// where its nodes are eliminated.
     pub fn estimate(&self) -> Estimate {
         let (grains, cells, contacts, coarse) = match &self.geometry {
             Geometry::Specimen(it) => {
@@ -70,8 +71,9 @@ impl Case {
         let nodes = NODES_PER_CELL * cells as f64;
         let (level, unknowns) = match self.solver.fidelity {
             Fidelity::Rigid => (0, 6.0 * n),
-            Fidelity::Auto | Fidelity::Condensed => (1, 6.0 * n + 3.0 * POINTS * contacts),
-            Fidelity::Full => (2, 6.0 * n + 3.0 * nodes),
+            Fidelity::Auto if self.solver.chosen_accuracy().is_none() => (0, 6.0 * n),
+            Fidelity::Full if self.solver.nodes() == NodesCase::Unknowns => (2, 6.0 * n + 3.0 * nodes),
+            Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => (1, 6.0 * n + 3.0 * POINTS * contacts),
         };
         // A condensed grain keeps its own factor, of which small ones are nearly half full.
         let own = if level == 1 && grains > 0 { n * (3.0 * nodes / n).powi(2) / 4.0 } else { 0.0 };
