@@ -68,6 +68,13 @@ pub struct Kind {
     pub keys: &'static [Key],
 }
 
+impl Kind {
+    /// Whether its word alone says it all.
+    pub fn is_word(&self) -> bool {
+        self.keys.iter().all(|key| !matches!(key.need, Need::Required))
+    }
+}
+
 /// An interval of numbers, in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
@@ -168,8 +175,12 @@ impl Form {
             Form::Object(keys) | Form::Overrides(keys) => format!("an object with the keys {}", names(keys)),
             Form::OneOf(keys) => format!("an object with one of the keys {}", names(keys)),
             Form::Kinds(kinds) => {
-                let names: Vec<_> = kinds.iter().map(|kind| format!("\"{}\"", kind.name)).collect();
-                format!("an object with a \"kind\" of {}, or that word alone", names.join(", "))
+                let names = |kinds: &mut dyn Iterator<Item = &Kind>| {
+                    kinds.map(|kind| format!("\"{}\"", kind.name)).collect::<Vec<_>>().join(", ")
+                };
+                let object = format!("an object with a \"kind\" of {}", names(&mut kinds.iter()));
+                let words = names(&mut kinds.iter().filter(|kind| kind.is_word()));
+                if words.is_empty() { object } else { format!("{object}, or alone the word {words}") }
             }
             Form::Named(_) => "an object with names as its keys".into(),
             Form::Scattered(keys) => {

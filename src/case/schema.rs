@@ -44,8 +44,7 @@ fn of(form: &Form) -> Value {
             schema
         }
         Form::Kinds(kinds) => {
-            let alone = |kind: &&Kind| kind.keys.iter().all(|key| !matches!(key.need, Need::Required));
-            let words: Vec<_> = kinds.iter().filter(alone).map(|kind| kind.name).collect();
+            let words: Vec<_> = kinds.iter().filter(|kind| kind.is_word()).map(|kind| kind.name).collect();
             let kinds = kinds.iter().map(|kind| {
                 let mut schema = object(kind.keys, true);
                 schema["description"] = kind.about.into();
