@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::form::{Form, Key, Kind, Need, Range};
+use super::form::{Form, Key, Need, Range};
 use super::quantity::Dimension;
 use super::table;
 
