@@ -94,7 +94,7 @@ impl Default for Falling {
 impl Falling {
     /// Collapses, most of whose energy goes to friction.
     pub fn collapse() -> Self {
-        Falling { after: 0, travel: 40.0, rebase: 1, inertia: true, ..Falling::default() }
+        Falling { after: 0, travel: 5.0, rebase: 1, inertia: true, ..Falling::default() }
     }
 
     /// Loose grains, which have a long way to go.
