@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Large strains: what a setting does to the means of several packings, beside what chance does.
+
+    benchmarks/work_precision/bands.py RECORDS --out chart.svg [--scene specimen_60_deep]
+
+RECORDS holds runs.csv and curves.csv of run.py. Behind the first snap that goes another way single runs part for good, so each packing's run is
+compared with the same packing's reference ("full, reference") by its mean of q over the shear, its last volume strain and its friction work, all
+over the mean of the references. A setting's error is the mean over packings (bars: standard error); chance is the reference at half the force
+tolerance. Also printed: the strain to which q stays within 1 % of the reference's largest. Writes bands.csv beside the records, and prints a table.
+"""
+
+import argparse
+import csv
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy
+
+from chart import LOOKS, REFERENCE, front, grouped, read
+
+CHANCE = "full, tolerance halved"
+MEASURES = ["q", "volume strain", "friction"]
+PARTED = 0.01
+
+
+def shear(rows):
+    last = max(int(r["stage"]) for r in rows)
+    rows = [r for r in rows if int(r["stage"]) == last]
+    return {k: numpy.array([float(r[k]) for r in rows])
+            for k in ("axial_strain", "deviatoric_stress_Pa", "volumetric_strain", "friction_J")}
+
+
+def measured(curve):
+    """Mean q over the strain [Pa], last volume strain, friction work of the shear [J]."""
+    e, q = curve["axial_strain"], curve["deviatoric_stress_Pa"]
+    mean = numpy.sum(0.5 * (q[1:] + q[:-1]) * numpy.diff(e)) / (e[-1] - e[0])
+    return numpy.array([mean, curve["volumetric_strain"][-1], curve["friction_J"][-1] - curve["friction_J"][0]])
+
+
+def together(curve, reference):
+    """Strain to which q is the reference's within PARTED of its largest."""
+    e, q, r = curve["axial_strain"], curve["deviatoric_stress_Pa"], reference["deviatoric_stress_Pa"]
+    apart = numpy.abs(q - numpy.interp(e, reference["axial_strain"], r)) > PARTED * numpy.abs(r).max()
+    return e[numpy.argmax(apart)] if apart.any() else e[-1]
+
+
+def settings_of(folder, scene):
+    """Per setting: CPU seconds, relative differences (packings x measures) and strains of parting."""
+    runs = {key: rows[0] for key, rows in grouped(read(os.path.join(folder, "runs.csv"))).items() if key[0] == scene}
+    curves = {key: shear(rows) for key, rows in grouped(read(os.path.join(folder, "curves.csv"))).items() if key[0] == scene}
+    done = {key for key, run in runs.items() if run["status"] == "finished"}
+    variants = list(dict.fromkeys(variant for _, _, variant in runs))
+    # Packings that all settings ran to their end.
+    seeds = [s for s in dict.fromkeys(seed for _, seed, _ in runs) if all((scene, s, v) in done for v in variants)]
+    if not seeds:
+        raise SystemExit(f"{folder}: no packing of {scene} that all of {len(variants)} settings finished")
+    base = numpy.mean([measured(curves[scene, s, REFERENCE]) for s in seeds], axis=0)
+    found = {}
+    for variant in variants:
+        keys = [(scene, s, variant) for s in seeds]
+        found[variant] = {
+            "fidelity": runs[keys[0]]["fidelity"],
+            "cpu_s": numpy.mean([float(runs[k]["cpu_s"]) - float(runs[k]["cpu_specimen_s"]) for k in keys]),
+            "apart": numpy.array([(measured(curves[k]) - measured(curves[scene, k[1], REFERENCE])) / numpy.abs(base) for k in keys]),
+            "together": [together(curves[k], curves[scene, k[1], REFERENCE]) for k in keys],
+        }
+    return seeds, found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("records")
+    parser.add_argument("--out", required=True)
+    parser.add_argument("--scene", default="specimen_60_deep")
+    given = parser.parse_args()
+    seeds, found = settings_of(given.records, given.scene)
+    count = len(seeds)
+    print(f"{count} packings: seeds {', '.join(seeds)}\n")
+    print("| setting | CPU s | " + " | ".join(f"{m}, mean (single)" for m in MEASURES) + " | q within 1 % to |")
+    print("|---" * (len(MEASURES) + 3) + "|")
+    with open(os.path.join(given.records, "bands.csv"), "w", newline="") as stream:
+        table = csv.writer(stream)
+        table.writerow(["setting", "cpu_s"] + [f"{m} {k}" for m in MEASURES for k in ("mean", "standard error", "rms")])
+        for variant, row in found.items():
+            mean, single = row["apart"].mean(axis=0), numpy.sqrt((row["apart"] ** 2).mean(axis=0))
+            error = row["apart"].std(axis=0, ddof=1) / numpy.sqrt(count) if count > 1 else numpy.full(len(MEASURES), numpy.nan)
+            table.writerow([variant, f"{row['cpu_s']:.4g}"] + [f"{x:.4g}" for m in zip(mean, error, single) for x in m])
+            cells = [f"{100 * a:+.1f} ± {100 * b:.1f} ({100 * c:.1f}) %" for a, b, c in zip(mean, error, single)]
+            reach = ", ".join(f"{100 * x:.2f}" for x in row["together"])
+            print(f"| {variant} | {row['cpu_s']:.0f} | " + " | ".join(cells) + f" | {reach} % |")
+    plt.rcParams.update({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "bands"})
+    figure, axes = plt.subplots(1, len(MEASURES), figsize=(4.0 * len(MEASURES), 3.4))
+    for k, (axis, measure) in enumerate(zip(axes, MEASURES)):
+        chance = 100 * numpy.sqrt((found[CHANCE]["apart"][:, k] ** 2).mean() / count)
+        axis.axhspan(-chance, chance, color="#dddddd", zorder=0, label=f"chance over {count} packings")
+        points = []
+        for variant, row in found.items():
+            if variant in (REFERENCE, CHANCE):
+                continue
+            colour, marker = LOOKS[row["fidelity"]]
+            mean = 100 * row["apart"][:, k].mean()
+            bar = 100 * row["apart"][:, k].std(ddof=1) / numpy.sqrt(count) if count > 1 else 0
+            filled = variant.endswith(", default")
+            axis.errorbar(row["cpu_s"], mean, yerr=bar, fmt=marker, color=colour, ms=7 if filled else 5, lw=1, capsize=2,
+                          mfc=colour if filled else "white")
+            words = variant.split(", ")[1]
+            axis.annotate(words, (row["cpu_s"], mean), xytext=(5, 4), textcoords="offset points", fontsize=6, color=colour)
+            points.append((variant, row["fidelity"], row["cpu_s"], abs(mean)))
+        best = front(points)
+        axis.plot([p[2] for p in best], [100 * found[p[0]]["apart"][:, k].mean() for p in best], ":", color="#888888", lw=1, zorder=1,
+                  label="Pareto front of the size of the mean")
+        axis.axhline(0, color="black", lw=0.6)
+        axis.set_xscale("log")
+        axis.set_xlabel("CPU time of a run [s]")
+        axis.set_title(measure)
+    axes[0].set_ylabel("mean over packings, off the full reference [%]")
+    for fidelity, (colour, marker) in LOOKS.items():
+        axes[0].plot([], [], marker, color=colour, label=fidelity)
+    axes[0].legend(fontsize=6, frameon=False)
+    figure.suptitle(f"{given.scene}: {count} packings, against full grains at increments of 1e-4 (bars: standard error)", fontsize=9)
+    figure.tight_layout()
+    figure.savefig(given.out)
+    figure.savefig(os.path.splitext(given.out)[0] + ".png", dpi=130)
+
+
+if __name__ == "__main__":
+    main()
