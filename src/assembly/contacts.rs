@@ -639,11 +639,6 @@ impl Contacts {
         self.pairs.iter().flat_map(|pair| pair.active().map(move |point| (pair, point)))
     }
 
-    /// Energy stored in active contact points between bodies [J].
-    pub fn contact_energy(&self) -> f64 {
-        self.active().map(|(_, point)| point.evaluation.energy + point.evaluation.tangential_energy).sum()
-    }
-
     /// Mean normal force over active contact points [N]; zero without any.
     pub fn mean_force(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0);

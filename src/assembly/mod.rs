@@ -47,7 +47,12 @@ pub fn residual_into(
 ) {
     residual.clear();
     residual.resize(dofs.count(), 0.0);
-    contact_forces_into(residual, dofs, contacts);
+    for pair in &contacts.pairs {
+        for point in pair.points.iter().filter(|p| p.evaluation.is_active()) {
+            dofs.scatter(residual, pair.a(), &point.evaluation.wrench[..6]);
+            dofs.scatter(residual, pair.b(), &point.evaluation.wrench[6..]);
+        }
+    }
     if model.cover.is_some() || model.wall.is_some() {
         let mut wrenches = vec![Vector6::zeros(); model.carriers()];
         pressure_loads_into(&mut wrenches, model, poses, loads.pressure);
@@ -73,14 +78,6 @@ pub fn residual_into(
     }
     full::node_forces_into(residual, model, dofs, contacts, loads, poses);
     contacts.network_forces_into(residual, dofs, poses);
-}
-
-/// Adds the forces of all active contacts between bodies into `forces` [N].
-pub fn contact_forces_into(forces: &mut [f64], dofs: &Dofs, contacts: &Contacts) {
-    for (pair, point) in contacts.active() {
-        dofs.scatter(forces, pair.a(), &point.evaluation.wrench[..6]);
-        dofs.scatter(forces, pair.b(), &point.evaluation.wrench[6..]);
-    }
 }
 
 /// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call

@@ -45,6 +45,9 @@ const SOFT_TOLERANCE: f64 = 1e-2;
 /// An augmentation that stopped because bodies went as far as they may, in a dwell, over one that did not.
 const ON_THE_WAY: f64 = 0.1;
 
+/// The bounds of falls after [`PATIENCE`] augmentations, where a collapse is followed in pieces: what moves on at a small force goes a small way in each.
+const LATE_FALLS: [f64; 2] = [5e-3, 1e-3];
+const PATIENCE: usize = 60;
 /// Falls in the search for one equilibrium; each waits twice as long as the one before.
 const MOST_FALLS: u32 = 6;
 
@@ -123,8 +126,7 @@ impl Newton<'_> {
         let mut damage = DamageWatch::new(self.model, settings);
         self.gather();
         let mut falls = 0;
-        let falling = settings.falling.filter(|_| self.can_fall());
-        let mut next_fall = falling.map(|falling| falling.after);
+        let mut next_fall = settings.falls_after.filter(|_| self.can_fall());
         let ended = |converged, balance, history, surface_energy| Equilibrium {
             converged,
             balance,
@@ -174,14 +176,15 @@ impl Newton<'_> {
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
-            let due = falling.filter(|_| next_fall.is_some_and(|next| history.len() > next));
-            let due = due.map(|falling| falling.at(history.len()));
-            if let Some(falling) = due.filter(|falling| balance.out_of_balance > falling.bounds[0]) {
+            let in_pieces = settings.fall_travel.is_finite();
+            let limits =
+                if in_pieces && history.len() > PATIENCE { LATE_FALLS } else { settings.fall_bounds };
+            if next_fall.is_some_and(|next| history.len() > next) && balance.out_of_balance > limits[0] {
                 falls += 1;
-                let next = history.len() + (falling.after.max(1) << falls);
-                next_fall = (falls < MOST_FALLS).then_some(next);
+                let next = |after: usize| history.len() + (after.max(1) << falls);
+                next_fall = settings.falls_after.filter(|_| falls < MOST_FALLS).map(next);
                 let (from, steps) = (balance.out_of_balance, self.counters.falling_steps);
-                let end = self.fall(&falling);
+                let end = self.fall(limits[1], settings.fall_steps);
                 let (steps, to) = (self.counters.falling_steps - steps, self.balance().out_of_balance);
                 tracing::debug!(from, to, steps, ?end, "fall");
                 if end == FallEnd::Far {

@@ -61,7 +61,7 @@ pub struct IncrementReport {
     pub measures: ContactMeasures,
     /// Damage of the bodies that can break.
     pub damage: Damages,
-    /// Whether bodies fell as far as they may before a commit ([`Falling::travel`](crate::solver::Falling)).
+    /// Whether bodies fell as far as they may before a commit ([`Settings::fall_travel`]).
     pub fell: bool,
     /// The load factor that the loads' control was found to need; zero without one.
     pub factor: f64,

@@ -25,7 +25,7 @@ pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
 pub use pace::{Pace, motion_between};
 pub use plain::{TangentPart, plain_newton};
-pub use settings::{Falling, Settings};
+pub use settings::{FALL_REBASE, Settings};
 pub use start::{Start, continued_fields, continued_poses};
 pub use stop::StopSignal;
 

@@ -4,11 +4,10 @@ use crate::model::Travel;
 use crate::solver::damage::DamageSettings;
 use crate::solver::stop::StopSignal;
 
+/// Steps of a fall after which friction is re-based where it is to work along the way.
+pub const FALL_REBASE: usize = 20;
 /// Most steps of a fall while grains are seated.
 const SEATING_STEPS: usize = 5000;
-/// Bounds of falls in a collapse after [`PATIENCE`] augmentations.
-const LATE_BOUNDS: [f64; 2] = [5e-3, 1e-3];
-const PATIENCE: usize = 60;
 
 /// Everything that can be set. The defaults are those measured in ARCHITECTURE.md.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,8 +29,16 @@ pub struct Settings {
     /// Whether this is a dwell: contacts begin soft, holds fall as far as they have to, and augmentations that stop because bodies
     /// went as far as they may count a tenth.
     pub dwells: bool,
-    /// How bodies fall that are far from balance; `None`: they do not.
-    pub falling: Option<Falling>,
+    /// Augmentations before bodies that are far from balance fall (`solver::fall`); `None`: never.
+    pub falls_after: Option<usize>,
+    /// Bodies fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
+    pub fall_bounds: [f64; 2],
+    /// How far bodies fall before a state is committed, over the smallest rounding; friction acts against the way since then.
+    pub fall_travel: f64,
+    /// Most steps of a fall.
+    pub fall_steps: usize,
+    /// Steps of a fall after which friction is re-based, so that it acts against the way from there on; `None`: not before a commit.
+    pub fall_rebase: Option<usize>,
     /// Newton iterations in an augmentation.
     pub max_newton: usize,
     /// Backtracking steps in a line search.
@@ -61,54 +68,6 @@ pub struct Settings {
     pub stop: StopSignal,
 }
 
-/// How bodies that are far from balance fall (`solver::fall`).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Falling {
-    /// Augmentations before they do.
-    pub after: usize,
-    /// They fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
-    pub bounds: [f64; 2],
-    /// How far before a state is committed, over the smallest rounding.
-    pub travel: f64,
-    pub most_steps: usize,
-    /// Steps after which friction is re-based, so that it acts against the way from there on.
-    pub rebase: usize,
-    /// Whether bodies keep their momentum but for a little damping, so that what they set free goes to friction; else they come to rest soon.
-    pub inertia: bool,
-}
-
-impl Default for Falling {
-    /// The shortest way to a balance.
-    fn default() -> Self {
-        Falling {
-            after: 8,
-            bounds: [0.1, 0.03],
-            travel: f64::INFINITY,
-            most_steps: 3000,
-            rebase: 20,
-            inertia: false,
-        }
-    }
-}
-
-impl Falling {
-    /// Collapses, most of whose energy goes to friction.
-    pub fn collapse() -> Self {
-        Falling { after: 0, travel: 5.0, rebase: 1, inertia: true, ..Falling::default() }
-    }
-
-    /// Loose grains, which have a long way to go.
-    pub fn seating() -> Self {
-        Falling { after: 0, most_steps: SEATING_STEPS, ..Falling::default() }
-    }
-
-    /// The same after so many augmentations: in a collapse that goes on at small forces, bodies then fall at those too.
-    pub(super) fn at(self, augmentations: usize) -> Self {
-        let late = self.travel.is_finite() && augmentations > PATIENCE;
-        Falling { bounds: if late { LATE_BOUNDS } else { self.bounds }, ..self }
-    }
-}
-
 impl Default for Settings {
     fn default() -> Self {
         Settings {
@@ -119,7 +78,11 @@ impl Default for Settings {
             max_augmentations: 600,
             max_dwell: 0,
             dwells: false,
-            falling: None,
+            falls_after: None,
+            fall_bounds: [0.1, 0.03],
+            fall_travel: f64::INFINITY,
+            fall_steps: 3000,
+            fall_rebase: None,
             max_newton: 12,
             max_backtracks: 5,
             motion_cap: 0.6,
@@ -157,15 +120,21 @@ impl Settings {
         }
     }
 
-    /// For increments in which bodies may fall.
-    pub fn falling(&self, falling: Falling) -> Self {
-        Settings { falling: Some(falling), ..self.clone() }
+    /// For grains that broke, and increments that were given up at their smallest: bodies that do not soon come to rest fall.
+    pub fn falling(&self) -> Self {
+        Settings { falls_after: Some(8), ..self.clone() }
     }
 
     /// For grains that are brought into touch, from a rough balance on: where augmentations do not soon lead to it, they fall again.
     pub fn falling_together(&self) -> Self {
-        let bounds = [3.0 * self.force_tolerance, self.force_tolerance];
-        self.falling(Falling { bounds, after: 8, ..Falling::seating() })
+        let tolerance = self.force_tolerance;
+        Settings {
+            falls_after: Some(8),
+            fall_bounds: [3.0 * tolerance, tolerance],
+            fall_rebase: Some(FALL_REBASE),
+            fall_steps: SEATING_STEPS,
+            ..self.clone()
+        }
     }
 
     /// For bodies that have a long way to fall; `None` where a stop is wanted instead.

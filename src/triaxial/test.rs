@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
 use crate::solver::{
-    DamageSettings, Dossier, Energies, Falling, Increment, IncrementReport, Pace, Settings, advance,
+    DamageSettings, Dossier, Energies, FALL_REBASE, Increment, IncrementReport, Pace, Settings, advance,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
@@ -69,12 +69,14 @@ const AREA_TRIALS: usize = 5;
 const DWELL_SHARE: f64 = 1e-3;
 /// Rough balances that a dwell gets where it does not find a fine one.
 const MOST_SETTLINGS: usize = 10;
-/// Pieces in which a dwell may follow a collapse.
+/// Pieces in which a dwell may follow a collapse, each of about a rounding.
 const MOST_PIECES: usize = 300;
 /// Augmentations of an increment of a specimen that has broken, before its grains fall.
 const LATE: usize = 60;
 /// The same where no grain has broken.
 const SOON: usize = 20;
+/// How far bodies fall in a piece, over the smallest rounding.
+const PIECE: f64 = 1.0;
 /// Increments in a row that may be accepted in rough balance.
 const MOST_ROUGH: usize = 50;
 /// Times that an increment is repeated since a grain ought to have been condensed in it.
@@ -167,16 +169,21 @@ fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
     if rig.model.is_broken() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
 }
 
-/// How bodies may fall in an increment; `None` where they may not.
-fn falling(rig: &Rig, way: &UnderWay) -> Option<Falling> {
+/// How bodies may fall in an increment; `None` where they may not. Friction works along the whole fall, but for the pieces in which a dwell follows
+/// grains that break: each of those begins anew, and its damage with it.
+fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
+    let falling = rig.settings.falling();
     if way.dwells {
-        return Some(Falling::collapse());
+        let falls_after = if way.pieces > 0 { Some(1) } else { falling.falls_after };
+        return Some(Settings { fall_travel: PIECE, falls_after, ..falling });
     }
     if way.falls {
-        return Some(Falling::default());
+        return Some(Settings { fall_rebase: Some(FALL_REBASE), ..falling });
     }
-    let after = if rig.model.is_broken() { Some(LATE) } else { may_fall(rig, way).then_some(SOON) };
-    after.map(|after| Falling { after, ..Falling::default() })
+    let broken = rig.model.is_broken();
+    let falls_after = if broken { Some(LATE) } else { may_fall(rig, way).then_some(SOON) };
+    let fall_rebase = may_fall(rig, way).then_some(FALL_REBASE);
+    falls_after.map(|_| Settings { falls_after, fall_rebase, ..falling })
 }
 
 /// An increment that found no balance.
@@ -424,7 +431,7 @@ impl Test {
         let (area, pressure) = (now.volume / now.height, now.pressure);
         let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
         let loads = way.drive.loads(rig, share, to, &guess);
-        let mut settings = rig.settings.falling(Falling::default()).for_seating();
+        let mut settings = rig.settings.falling().for_seating();
         settings.damage.moves = false;
         let increment =
             Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
@@ -551,8 +558,10 @@ impl Test {
             damage: DamageSettings { moves: false, ..rig.settings.damage },
             ..rig.settings.clone()
         };
-        let mut settings = fine.for_seating().falling(Falling::seating());
+        let rough = fine.for_seating().falling_together();
         let fine = fine.falling_together();
+        let fall_bounds = rig.settings.fall_bounds;
+        let mut settings = Settings { falls_after: Some(0), fall_bounds, ..rough };
         loop {
             let increment = Increment {
                 model: &rig.model,
@@ -602,7 +611,8 @@ impl Test {
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let (mut counters, mut longest) = (Counters::default(), Vec::new());
-        let settings = &Settings { falling: falling(rig, way), ..rig.settings.clone() };
+        let falling = falling(rig, way);
+        let settings = falling.as_ref().unwrap_or(&rig.settings);
         for _ in 0..AREA_TRIALS {
             let loads = drive.loads(rig, share, to, &guess);
             let increment =
