@@ -20,20 +20,14 @@ import matplotlib.pyplot as plt
 import matplotlib.ticker
 import numpy
 
-from chart import LOOKS, REFERENCE, front, grouped, read
+from chart import LOOKS, REFERENCE, front, grouped, read, shear
 
 CHANCE = "full, tolerance halved"
 MEASURES = ["q", "volume strain", "friction"]
 PARTED = 0.01
+COLUMNS = ["axial_strain", "deviatoric_stress_Pa", "volumetric_strain", "friction_J"]
 # What is varied, by the name of a setting.
 WORDS = {"default": "2e-4", "increments x0.5": "4e-4", "increments x2": "1e-4", "accuracy 0.05": "acc. 0.05", "accuracy 0.1": "acc. 0.1"}
-
-
-def shear(rows):
-    last = max(int(r["stage"]) for r in rows)
-    rows = [r for r in rows if int(r["stage"]) == last]
-    return {k: numpy.array([float(r[k]) for r in rows])
-            for k in ("axial_strain", "deviatoric_stress_Pa", "volumetric_strain", "friction_J")}
 
 
 def measured(curve):
@@ -51,9 +45,9 @@ def together(curve, reference):
 
 
 def settings_of(folder, scene):
-    """Per setting: CPU seconds, relative differences (packings x measures) and strains of parting."""
+    """Per setting: CPU seconds, mean, standard error and root mean square of relative differences (a number a measure) and strains of parting."""
     runs = {key: rows[0] for key, rows in grouped(read(os.path.join(folder, "runs.csv"))).items() if key[0] == scene}
-    curves = {key: shear(rows) for key, rows in grouped(read(os.path.join(folder, "curves.csv"))).items() if key[0] == scene}
+    curves = {key: dict(zip(COLUMNS, shear(rows, *COLUMNS))) for key, rows in grouped(read(os.path.join(folder, "curves.csv"))).items() if key[0] == scene}
     done = {key for key, run in runs.items() if run["status"] == "finished"}
     variants = list(dict.fromkeys(variant for _, _, variant in runs))
     # Packings that all settings ran to their end.
@@ -65,10 +59,13 @@ def settings_of(folder, scene):
     found = {}
     for variant in variants:
         keys = [(scene, s, variant) for s in seeds]
+        apart = numpy.array([(measured(curves[k]) - measured(curves[scene, k[1], REFERENCE])) / numpy.abs(base) for k in keys])
         found[variant] = {
             "fidelity": runs[keys[0]]["fidelity"],
             "cpu_s": numpy.mean([float(runs[k]["cpu_s"]) - float(runs[k]["cpu_specimen_s"]) for k in keys]),
-            "apart": numpy.array([(measured(curves[k]) - measured(curves[scene, k[1], REFERENCE])) / numpy.abs(base) for k in keys]),
+            "mean": apart.mean(axis=0),
+            "error": apart.std(axis=0, ddof=1) / numpy.sqrt(len(seeds)) if len(seeds) > 1 else numpy.full(len(MEASURES), numpy.nan),
+            "single": numpy.sqrt((apart ** 2).mean(axis=0)),
             "together": [together(curves[k], curves[scene, k[1], REFERENCE]) for k in keys],
         }
     return seeds, found
@@ -89,8 +86,7 @@ def main():
         table = csv.writer(stream)
         table.writerow(["setting", "cpu_s"] + [f"{m} {k}" for m in MEASURES for k in ("mean", "standard error", "rms")])
         for variant, row in found.items():
-            mean, single = row["apart"].mean(axis=0), numpy.sqrt((row["apart"] ** 2).mean(axis=0))
-            error = row["apart"].std(axis=0, ddof=1) / numpy.sqrt(count) if count > 1 else numpy.full(len(MEASURES), numpy.nan)
+            mean, error, single = row["mean"], row["error"], row["single"]
             table.writerow([variant, f"{row['cpu_s']:.4g}"] + [f"{x:.4g}" for m in zip(mean, error, single) for x in m])
             cells = [f"{100 * a:+.1f} ± {100 * b:.1f} ({100 * c:.1f}) %" for a, b, c in zip(mean, error, single)]
             reach = ", ".join(f"{100 * x:.2f}" for x in row["together"])
@@ -98,25 +94,25 @@ def main():
     plt.rcParams.update({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "bands"})
     figure, axes = plt.subplots(1, len(MEASURES), figsize=(4.0 * len(MEASURES), 3.4))
     for k, (axis, measure) in enumerate(zip(axes, MEASURES)):
-        chance = 100 * numpy.sqrt((found[CHANCE]["apart"][:, k] ** 2).mean() / count)
+        chance = 100 * found[CHANCE]["single"][k] / numpy.sqrt(count)
         axis.axhspan(-chance, chance, color="#dddddd", zorder=0, label=f"chance over {count} packings")
         points = []
         for variant, row in found.items():
             if variant in (REFERENCE, CHANCE):
                 continue
             colour, marker = LOOKS[row["fidelity"]]
-            mean = 100 * row["apart"][:, k].mean()
-            bar = 100 * row["apart"][:, k].std(ddof=1) / numpy.sqrt(count) if count > 1 else 0
+            mean, bar = 100 * row["mean"][k], 100 * row["error"][k]
             filled = variant.endswith(", default")
             axis.errorbar(row["cpu_s"], mean, yerr=bar, fmt=marker, color=colour, ms=7 if filled else 5, lw=1, capsize=2,
                           mfc=colour if filled else "white")
-            words = WORDS.get(variant.split(", ")[1], variant.split(", ")[1])
+            name = variant.split(", ")[1]
+            words = WORDS.get(name, name)
             side = 1 if len(points) % 2 else -1
             axis.annotate(words, (row["cpu_s"], mean), xytext=(6 * side, 4), textcoords="offset points", fontsize=7, color=colour,
                           ha="left" if side > 0 else "right")
             points.append((variant, row["fidelity"], row["cpu_s"], abs(mean)))
         best = front(points)
-        axis.plot([p[2] for p in best], [100 * found[p[0]]["apart"][:, k].mean() for p in best], ":", color="#888888", lw=1, zorder=1,
+        axis.plot([p[2] for p in best], [100 * found[p[0]]["mean"][k] for p in best], ":", color="#888888", lw=1, zorder=1,
                   label="Pareto front of the size of the mean")
         axis.axhline(0, color="black", lw=0.6)
         axis.set_xscale("log")

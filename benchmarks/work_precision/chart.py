@@ -45,13 +45,15 @@ def grouped(rows):
     return groups
 
 
+def shear(rows, *columns):
+    """Columns of the last stage."""
+    last = max(int(r["stage"]) for r in rows)
+    rows = [r for r in rows if int(r["stage"]) == last]
+    return [numpy.array([float(r[k]) for r in rows]) for k in columns]
+
+
 def shear_error(rows, reference, column):
-    """Over the last stage."""
-    def curve(rows):
-        last = max(int(r["stage"]) for r in rows)
-        rows = [r for r in rows if int(r["stage"]) == last]
-        return (numpy.array([float(r[k]) for r in rows]) for k in ("axial_strain", column))
-    (e, y), (e0, y0) = curve(rows), curve(reference)
+    (e, y), (e0, y0) = (shear(of, "axial_strain", column) for of in (rows, reference))
     return numpy.sqrt(numpy.mean((y - numpy.interp(e, e0, y0)) ** 2)) / numpy.abs(y0).max()
 
 

@@ -54,11 +54,12 @@ CHOSEN = {
 }
 CELLS = {"12 cells": {"/specimen/cells_per_grain": 12}, "100 cells": {"/specimen/cells_per_grain": 100}}
 # To large strains, where snaps part single runs: means over strain and seeds, and what chance alone does ("tolerance halved").
+INCREMENTS = {name: COMMON[name] for name in ("increments x0.5", "default", "increments x2")}
 DEEP = {
     "full": {"reference": {"increments": 2}, "tolerance halved": {"increments": 2, "/solver/force_tolerance": 5e-4}, "default": {}},
-    "condensed": {"increments x0.5": {"increments": 0.5}, "default": {}, "increments x2": {"increments": 2}},
-    "rigid": {"increments x0.5": {"increments": 0.5}, "default": {}, "increments x2": {"increments": 2}},
-    "auto": {"accuracy 0.05": {"/solver/accuracy": 0.05}, "accuracy 0.1": {"/solver/accuracy": 0.1}},
+    "condensed": INCREMENTS,
+    "rigid": INCREMENTS,
+    "auto": {name: CHOSEN[name] for name in ("accuracy 0.05", "accuracy 0.1")},
 }
 REFERENCE = {"reference": {"increments": 4, "/solver/force_tolerance": 1e-5, "/solver/gap_tolerance": 1e-8}}
 

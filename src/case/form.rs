@@ -164,7 +164,7 @@ impl Form {
             Form::Count(low, high) => format!("a whole number from {low} to {high}"),
             Form::Text => "a text in quotes".into(),
             Form::Flag => "true or false".into(),
-            Form::Choice(words) => words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(", "),
+            Form::Choice(words) => quoted(words.iter().copied()),
             Form::Tuple(items) => match items.first() {
                 Some(first) => format!("a list of {}, each {}", items.len(), first.accepted()),
                 None => "an empty list".into(),
@@ -175,11 +175,9 @@ impl Form {
             Form::Object(keys) | Form::Overrides(keys) => format!("an object with the keys {}", names(keys)),
             Form::OneOf(keys) => format!("an object with one of the keys {}", names(keys)),
             Form::Kinds(kinds) => {
-                let names = |kinds: &mut dyn Iterator<Item = &Kind>| {
-                    kinds.map(|kind| format!("\"{}\"", kind.name)).collect::<Vec<_>>().join(", ")
-                };
-                let object = format!("an object with a \"kind\" of {}", names(&mut kinds.iter()));
-                let words = names(&mut kinds.iter().filter(|kind| kind.is_word()));
+                let object =
+                    format!("an object with a \"kind\" of {}", quoted(kinds.iter().map(|kind| kind.name)));
+                let words = quoted(kinds.iter().filter(|kind| kind.is_word()).map(|kind| kind.name));
                 if words.is_empty() { object } else { format!("{object}, or alone the word {words}") }
             }
             Form::Named(_) => "an object with names as its keys".into(),
@@ -191,6 +189,11 @@ impl Form {
             Form::Either(forms) => forms.iter().map(Form::accepted).collect::<Vec<_>>().join(", or "),
         }
     }
+}
+
+/// Words in quotes for a message.
+fn quoted(words: impl Iterator<Item = &'static str>) -> String {
+    words.map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
 }
 
 /// The names of keys for a message.
