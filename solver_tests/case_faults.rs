@@ -95,6 +95,34 @@ fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
 }
 
 #[test]
+fn rubble_is_kept_by_grains_that_are_rigid_in_their_contacts() {
+    let refused = |base: &str, overrides: &[(&str, Value)]| {
+        let mut raw = RawCase::parse(Path::new("case.json"), base).expect("parses");
+        let set: Vec<(String, Value)> =
+            overrides.iter().map(|(at, to)| (at.to_string(), to.clone())).collect();
+        raw.set(&set);
+        let faults = riprap::case::unsupported(&raw.check().expect("a sound case"));
+        let of_rubble = faults.into_iter().filter(|fault| fault.path.ends_with("rubble"));
+        of_rubble.map(|fault| fault.path).collect::<Vec<_>>()
+    };
+    let kept = ("/rock/damage/rubble", json!("kept"));
+    let [path, none]: [&[&str]; 2] = [&["$.rock.damage.rubble"], &[]];
+    assert_eq!(refused(SPECIMEN, std::slice::from_ref(&kept)), none);
+    assert_eq!(refused(SPECIMEN, &[kept.clone(), ("/solver/fidelity", json!("condensed"))]), path);
+    assert_eq!(refused(SPECIMEN, &[kept.clone(), ("/solver/accuracy", json!(0.05))]), path);
+    let removed = ("/rock/damage/rubble", json!("removed"));
+    assert_eq!(refused(SPECIMEN, &[removed, ("/solver/fidelity", json!("condensed"))]), none);
+    let strong = [("/rock/compressive_strength", json!(2e8)), ("/rock/tensile_strength", json!(2e7))];
+    let damage = |rubble: &str| json!({"exponent": 3, "rubble": rubble});
+    let scene = |rubble: &str| [("/rock/damage", damage(rubble)), strong[0].clone(), strong[1].clone()];
+    assert_eq!(refused(SCENE, &scene("removed")), none);
+    assert_eq!(refused(SCENE, &scene("kept")), path);
+    let [_, compressive, tensile] = scene("removed");
+    let own = ("/scene/bodies/1/rock/damage", damage("kept"));
+    assert_eq!(refused(SCENE, &[own, compressive, tensile]), ["$.scene.bodies[1].rock.damage.rubble"]);
+}
+
+#[test]
 fn an_energy_gate_may_be_a_tolerance() {
     let mut raw = RawCase::parse(Path::new("x.json"), SPECIMEN).expect("JSON");
     raw.set(&[("/solver/energy_gate".into(), json!(0.02))]);

@@ -14,13 +14,13 @@ use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, StageEnd, Test}
 
 use crate::ready::{consolidate, drive, rig, run, specimen};
 
-/// The rig around sixteen grains whose rock has this tensile strength [Pa], a tenth of that in compression.
+/// The rig around sixteen grains whose rock has this tensile strength [Pa], a tenth of that in compression; what fails leaves.
 fn breakable(tensile: f64) -> Rig {
-    breakable_by_cells(&|_, _| tensile)
+    breakable_by_cells(&|_, _| tensile, false)
 }
 
 /// The same with strengths by grain and cell.
-fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64) -> Rig {
+fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, keeps_rubble: bool) -> Rig {
     let parameters = DamageParameters::default();
     let elastic = Elastic::new(3e10, 0.2).expect("allowed");
     let law =
@@ -32,6 +32,7 @@ fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64) -> Rig {
         let ancestry = Ancestry::of_grain(index as u32);
         let laws = (0..cells).map(|cell| law(tensile(index, cell))).collect();
         let damaged = DamagedGrain::over(condensed.clone(), laws, 2700.0, ancestry).expect("a grain");
+        let damaged = if keeps_rubble { damaged.keeping_rubble() } else { damaged };
         (condensed, Some(Arc::new(damaged)))
     });
     let mut rig = rig(Cover::Pressure(Rims::Bonded));
@@ -60,6 +61,33 @@ const WEAK: f64 = 1e6;
 
 #[test]
 fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
+    break_on(false);
+}
+
+/// As without; and no room is lost: a grain that never came apart has the contact body that it was generated with, and its cells and its
+/// rubble are all cells.
+#[test]
+fn weak_grains_that_stay_as_rubble_keep_their_room() {
+    let whole = break_on(true);
+    let before = breakable(WEAK).model;
+    let mut crushed = 0;
+    for (index, first) in before.bodies.iter().enumerate() {
+        let (Some(generated), Some(grain)) = (&first.damaged, &whole.model.bodies[index].damaged) else {
+            continue;
+        };
+        if grain.ancestry().generation == 0 {
+            crushed += grain.rubble().len();
+            assert!(whole.model.bodies[index].nominal == first.nominal, "{index}");
+            let share = grain.room() / generated.room();
+            assert!((share - 1.0).abs() < 1e-12, "{index}: {share}");
+        }
+    }
+    assert!(crushed >= 1);
+}
+
+/// Shears weak grains until some have lost cells; where it ended.
+fn break_on(keeps_rubble: bool) -> Rig {
+    let breakable = |strength| breakable_by_cells(&|_, _| strength, keeps_rubble);
     let mut whole = breakable(WEAK);
     let (mut test, mut rows) = consolidate(&mut whole, 6);
     let stage = drive(1e-3, Lateral::Pressure);
@@ -91,6 +119,7 @@ fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
     assert_eq!(end, StageEnd::Finished);
     assert_eq!(format!("{rest:?}"), format!("{:?}", &rows[done..]));
     assert!(fresh.committed == whole.committed);
+    whole
 }
 
 /// Strengths of rock number `draw` [Pa]: from 2 to 5 MPa, another in each cell.
@@ -111,7 +140,7 @@ fn half_the_limit_of_damage_breaks_as_many_cells() {
     let mut compared = 0;
     for number in 0..4 {
         let [full, half] = [0.2, 0.1].map(|limit| {
-            let mut rig = breakable_by_cells(&draw(number));
+            let mut rig = breakable_by_cells(&draw(number), false);
             rig.settings.damage.max_change = limit;
             let (mut test, mut rows) = consolidate(&mut rig, 6);
             let (sheared, end) = run(&mut rig, &mut test, &drive(1.5e-3, Lateral::Pressure));

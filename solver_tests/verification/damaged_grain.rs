@@ -228,6 +228,44 @@ fn grain_cut_in_two_gives_two_free_grains() {
     assert!(again.break_up(&[], 1, 0.0).expect("no error").is_none(), "nothing has failed in it");
 }
 
+/// The cells between two halves, which failed, and a part too small to go on: where they stay as rubble each goes with one of the parts, hangs on to it
+/// by a facet, and together they fill the grain. Without that nothing of them is left.
+#[test]
+fn rubble_goes_with_the_part_that_it_hangs_on_to() {
+    let mesh = mesh(90);
+    let centre = mesh.centroid().z;
+    let between = |cell: CellId| {
+        let z = mesh.corners(cell).map(|p| p.z - centre);
+        !(z.iter().all(|z| *z > 0.0) || z.iter().all(|z| *z < 0.0))
+    };
+    let grain = with_failed_cells(&mesh, between, Ancestry::of_grain(0));
+    let gone = grain.break_up(&[], 0, 0.0).expect("a break-up").expect("cells have failed");
+    assert!(gone.fragments.iter().all(|part| part.grain.rubble().is_empty()) && gone.fragments.len() >= 2);
+    let smallest = gone.fragments[gone.fragments.len() - 1].grain.mesh().volume();
+    for least in [0.0, 1.001 * smallest] {
+        let grain = with_failed_cells(&mesh, between, Ancestry::of_grain(0)).keeping_rubble();
+        let outcome = grain.break_up(&[], 0, least).expect("a break-up").expect("cells have failed");
+        assert_eq!(outcome.lost.len(), usize::from(least > 0.0));
+        let mut cells: Vec<CellId> = Vec::new();
+        for part in &outcome.fragments {
+            let filled = part.grain.mesh_with_rubble().expect("a mesh");
+            assert_eq!(filled.connected_parts().len(), 1);
+            assert!((filled.volume() / part.grain.room() - 1.0).abs() < 1e-12);
+            assert!(outcome.fragments.len() == 1 || !part.grain.rubble().is_empty());
+            cells.extend(part.grain.origin_cells().iter().chain(part.grain.rubble()));
+        }
+        cells.sort_unstable();
+        assert_eq!(cells, mesh.cell_ids().collect::<Vec<_>>(), "each cell once");
+        // What has become rubble stays so, with the part that breaks off it.
+        let first = &outcome.fragments[0].grain;
+        let moved = first.moved_to(&Vec3::new(1e-3, 0.0, 0.0)).expect("a grain");
+        assert_eq!(moved.rubble(), first.rubble());
+        let shift = first.mesh_with_rubble().expect("a mesh").centroid()
+            - moved.mesh_with_rubble().expect("a mesh").centroid();
+        assert!((shift - Vec3::new(1e-3, 0.0, 0.0)).norm() < 1e-15);
+    }
+}
+
 #[test]
 fn parts_joined_by_an_edge_or_a_node_come_apart() {
     let p = |x: f64, y: f64, z: f64| Vec3::new(x, y, z) * 1e-2;

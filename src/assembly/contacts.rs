@@ -42,6 +42,8 @@ const ELASTIC_MARGIN: f64 = 0.1;
 /// The least that damage leaves of a brittle body's share of a contact's spring. Below it the overlap that a force takes would no longer fit
 /// into the rounding; what is worth less than this fails.
 const LEAST_FIRMNESS: f64 = 0.1;
+/// A contact further than this from the rock below it, over the rounding, is on rubble, where there is any.
+const RUBBLE_DEPTH: f64 = 2.0;
 
 /// One contact point in the present configuration.
 #[derive(Debug, Clone, Copy)]
@@ -178,8 +180,16 @@ impl PairWork {
             now: &fields[body],
             committed: committed.get(body).map_or(&[], |field| &field[..]),
         };
-        let brittle = model.bodies[a].is_brittle() || model.bodies[b].is_brittle();
-        let firm = |body: usize, place: &Option<SurfacePoint>| match place {
+        let brittle = model.bodies[a].softens() || model.bodies[b].softens();
+        let on_rubble = |body: usize, place: &SurfacePoint, point: &Vec3| {
+            let grain = model.bodies[body].damaged.as_ref();
+            let depth = RUBBLE_DEPTH * model.shapes[body].rounded.radius;
+            grain.is_some_and(|grain| !grain.rubble().is_empty())
+                && (place.position - poses[body].to_body(point)).norm() > depth
+        };
+        let firm = |body: usize, place: &Option<SurfacePoint>, point: &Vec3| match place {
+            _ if model.bodies[body].is_rubble => LEAST_FIRMNESS,
+            Some(place) if on_rubble(body, place, point) => LEAST_FIRMNESS,
             Some(place) if model.bodies[body].is_brittle() => {
                 trial.firmness(model, body, place.facet).max(LEAST_FIRMNESS)
             }
@@ -224,7 +234,8 @@ impl PairWork {
                     let scale = last.map_or(first_scale, |h| h.scale);
                     let mut spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale);
                     if brittle {
-                        let left = model.softened_share([a, b], [firm(a, &spot.on_a), firm(b, &spot.on_b)]);
+                        let firmness = [firm(a, &spot.on_a, &point), firm(b, &spot.on_b, &point)];
+                        let left = model.softened_share([a, b], firmness);
                         let memory = carried.point(site.feature);
                         spot.firmness = memory.map_or(left, |memory| memory.firmness.min(left));
                     }

@@ -28,6 +28,7 @@ fn block(kind: BodyKind, size: [f64; 3]) -> (Body, ContactShape) {
         full: None,
         damaged: None,
         resting: None,
+        is_rubble: false,
         nominal,
     };
     (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))

@@ -22,6 +22,17 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
         }
         Geometry::Scene(scene) => {
+            let problem = "rubble is kept in specimens only";
+            let mut refuse_rubble = |path: &str| refuse(path, "\"kept\"", problem, "\"removed\"");
+            if keeps_rubble(&case.rock) {
+                refuse_rubble("$.rock.damage.rubble");
+            } else {
+                // What a body's rock does not say is the case's.
+                let keeps = |body: &BodyCase| body.rock.as_ref().is_some_and(keeps_rubble);
+                for index in (0..scene.bodies.len()).filter(|index| keeps(&scene.bodies[*index])) {
+                    refuse_rubble(&format!("$.scene.bodies[{index}].rock.damage.rubble"));
+                }
+            }
             let breaks = |body: &BodyCase| {
                 let rock = body.rock.as_ref().unwrap_or(&case.rock);
                 let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
@@ -63,6 +74,10 @@ fn patches(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     }
 }
 
+fn keeps_rubble(rock: &RockCase) -> bool {
+    rock.damage.is_some_and(|damage| damage.rubble == RubbleCase::Kept)
+}
+
 /// What does not go together with grains that break.
 fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     let fidelity = match case.fidelity_of_grains() {
@@ -73,6 +88,13 @@ fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
         let problem = "grains damage where they are rigid or condensed";
         let accepted = "\"auto\", \"rigid\", \"condensed\", or \"damage\": null";
         refuse("$.solver.fidelity", fidelity, problem, accepted);
+    }
+    let deforming =
+        case.fidelity_of_grains() == Fidelity::Condensed || case.solver.chosen_accuracy().is_some();
+    if keeps_rubble(&case.rock) && deforming {
+        let problem = "rubble is kept where grains are rigid in their contacts";
+        let accepted = "\"removed\", or fidelity \"auto\" without an accuracy or \"rigid\"";
+        refuse("$.rock.damage.rubble", "\"kept\"", problem, accepted);
     }
     let membrane = match case.membrane {
         MembraneCase::Pressure { .. } => None,

@@ -298,6 +298,12 @@ static DAMAGE: &[Key] = &[
         "0.02",
         "Parts that come apart with less than this share of the volume of the grain as generated are dust: they leave the model, and count as deleted cells and in the finest class of the grading.",
     ),
+    Key::default(
+        "rubble",
+        Choice(&["removed", "kept"]),
+        "\"removed\"",
+        "Cells that have failed: removed, as in the source, so that the rock loses their volume and what they held falls in; or kept as rubble that carries no stress inside the grain but goes on taking its room in contacts, a tenth as stiff. Kept is for grains that are rigid in their contacts.",
+    ),
 ];
 
 static CONTACT: &[Key] = &[

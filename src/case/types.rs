@@ -295,6 +295,17 @@ pub struct DamageCase {
     pub fracture_energy: Option<f64>,
     /// Parts below this share of the grain as generated are dust.
     pub least_fragment: f64,
+    pub rubble: RubbleCase,
+}
+
+/// What becomes of cells that have failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RubbleCase {
+    /// They leave, and the grain is smaller.
+    Removed,
+    /// They stay in the contact body of the part that they hang on to.
+    Kept,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

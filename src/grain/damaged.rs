@@ -12,6 +12,7 @@
 //!
 //! Source: Ma, Zhou, Chang & Zhou (2011), section 2.3, for failing points and deleted cells.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::Vector6;
@@ -19,6 +20,7 @@ use nalgebra::Vector6;
 use crate::element::{POINT_COUNT, StraightTet10};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
+use crate::grain::stored::placed;
 use crate::grain::surface::SurfacePoint;
 use crate::material::{DamageLaw, DamageState, Elastic};
 use crate::mesh::{CellId, Mesh};
@@ -97,6 +99,7 @@ pub(super) struct Past {
     pub origin: Arc<Mesh>,
     pub offset: Vec3,
     pub lasting: bool,
+    pub rubble: Option<Arc<Vec<CellId>>>,
 }
 
 /// States of all points and the factor that goes with them.
@@ -137,6 +140,8 @@ pub struct DamagedGrain {
     pub(super) offset: Vec3,
     /// Whether points that fail keep what the threshold leaves them until the commit.
     pub(super) lasting: bool,
+    /// Failed cells that this body goes on taking room with ([`Self::keeping_rubble`]), as [`Self::origin_cells`]; `None` where they leave.
+    pub(super) rubble: Option<Arc<Vec<CellId>>>,
     /// Displacement of the nodes in the last committed state, before points that failed in it were taken out [m].
     displaced: Vec<Vec3>,
 }
@@ -267,7 +272,8 @@ impl DamagedGrain {
         let mesh = condition.condensed.mesh();
         let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
         let origin = Arc::new(mesh.clone());
-        let past = Past { origin_cells, exposed, ancestry, origin, offset: Vec3::zeros(), lasting };
+        let offset = Vec3::zeros();
+        let past = Past { origin_cells, exposed, ancestry, origin, offset, lasting, rubble: None };
         Self::assemble(laws, density, condition, past)
     }
 
@@ -277,7 +283,7 @@ impl DamagedGrain {
         committed: Condition,
         past: Past,
     ) -> Result<Self> {
-        let Past { origin_cells, exposed, ancestry, origin, offset, lasting } = past;
+        let Past { origin_cells, exposed, ancestry, origin, offset, lasting, rubble } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
             pace: vec![[Pace::default(); POINT_COUNT]; laws.len()],
@@ -295,6 +301,7 @@ impl DamagedGrain {
             origin,
             offset,
             lasting,
+            rubble,
             displaced: Vec::new(),
         })
     }
@@ -303,6 +310,38 @@ impl DamagedGrain {
     pub fn failing_at_once(mut self) -> Self {
         self.lasting = false;
         self
+    }
+
+    /// The same with failed cells that stay where they are as rubble: they carry no stress in the mesh any more, but go on taking their room
+    /// in the contact body of the part that they hang on to.
+    pub fn keeping_rubble(mut self) -> Self {
+        self.rubble = Some(Arc::default());
+        self
+    }
+
+    /// Whether failed cells stay as rubble.
+    pub const fn keeps_rubble(&self) -> bool {
+        self.rubble.is_some()
+    }
+
+    /// Failed cells that stay with this body, as [`Self::origin_cells`].
+    pub fn rubble(&self) -> &[CellId] {
+        self.rubble.as_ref().map_or(&[], |cells| &cells[..])
+    }
+
+    /// Volume of its rock and its rubble [m^3].
+    pub fn room(&self) -> f64 {
+        self.mesh().volume() + self.rubble().iter().map(|&cell| self.origin.cell_volume(cell)).sum::<f64>()
+    }
+
+    /// Its cells and its rubble, in body coordinates.
+    pub fn mesh_with_rubble(&self) -> Result<Cow<'_, Mesh>> {
+        if self.rubble().is_empty() {
+            return Ok(Cow::Borrowed(self.mesh()));
+        }
+        let mut cells = [self.origin_cells(), self.rubble()].concat();
+        cells.sort_unstable();
+        placed(&self.origin, &cells, &self.offset).map(Cow::Owned)
     }
 
     /// Whether damage never moved: then [`Self::condensed`] is the grain as it was first made.

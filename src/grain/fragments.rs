@@ -3,6 +3,8 @@
 //! Parts hang together through whole facets. Parts that touch only along an edge or at a node come apart: such a hinge
 //! carries no moment and next to no force; each part gets its own copy of the shared nodes.
 //!
+//! Where failed cells stay as rubble ([`DamagedGrain::keeping_rubble`]) each of them goes with one part, and the parts fill the room of the grain.
+//!
 //! A part keeps the body coordinates of the grain that broke (nodes, laws and damage states are where they were) and has a frame of its own: its mean
 //! motion at the moment of breaking, so that the displacement left in that frame has neither linear nor angular momentum.
 
@@ -165,7 +167,53 @@ impl DamagedGrain {
             outcome.lost_energy += self.energy_of(&cells);
             outcome.lost.push((cells, loss));
         }
+        self.share_rubble(&mut outcome);
         Ok(Some(outcome))
+    }
+
+    /// Hands what has failed, and what is too small to be a part, to the parts that it hangs on to: facet by facet away from them, each cell to
+    /// the one with the largest share of its neighbours' facets.
+    fn share_rubble(&self, outcome: &mut BreakUp) {
+        if !self.keeps_rubble() {
+            return;
+        }
+        let failed = outcome.deleted.iter().chain(outcome.lost.iter().flat_map(|(cells, _)| cells));
+        let mut loose: Vec<CellId> = failed.map(|cell| self.origin_cells[cell.index()]).collect();
+        loose.extend(self.rubble());
+        loose.sort_unstable();
+        let mut part_of: BTreeMap<CellId, usize> = BTreeMap::new();
+        for (part, fragment) in outcome.fragments.iter().enumerate() {
+            part_of.extend(fragment.grain.origin_cells().iter().map(|cell| (*cell, part)));
+        }
+        let beside = self
+            .origin
+            .neighbours_among(|cell| part_of.contains_key(&cell) || loose.binary_search(&cell).is_ok());
+        let mut rubble = vec![Vec::new(); outcome.fragments.len()];
+        loop {
+            let nearest = |cell: &CellId| {
+                let mut areas = vec![0.0; rubble.len()];
+                for (other, area) in &beside[cell.index()] {
+                    if let Some(part) = part_of.get(other) {
+                        areas[*part] += area;
+                    }
+                }
+                let (part, area) = areas.iter().enumerate().rev().max_by(|a, b| a.1.total_cmp(b.1))?;
+                (*area > 0.0).then_some((*cell, part))
+            };
+            let joined: Vec<(CellId, usize)> = loose.iter().filter_map(nearest).collect();
+            if joined.is_empty() {
+                break;
+            }
+            loose.retain(|cell| joined.binary_search_by_key(cell, |(joined, _)| *joined).is_err());
+            for (cell, part) in joined {
+                part_of.insert(cell, part);
+                rubble[part].push(cell);
+            }
+        }
+        for (fragment, mut cells) in outcome.fragments.iter_mut().zip(rubble) {
+            cells.sort_unstable();
+            fragment.grain.rubble = Some(Arc::new(cells));
+        }
     }
 
     fn part(
@@ -197,6 +245,7 @@ impl DamagedGrain {
             origin: self.origin.clone(),
             offset: self.offset,
             lasting: self.lasting,
+            rubble: self.rubble.clone(),
         };
         let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;
         Ok((grain, nodes))

@@ -24,6 +24,8 @@ pub struct StoredGrain {
     offset: Vec3,
     /// Its cells in the mesh as generated.
     cells: Vec<u32>,
+    /// Failed cells that stay with it as rubble; `None` where they leave.
+    rubble: Option<Vec<u32>>,
     exposed: Vec<bool>,
     /// Strain, both histories and whether it failed, for each point.
     #[serde(with = "crate::tensor::stored")]
@@ -42,7 +44,7 @@ impl StoredGrain {
 }
 
 /// Cells of the mesh as generated, `offset` being the new reference point.
-fn placed(origin: &Mesh, cells: &[CellId], offset: &Vec3) -> Result<Mesh> {
+pub(super) fn placed(origin: &Mesh, cells: &[CellId], offset: &Vec3) -> Result<Mesh> {
     let (mut mesh, _) = origin.part(cells)?;
     mesh.nodes.iter_mut().for_each(|node| *node -= offset);
     Ok(mesh)
@@ -73,6 +75,7 @@ impl DamagedGrain {
             generation,
             offset: self.offset,
             cells: self.origin_cells.iter().map(|cell| cell.0).collect(),
+            rubble: self.rubble.as_ref().map(|rubble| rubble.iter().map(|cell| cell.0).collect()),
             exposed: self.exposed.to_vec(),
             states: self.committed.states.iter().flatten().map(state).collect(),
             intact: self.committed.intact.iter().flatten().copied().collect(),
@@ -89,7 +92,8 @@ impl DamagedGrain {
         let fail = |message: &str| Error::Mesh { name: "grain".into(), message: message.into() };
         let cells: Vec<CellId> = stored.cells.iter().map(|cell| CellId(*cell)).collect();
         let points = cells.len() * POINT_COUNT;
-        let known = cells.iter().all(|cell| cell.index() < self.laws.len());
+        let rubble = stored.rubble.iter().flatten().map(|cell| CellId(*cell));
+        let known = cells.iter().copied().chain(rubble.clone()).all(|cell| cell.index() < self.laws.len());
         if !known || stored.states.len() != points || stored.intact.len() != points {
             return Err(fail("is not the one that was stored"));
         }
@@ -125,6 +129,7 @@ impl DamagedGrain {
             origin: self.origin.clone(),
             offset: stored.offset,
             lasting: self.lasting,
+            rubble: stored.rubble.is_some().then(|| Arc::new(rubble.collect())),
         };
         let mut grain = Self::assemble(laws, self.density, condition, past)?;
         grain.dissipated = stored.dissipated;
@@ -144,6 +149,7 @@ impl DamagedGrain {
             origin: self.origin.clone(),
             offset,
             lasting: self.lasting,
+            rubble: self.rubble.clone(),
         };
         let condition = Condition { states, intact, condensed, sound: false };
         let mut grain = Self::assemble(self.laws.to_vec(), self.density, condition, past)?;

@@ -192,19 +192,7 @@ impl Mesh {
 
     /// [`Self::connected_parts`] of the cells for which `alive` holds.
     pub fn connected_parts_of(&self, alive: impl Fn(CellId) -> bool) -> Vec<Vec<CellId>> {
-        let mut beside = BTreeMap::<[NodeId; 3], Vec<CellId>>::new();
-        for cell in self.cell_ids().filter(|&cell| alive(cell)) {
-            for facet in &FACETS {
-                beside.entry(facet_key(&self.cells[cell.index()], facet)).or_default().push(cell);
-            }
-        }
-        let mut neighbours = vec![Vec::new(); self.cells.len()];
-        for cells in beside.values() {
-            if let [a, b] = cells[..] {
-                neighbours[a.index()].push(b);
-                neighbours[b.index()].push(a);
-            }
-        }
+        let neighbours = self.neighbours_among(&alive);
         let mut seen = vec![false; self.cells.len()];
         let mut parts = Vec::new();
         for start in self.cell_ids().filter(|&cell| alive(cell)) {
@@ -214,7 +202,7 @@ impl Mesh {
             let mut part = vec![start];
             let mut next = 0;
             while next < part.len() {
-                for &other in &neighbours[part[next].index()] {
+                for &(other, _) in &neighbours[part[next].index()] {
                     if !std::mem::replace(&mut seen[other.index()], true) {
                         part.push(other);
                     }
@@ -225,6 +213,26 @@ impl Mesh {
             parts.push(part);
         }
         parts
+    }
+
+    /// For each cell those that share a facet with it, and the facet's area [m^2], among the cells for which `alive` holds.
+    pub fn neighbours_among(&self, alive: impl Fn(CellId) -> bool) -> Vec<Vec<(CellId, f64)>> {
+        let mut beside = BTreeMap::<[NodeId; 3], Vec<CellId>>::new();
+        for cell in self.cell_ids().filter(|&cell| alive(cell)) {
+            for facet in &FACETS {
+                beside.entry(facet_key(&self.cells[cell.index()], facet)).or_default().push(cell);
+            }
+        }
+        let mut neighbours = vec![Vec::new(); self.cells.len()];
+        for (corners, cells) in &beside {
+            if let [one, two] = cells[..] {
+                let [a, b, c] = corners.map(|node| self.nodes[node.index()]);
+                let area = 0.5 * (b - a).cross(&(c - a)).norm();
+                neighbours[one.index()].push((two, area));
+                neighbours[two.index()].push((one, area));
+            }
+        }
+        neighbours
     }
 
     /// The mesh of some of the cells, with the node each of its nodes had here.

@@ -40,6 +40,8 @@ pub struct Body {
     pub damaged: Option<Arc<DamagedGrain>>,
     /// Its own flexibility, where it is rigid for now and may become condensed; then it is in no gap.
     pub resting: Option<Arc<CondensedGrain>>,
+    /// Whether it is a grain, or a part of one, all of whose rock has failed and stays as rubble: it has no mesh any more.
+    pub is_rubble: bool,
     /// Its own friction, where it has one.
     pub friction: Option<Friction>,
     /// [kg]
@@ -80,6 +82,11 @@ impl Body {
     /// Whether it breaks and is rigid otherwise.
     pub fn is_brittle(&self) -> bool {
         self.damaged.is_some() && !self.is_elastic() && self.resting.is_none()
+    }
+
+    /// Whether its contacts soften with its rock, and so harden where their overlap comes near the rounding.
+    pub fn softens(&self) -> bool {
+        self.is_brittle() || self.is_rubble
     }
 
     /// Its flexibility, whether or not it is in the gaps now.

@@ -3,7 +3,8 @@
 //! The largest part keeps the number of the body that broke, the others go behind all bodies, each with its reference point at its own
 //! centroid and its frame at its mean motion. Surfaces keep their place in space (to second order in the displacements), and a
 //! cover's nodes stay at their material points, so nothing does work here. What is too small to be a
-//! body, or leaves nothing to touch, is given up and counted. Contacts of a body whose shape changed forget what they remember.
+//! body, or leaves nothing to touch, is given up and counted. Where failed cells stay as rubble
+//! ([`DamagedGrain::keeping_rubble`]) a grain in one part keeps its shape, and several share it. Contacts of a body whose shape changed forget what they remember.
 
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ use crate::geometry::separation::separating_axis;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::hulls::{self, contact_shapes};
 use crate::grain::{DamagedGrain, Fragment};
+use crate::mesh::Mesh;
 use crate::model::{Body, BodyKind, Committed, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
@@ -163,7 +165,9 @@ impl Model {
                 lost_energy: broken.lost_energy,
             };
             let mut parts = Vec::new();
-            let meshes: Vec<_> = broken.fragments.iter().map(|fragment| fragment.grain.mesh()).collect();
+            let meshes = broken.fragments.iter().map(|fragment| fragment.grain.mesh_with_rubble());
+            let meshes: Vec<_> = meshes.collect::<Result<_>>()?;
+            let meshes: Vec<&Mesh> = meshes.iter().map(|mesh| &**mesh).collect();
             let alone = meshes.len() == 1;
             for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
                 let made = shape.and_then(|shape| {
@@ -180,14 +184,26 @@ impl Model {
                     }
                 }
             }
-            let points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
-            let changed = parts.len() != 1 || parts[0].nominal != self.bodies[index].nominal;
+            let mut points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
+            let stays = parts.is_empty() && grain.keeps_rubble();
+            let changed = match &parts[..] {
+                [] => !stays,
+                [part] => part.nominal != self.bodies[index].nominal,
+                _ => true,
+            };
             if changed {
                 committed.memory.retain(|(a, b), _| *a as usize != index && *b as usize != index);
             }
             committed.fields.resize(self.bodies.len(), Vec::new());
-            if parts.is_empty() {
+            if stays {
+                let body = &mut self.bodies[index];
+                (body.is_rubble, body.grain, body.damaged) = (true, None, None);
+                fracture.parts.push(index);
+                points.push(Vec3::zeros());
+            } else if parts.is_empty() {
                 self.remove(index);
+            }
+            if parts.is_empty() {
                 committed.fields[index].clear();
             }
             for (number, part) in parts.into_iter().enumerate() {
@@ -236,7 +252,8 @@ impl Model {
             Err(_) if alone => old.clone(),
             Err(error) => return Err(error),
         };
-        let unchanged = alone && (nominal.volume() - old.volume()).abs() < SAME_VOLUME * old.volume();
+        let same = (nominal.volume() - old.volume()).abs() < SAME_VOLUME * old.volume();
+        let unchanged = alone && (same || fragment.grain.keeps_rubble());
         let too_thin = hulls::rounded(&nominal, self.shapes[index].rounded.radius)
             .is_ok_and(|rounded| rounded.radius < self.shapes[index].rounded.radius);
         let shape = if unchanged {
@@ -351,20 +368,22 @@ impl Model {
     ) -> Body {
         let old = &self.bodies[index];
         let mass = grain.condensed().mass_properties();
-        let size = (6.0 * grain.mesh().volume() / std::f64::consts::PI).cbrt();
+        let room = grain.room();
+        let size = (6.0 * room / std::f64::consts::PI).cbrt();
         Body {
             name: if number == 0 { old.name.clone() } else { format!("{}.{}", old.name, self.bodies.len()) },
             kind: old.kind,
             // The stiffness of a contact goes with the size.
             stiffness: old.stiffness * (0.5 * size / old.rotation_scale),
             friction: old.friction,
-            mass: mass.mass,
+            mass: mass.mass * (room / grain.mesh().volume()),
             centre_of_mass: mass.centroid,
             rotation_scale: 0.5 * size,
             grain: old.grain.as_ref().map(|_| grain.condensed().clone()),
             damaged: Some(Arc::new(grain)),
             full: None,
             resting: None,
+            is_rubble: false,
             nominal,
         }
     }

@@ -34,8 +34,9 @@ struct StoredBody<'a> {
     mass: f64,
     #[serde(with = "crate::tensor::stored")]
     centre_of_mass: Vec3,
-    /// `None` where nothing is left.
+    /// `None` where no rock is left.
     grain: Option<StoredGrain>,
+    is_rubble: bool,
 }
 
 impl Model {
@@ -48,7 +49,7 @@ impl Model {
         }
         let stored = self.bodies.iter().zip(&self.shapes).map(|(body, shape)| {
             let grain = body.damaged.as_ref().map(|grain| grain.stored());
-            let breakable = grain.is_some() || body.kind == BodyKind::Gone;
+            let breakable = grain.is_some() || body.is_rubble || body.kind == BodyKind::Gone;
             breakable.then(|| StoredBody {
                 name: Cow::Borrowed(&body.name),
                 nominal: Cow::Borrowed(&body.nominal),
@@ -58,6 +59,7 @@ impl Model {
                 mass: body.mass,
                 centre_of_mass: body.centre_of_mass,
                 grain,
+                is_rubble: body.is_rubble,
             })
         });
         let cover = self.cover.as_ref().map(PressureCover::stored);
@@ -124,7 +126,12 @@ impl Model {
                     }
                     body.damaged = Some(grain);
                 }
-                None => (body.kind, body.grain, body.damaged) = (BodyKind::Gone, None, None),
+                None => {
+                    (body.grain, body.damaged, body.is_rubble) = (None, None, stored.is_rubble);
+                    if !stored.is_rubble {
+                        body.kind = BodyKind::Gone;
+                    }
+                }
             }
             self.shapes[index] = ContactShape::new(stored.rounded.into_owned());
         }

@@ -37,6 +37,7 @@ pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, Rou
         full: body.full.clone(),
         damaged: body.damaged.clone(),
         resting: None,
+        is_rubble: false,
         rotation_scale: 0.5 * size,
         nominal,
     };

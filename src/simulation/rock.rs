@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::case::{Law, NodesCase, RockCase, Scatter};
+use crate::case::{Law, NodesCase, RockCase, RubbleCase, Scatter};
 use crate::element::Strains;
 use crate::error::{Error, Result};
 use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, FullGrain};
@@ -170,5 +170,10 @@ pub fn damaged(
     };
     let laws = mesh.cell_ids().map(law).collect::<Result<Vec<_>>>()?;
     let ancestry = Ancestry::of_grain(index as u32);
-    DamagedGrain::over(grain.clone(), laws, rock.density, ancestry).map(|grain| Some(Arc::new(grain)))
+    let grain = DamagedGrain::over(grain.clone(), laws, rock.density, ancestry)?;
+    let grain = match damage.rubble {
+        RubbleCase::Removed => grain,
+        RubbleCase::Kept => grain.keeping_rubble(),
+    };
+    Ok(Some(Arc::new(grain)))
 }

@@ -126,6 +126,8 @@ impl Newton<'_> {
         let mut damage = DamageWatch::new(self.model, settings);
         self.gather();
         let mut falls = 0;
+        // Whether the strongest hold got nowhere.
+        let mut exhausted = false;
         let mut next_fall = settings.falls_after.filter(|_| self.can_fall());
         let ended = |converged, balance, history, surface_energy| Equilibrium {
             converged,
@@ -179,7 +181,11 @@ impl Newton<'_> {
             let in_pieces = settings.fall_travel.is_finite();
             let limits =
                 if in_pieces && history.len() > PATIENCE { LATE_FALLS } else { settings.fall_bounds };
-            if next_fall.is_some_and(|next| history.len() > next) && balance.out_of_balance > limits[0] {
+            let due =
+                next_fall.is_some_and(|next| history.len() > next) && balance.out_of_balance > limits[0];
+            let limits = if exhausted { LATE_FALLS } else { limits };
+            if due || exhausted {
+                exhausted = false;
                 falls += 1;
                 let next = |after: usize| history.len() + (after.max(1) << falls);
                 next_fall = settings.falls_after.filter(|_| falls < MOST_FALLS).map(next);
@@ -210,7 +216,10 @@ impl Newton<'_> {
             match end {
                 NewtonEnd::Stalled => {
                     if !hold.stalled(settings) {
-                        return ended(false, balance, history, surface_energy);
+                        if next_fall.is_none() || !settings.falls_when_stuck {
+                            return ended(false, balance, history, surface_energy);
+                        }
+                        exhausted = true;
                     }
                     continue;
                 }

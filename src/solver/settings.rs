@@ -31,6 +31,8 @@ pub struct Settings {
     pub dwells: bool,
     /// Augmentations before bodies that are far from balance fall (`solver::fall`); `None`: never.
     pub falls_after: Option<usize>,
+    /// Whether bodies that may fall do so, however near to balance, where the strongest hold gets nowhere.
+    pub falls_when_stuck: bool,
     /// Bodies fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
     pub fall_bounds: [f64; 2],
     /// How far bodies fall before a state is committed, over the smallest rounding; friction acts against the way since then.
@@ -79,6 +81,7 @@ impl Default for Settings {
             max_dwell: 0,
             dwells: false,
             falls_after: None,
+            falls_when_stuck: false,
             fall_bounds: [0.1, 0.03],
             fall_travel: f64::INFINITY,
             fall_steps: 3000,
@@ -122,7 +125,7 @@ impl Settings {
 
     /// For grains that broke, and increments that were given up at their smallest: bodies that do not soon come to rest fall.
     pub fn falling(&self) -> Self {
-        Settings { falls_after: Some(8), ..self.clone() }
+        Settings { falls_after: Some(8), falls_when_stuck: true, ..self.clone() }
     }
 
     /// For grains that are brought into touch, from a rough balance on: where augmentations do not soon lead to it, they fall again.
@@ -130,6 +133,7 @@ impl Settings {
         let tolerance = self.force_tolerance;
         Settings {
             falls_after: Some(8),
+            falls_when_stuck: true,
             fall_bounds: [3.0 * tolerance, tolerance],
             fall_rebase: Some(FALL_REBASE),
             fall_steps: SEATING_STEPS,

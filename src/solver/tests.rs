@@ -29,6 +29,7 @@ fn block(name: &str, size: [f64; 3]) -> (Body, ContactShape) {
         full: None,
         damaged: None,
         resting: None,
+        is_rubble: false,
         rotation_scale: 0.05,
         nominal,
     };
@@ -142,6 +143,29 @@ fn a_block_falls_onto_a_plate() {
     };
     assert!(count > 0 && end.converged(), "{count}, {:?}", end.history);
     assert!((end.poses[1].position.z - rest.poses[1].position.z).abs() < 2e-3 * yielded);
+}
+
+/// Newton's method that may do no iteration gets nowhere under any hold. A block 20 um above the plate then falls onto it, down to the tolerance of an
+/// increment, where it may, though it is no time yet for a fall; else the increment is given up.
+#[test]
+fn a_body_that_no_hold_helps_falls() {
+    let (model, mut committed, mut loads) = block_on_plate(0.65);
+    loads.applied[1].z = -1e4;
+    let rest = settle(&model, &committed, &loads);
+    committed.poses[1].position.z += 2e-5;
+    for falls_when_stuck in [false, true] {
+        let settings =
+            Settings { max_newton: 0, falls_after: Some(1000), falls_when_stuck, ..Settings::default() };
+        let increment =
+            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+        assert_eq!(report.converged(), falls_when_stuck, "{:?}", report.history);
+        assert_eq!(report.counters.falling_steps > 0, falls_when_stuck);
+        if falls_when_stuck {
+            let apart = (report.poses[1].position - rest.poses[1].position).norm();
+            assert!(apart < 1e-6, "{apart}");
+        }
+    }
 }
 
 /// A block set down sideways slides and comes to rest; what its fall loses to friction is then friction force times way, however

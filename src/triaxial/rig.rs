@@ -202,6 +202,7 @@ impl Rig {
                 full: None,
                 damaged: None,
                 resting: None,
+                is_rubble: false,
                 rotation_scale: 0.5 * size,
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
@@ -227,6 +228,7 @@ impl Rig {
                 full: None,
                 damaged: None,
                 resting: None,
+                is_rubble: false,
                 rotation_scale: radius,
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));

@@ -213,6 +213,7 @@ mod tests {
                 full: None,
                 damaged: None,
                 resting: None,
+                is_rubble: false,
                 nominal,
             };
             let shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });

@@ -183,7 +183,8 @@ fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
     let broken = rig.model.is_broken();
     let falls_after = if broken { Some(LATE) } else { may_fall(rig, way).then_some(SOON) };
     let fall_rebase = may_fall(rig, way).then_some(FALL_REBASE);
-    falls_after.map(|_| Settings { falls_after, fall_rebase, ..falling })
+    // An increment that gets stuck is cut first.
+    falls_after.map(|_| Settings { falls_after, fall_rebase, falls_when_stuck: false, ..falling })
 }
 
 /// An increment that found no balance.
