@@ -248,7 +248,9 @@ impl Contacts {
     }
 
     /// Energy that the contacts of brittle bodies have set free since the committed state by getting softer [J]: work of the trapezoidal rule
-    /// less the energy gained, `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose stiffness goes from k1 to k2 and its force from f1 to f2.
+    /// less the energy gained. Along the normal with the spring's hardening
+    /// ([`freed_by_softening`](crate::contact::ContactLaw::freed_by_softening)), across it `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose
+    /// stiffness goes from k1 to k2 and its force from f1 to f2.
     fn softened(&self, model: &Model) -> f64 {
         let mut freed = 0.0;
         for (pair, point) in self.active() {
@@ -260,7 +262,13 @@ impl Contacts {
             let gained = (1.0 - point.firmness / memory.firmness) / point.state.spring;
             let weight = 0.5 * (e.weight + memory.pressure / memory.load);
             let tangential = memory.traction.dot(&e.friction) / e.weight / model.law.tangential_ratio;
-            freed += 0.5 * gained * weight * (memory.load * e.load + tangential);
+            let (spring, softer) = (point.state.spring, point.firmness / memory.firmness);
+            let normal = model.law.freed_by_softening(
+                [spring / softer, memory.load],
+                [spring, e.load],
+                point.state.radii,
+            );
+            freed += weight * (normal + 0.5 * gained * tangential);
         }
         freed
     }

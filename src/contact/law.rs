@@ -7,6 +7,8 @@ use crate::tensor::dual::Real;
 pub const CORE_FLOOR: f64 = 0.2;
 /// From this share of the roundings on an overlap hardens the contact of two rigid bodies, without limit before cores are at their floor.
 pub const HARDENS_FROM: f64 = 0.5;
+/// Newton steps to a hardened overlap at most; from the floor some twenty are enough.
+const MOST_STEPS: usize = 60;
 /// Where the hardening is cut off, just before the floor.
 const HARDEST: f64 = 0.99;
 
@@ -64,6 +66,38 @@ impl ContactLaw {
         let x = ((overlap - HARDENS_FROM * roundings) / way).clamp(0.0, HARDEST);
         let left = 1.0 - x;
         1.0 + 12.0 * x * x / left + 2.0 * x.powi(3) * (4.0 - 3.0 * x) / left.powi(3)
+    }
+
+    /// The overlap [m] at which the force per stiffness, hardening included, is `force_per_stiffness` [m].
+    pub fn hardened_overlap_for(&self, force_per_stiffness: f64, roundings: f64) -> f64 {
+        let hardest = (HARDENS_FROM + HARDEST * (1.0 - CORE_FLOOR - HARDENS_FROM)) * roundings;
+        // From above, where the force is too large: it is convex in the overlap there, so Newton's steps come down to the root.
+        let mut overlap = self.overlap_for(force_per_stiffness).min(hardest);
+        for _ in 0..MOST_STEPS {
+            let Some([more, _]) = self.hardening(overlap, roundings) else { break };
+            let step =
+                (self.normal(overlap) + more - force_per_stiffness) / self.steepness(overlap, roundings);
+            overlap -= step;
+            if step.abs() < 1e-12 * roundings {
+                break;
+            }
+        }
+        overlap
+    }
+
+    /// Energy [J] that a spring frees while it gets softer, from one stiffness [N/m] and force [N] to another: work of the trapezoidal rule
+    /// less the energy gained. Of a linear spring `(1/k2 - 1/k1) f1 f2 / 2`.
+    pub fn freed_by_softening(&self, before: [f64; 2], after: [f64; 2], roundings: f64) -> f64 {
+        let from = HARDENS_FROM * roundings;
+        if [before, after].iter().all(|[stiffness, force]| self.overlap_for(force / stiffness) <= from) {
+            return 0.5 * (1.0 / after[0] - 1.0 / before[0]) * before[1] * after[1];
+        }
+        let [(x1, e1), (x2, e2)] = [before, after].map(|[stiffness, force]| {
+            let x = self.hardened_overlap_for(force / stiffness, roundings);
+            let more = self.hardening(x, roundings).map_or(0.0, |[_, energy]| energy);
+            (x, stiffness * (self.energy(x) + more))
+        });
+        0.5 * (before[1] + after[1]) * (x2 - x1) - (e2 - e1)
     }
 
     /// [`ContactLaw::normal`] of a spring that shares `total` [m] with a compliance behind it, `behind` times
@@ -299,6 +333,41 @@ mod tests {
         // Nothing up to half of the roundings, and more than any other force before the floor.
         assert_eq!(LAW.hardening(0.5 * roundings, roundings), None);
         assert!(added(0.79 * roundings)[0] > 100.0 * roundings);
+    }
+
+    #[test]
+    fn hardened_overlap_inverts_the_hardened_force() {
+        let roundings = 2e-3;
+        for share in [1e-4, 0.3, 0.5, 0.51, 0.6, 0.7, 0.76, 0.79] {
+            let overlap = share * roundings;
+            let force = LAW.normal(overlap) + LAW.hardening(overlap, roundings).unwrap_or([0.0; 2])[0];
+            let found = LAW.hardened_overlap_for(force, roundings);
+            assert!((found - overlap).abs() < 1e-10 * roundings, "{share}: {found} {overlap}");
+        }
+    }
+
+    /// A contact that goes down to a third of its stiffness in a thousand steps, its overlap given at each: what it frees is the integral of its
+    /// energy per stiffness over the stiffness, hardened or not. In one step the linear spring frees the same as the closed form.
+    #[test]
+    fn softening_frees_the_energy_per_stiffness() {
+        let (roundings, steps) = (2e-3, 1000);
+        for [first, last] in [[0.1, 0.2], [0.45, 0.55], [0.55, 0.78]] {
+            let state = |k: usize| {
+                let t = k as f64 / steps as f64;
+                let (overlap, stiffness) = ((first + (last - first) * t) * roundings, 1e8 * (1.0 - t / 1.5));
+                let [more, energy] = LAW.hardening(overlap, roundings).unwrap_or([0.0; 2]);
+                ([stiffness, stiffness * (LAW.normal(overlap) + more)], LAW.energy(overlap) + energy)
+            };
+            let (mut freed, mut expected) = (0.0, 0.0);
+            for k in 1..=steps {
+                let [(before, e1), (after, e2)] = [state(k - 1), state(k)];
+                freed += LAW.freed_by_softening(before, after, roundings);
+                expected += 0.5 * (e1 + e2) * (before[0] - after[0]);
+            }
+            assert!((freed / expected - 1.0).abs() < 1e-3, "{first}: {freed} {expected}");
+        }
+        let linear = LAW.freed_by_softening([1e8, 3e3], [5e7, 2e3], roundings);
+        assert!((linear - 0.5 * (1.0 / 5e7 - 1.0 / 1e8) * 3e3 * 2e3).abs() < 1e-15);
     }
 
     #[test]

@@ -169,22 +169,26 @@ fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
     if rig.model.is_broken() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
 }
 
-/// How bodies may fall in an increment; `None` where they may not. Friction works along the whole fall, but for the pieces in which a dwell follows
-/// grains that break: each of those begins anew, and its damage with it.
+/// How bodies may fall in an increment; `None` where they may not. Friction works along the whole fall, but for the pieces in which grains that
+/// have broken are followed: each of those begins anew, and its damage with it.
 fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
     let falling = rig.settings.falling();
+    let broken = rig.model.is_broken();
     if way.dwells {
         let falls_after = if way.pieces > 0 { Some(1) } else { falling.falls_after };
-        return Some(Settings { fall_travel: PIECE, falls_after, ..falling });
+        return Some(Settings { fall_travel: PIECE, fall_rebase: Some(FALL_REBASE), falls_after, ..falling });
     }
+    let falling = match (may_fall(rig, way), broken) {
+        (true, true) => Settings { fall_travel: PIECE, fall_rebase: Some(FALL_REBASE), ..falling },
+        (true, false) => Settings { fall_rebase: Some(FALL_REBASE), ..falling },
+        (false, _) => falling,
+    };
     if way.falls {
-        return Some(Settings { fall_rebase: Some(FALL_REBASE), ..falling });
+        return Some(falling);
     }
-    let broken = rig.model.is_broken();
     let falls_after = if broken { Some(LATE) } else { may_fall(rig, way).then_some(SOON) };
-    let fall_rebase = may_fall(rig, way).then_some(FALL_REBASE);
     // An increment that gets stuck is cut first.
-    falls_after.map(|_| Settings { falls_after, fall_rebase, falls_when_stuck: false, ..falling })
+    falls_after.map(|_| Settings { falls_after, falls_when_stuck: false, ..falling })
 }
 
 /// An increment that found no balance.
@@ -271,13 +275,13 @@ impl Test {
                     self.under_way = Some(way);
                     return StageEnd::Interrupted;
                 }
+                Err(miss) if self.follow(rig, &mut way, &miss, share, to) => continue,
                 Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
                 // A loaded plate would fall until nothing is left of the specimen.
                 Err(_) if !way.dwells && !way.falls && may_fall(rig, &way) => {
                     way.falls = true;
                     continue;
                 }
-                Err(miss) if way.dwells && self.follow(rig, &mut way, &miss, share, to) => continue,
                 Err(miss) => match miss.report.filter(|report| report.is_rough(&rig.settings)) {
                     Some(report) if way.rough < MOST_ROUGH => {
                         way.rough += 1;
@@ -450,11 +454,12 @@ impl Test {
         is_better
     }
 
-    /// Commits a piece of the collapse that a dwell follows, so that friction acts against the way from there on. What is set free goes to
-    /// the stabilisation. `false`, and nothing is changed, where there is none, where pieces would end up with more energy than they
-    /// had, and after too many.
+    /// Commits a piece of the collapse that a dwell follows, so that friction acts against the way from there on; an increment whose bodies fell
+    /// becomes a dwell under the loads that it has come to. What is set free goes to the stabilisation. `false`, and nothing is changed, where
+    /// there is none, where pieces would end up with more energy than they had, and after too many.
     fn follow(&mut self, rig: &mut Rig, way: &mut UnderWay, miss: &Miss, share: f64, to: f64) -> bool {
         let Some(report) = miss.report.as_deref().filter(|report| report.fell) else { return false };
+        let driven = !std::mem::replace(&mut way.dwells, true);
         let trial = self.weigh(rig, way, report, share, to);
         tracing::debug!(
             piece = way.pieces,
@@ -464,7 +469,12 @@ impl Test {
             "followed"
         );
         if trial.creates_energy || way.pieces >= MOST_PIECES {
+            way.dwells = !driven;
             return false;
+        }
+        if driven {
+            way.last = None;
+            way.spent.cuts += way.pace.accept(share, rig.settings.beyond_start(report.history.len()));
         }
         way.pieces += 1;
         way.spent.add(&report.counters);
@@ -620,7 +630,7 @@ impl Test {
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
             let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
             counters.add(&report.counters);
-            if !report.converged() && !way.dwells && !way.falls {
+            if !report.converged() && !report.fell && !way.dwells && !way.falls {
                 // Once more with care, from the plainest start, before the increment is cut.
                 let settings = rig.settings.cautious();
                 let careful = Increment { settings: &settings, ..increment };

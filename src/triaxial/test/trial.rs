@@ -69,7 +69,7 @@ impl Test {
         if snapped {
             ledger.stabilisation += created.max(0.0);
             // Slip times the mean of the forces at both ends is an estimate here: nothing is known of the way between.
-            overdrawn = if way.dwells { 0.0 } else { (-created).clamp(0.0, report.energy.friction.max(0.0)) };
+            overdrawn = (-created).clamp(0.0, report.energy.friction.max(0.0));
             ledger.friction -= overdrawn;
             ledger.overdrawn += overdrawn;
         } else {
