@@ -2,10 +2,10 @@
 
 use crate::place::{Place, assert_same_bits};
 
-/// Where the riprap version stands at the head of a restart point: format, length, version.
-fn restart_points(bytes: &[u8]) -> Vec<usize> {
+/// Where the riprap version stands at the head of a restart point of this format: format, length, version.
+fn restart_points(bytes: &[u8], format: u8) -> Vec<usize> {
     let version = env!("CARGO_PKG_VERSION");
-    let head = [&[2, version.len() as u8], version.as_bytes()].concat();
+    let head = [&[format, version.len() as u8], version.as_bytes()].concat();
     (0..bytes.len() - head.len()).filter(|&at| bytes[at..].starts_with(&head)).collect()
 }
 
@@ -20,7 +20,7 @@ fn interrupted(place: &Place) -> (Vec<u8>, [usize; 2]) {
     let head = &newest[..newest.len().min(4096)];
     let consolidated = place.open("x.h5").consolidated().expect("readable").unwrap_or_default();
     // The specimen, which begins like them, is compressed; the state after the consolidation may not be.
-    let mut slots = restart_points(&bytes);
+    let mut slots = restart_points(&bytes, newest[0]);
     slots.retain(|&at| consolidated.is_empty() || !bytes[at..].starts_with(&consolidated));
     let newer = *slots.iter().find(|&&at| bytes[at..].starts_with(head)).expect("the newer one");
     let older = *slots.iter().find(|&&at| at != newer).expect("the older one");

@@ -11,3 +11,4 @@ mod seating;
 mod smooth;
 mod stages;
 mod wall;
+mod weak;
