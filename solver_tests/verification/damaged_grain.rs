@@ -185,14 +185,16 @@ fn deleted_cells_leave_nothing_behind() {
     }
 }
 
+/// Whether the level plane through the mesh's centroid cuts the cell.
+fn is_cut(mesh: &Mesh, cell: CellId) -> bool {
+    let heights = mesh.corners(cell).map(|p| p.z - mesh.centroid().z);
+    heights.iter().any(|z| *z <= 0.0) && heights.iter().any(|z| *z >= 0.0)
+}
+
 #[test]
 fn grain_cut_in_two_gives_two_free_grains() {
     let mesh = mesh(90);
-    let centre = mesh.centroid().z;
-    let between = |cell: CellId| {
-        let z = mesh.corners(cell).map(|p| p.z - centre);
-        !(z.iter().all(|z| *z > 0.0) || z.iter().all(|z| *z < 0.0))
-    };
+    let between = |cell| is_cut(&mesh, cell);
     let ancestry = Ancestry { origin: 7, parent: Some(12), generation: 2 };
     let mut grain = with_failed_cells(&mesh, between, ancestry);
     let loads = squeeze(&grain, 10.0);
@@ -233,11 +235,7 @@ fn grain_cut_in_two_gives_two_free_grains() {
 #[test]
 fn rubble_goes_with_the_part_that_it_hangs_on_to() {
     let mesh = mesh(90);
-    let centre = mesh.centroid().z;
-    let between = |cell: CellId| {
-        let z = mesh.corners(cell).map(|p| p.z - centre);
-        !(z.iter().all(|z| *z > 0.0) || z.iter().all(|z| *z < 0.0))
-    };
+    let between = |cell| is_cut(&mesh, cell);
     let grain = with_failed_cells(&mesh, between, Ancestry::of_grain(0));
     let gone = grain.break_up(&[], 0, 0.0).expect("a break-up").expect("cells have failed");
     assert!(gone.fragments.iter().all(|part| part.grain.rubble().is_empty()) && gone.fragments.len() >= 2);
