@@ -47,7 +47,7 @@ fn sheared(seed: u64, rubble: &str) -> HistoryRow {
 }
 
 #[test]
-#[ignore = "eight minutes of a core"]
+#[ignore = "four minutes of a core"]
 fn weak_specimens_come_to_their_end() {
     for rubble in ["removed", "kept"] {
         for seed in 1..=8 {
