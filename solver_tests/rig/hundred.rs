@@ -1,25 +1,14 @@
 //! The cases `hundred_grains` (consolidation, shear, unloading, reloading) in all three covers and `rubber_100` (shear to 15 %), every row within
 //! its control tolerance.
 
-use std::path::Path;
-
-use riprap::case::read;
-use riprap::results::{Existing, HistoryRow};
-use riprap::simulation::{End, Observer, Options, Step, run};
+use riprap::results::HistoryRow;
+use serde_json::json;
 
 use crate::ready::HELD;
+use crate::recorded;
 
 /// Energy that no row accounts for, over the work.
 const CLOSED: f64 = 1e-3;
-
-#[derive(Default)]
-struct Rows(Vec<HistoryRow>);
-
-impl Observer for Rows {
-    fn step_accepted(&mut self, step: &Step<'_>) {
-        self.0.push(*step.row);
-    }
-}
 
 /// The covers of `cases/membrane/covers_100.json`.
 const RUBBER: &str =
@@ -29,27 +18,9 @@ const RIGID_WALL: &str = r#"{"kind": "rigid_wall"}"#;
 
 /// Runs a case with so many grains to an axial strain, with what is given set; checks every row.
 fn rows_of(case: &str, grains: u64, axial_strain: f64, set: &[(&str, &str)]) -> Vec<HistoryRow> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(case);
-    let mut raw = read(&file).unwrap_or_else(|e| panic!("{e}"));
-    raw.set(&[
-        ("/specimen/grains".into(), grains.into()),
-        ("/stages/1/axial_strain".into(), axial_strain.into()),
-    ]);
-    let set = set.iter().map(|&(path, text)| (path.into(), serde_json::from_str(text).expect("JSON")));
-    raw.set(&set.collect::<Vec<(String, serde_json::Value)>>());
-    let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
-    let folder = tempfile::tempdir().expect("a folder");
-    let options = Options {
-        out: folder.path().join("x.h5"),
-        existing: Existing::Refuse,
-        threads: 1,
-        profile: false,
-        audit: false,
-    };
-    let mut rows = Rows::default();
-    let outcome = run(&case, &raw, &options, &mut rows).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(outcome.end, End::Finished);
-    let rows = rows.0;
+    let mut all = vec![("/specimen/grains", json!(grains)), ("/stages/1/axial_strain", json!(axial_strain))];
+    all.extend(set.iter().map(|&(path, text)| (path, serde_json::from_str(text).expect("JSON"))));
+    let rows = recorded::rows_of(case, &all);
     for row in &rows {
         assert!(row.control_error <= HELD && row.out_of_balance < 1e-3, "{row:?}");
         assert!(row.stress_disagreement < 0.01, "{row:?}");

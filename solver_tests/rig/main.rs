@@ -5,6 +5,7 @@ mod chosen;
 mod hundred;
 mod ledger;
 mod ready;
+mod recorded;
 mod resolved;
 mod rubber;
 mod seating;

@@ -45,7 +45,8 @@ const SOFT_TOLERANCE: f64 = 1e-2;
 /// An augmentation that stopped because bodies went as far as they may, in a dwell, over one that did not.
 const ON_THE_WAY: f64 = 0.1;
 
-/// The bounds of falls after [`PATIENCE`] augmentations, where a collapse is followed in pieces: what moves on at a small force goes a small way in each.
+/// The bounds of falls where the strongest hold gets nowhere, and after [`PATIENCE`] augmentations where a collapse is followed in pieces: what moves
+/// on at a small force goes a small way in each.
 const LATE_FALLS: [f64; 2] = [5e-3, 1e-3];
 const PATIENCE: usize = 60;
 /// Falls in the search for one equilibrium; each waits twice as long as the one before.
@@ -179,12 +180,10 @@ impl Newton<'_> {
             let balance = self.balance();
             self.counters.augmentations += 1;
             let in_pieces = settings.fall_travel.is_finite();
-            let limits =
-                if in_pieces && history.len() > PATIENCE { LATE_FALLS } else { settings.fall_bounds };
-            let due =
-                next_fall.is_some_and(|next| history.len() > next) && balance.out_of_balance > limits[0];
-            let limits = if exhausted { LATE_FALLS } else { limits };
-            if due || exhausted {
+            let late = exhausted || in_pieces && history.len() > PATIENCE;
+            let limits = if late { LATE_FALLS } else { settings.fall_bounds };
+            let due = next_fall.is_some_and(|next| history.len() > next);
+            if exhausted || due && balance.out_of_balance > limits[0] {
                 exhausted = false;
                 falls += 1;
                 let next = |after: usize| history.len() + (after.max(1) << falls);

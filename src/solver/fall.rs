@@ -16,7 +16,7 @@ use std::borrow::Cow;
 /// with its rotation), so the network is stiffer than that by up to 4, and explicit steps are stable below 2 over the root of it, 1.
 const STEP: f64 = 0.7;
 /// The same where friction acts against the way from the last commit: there bodies that go faster overshoot, and come back against less.
-const STEP_IN_PIECES: f64 = 0.4;
+const STEP_FROM_COMMIT: f64 = 0.4;
 /// Share of a force that local damping takes.
 const DAMPING: f64 = 0.7;
 /// What drag leaves of a velocity in a step where no force acts, or where friction is not re-based; what nothing touches and nothing presses comes
@@ -62,7 +62,7 @@ impl Newton<'_> {
         let lengths = self.settings.travel.lengths(self.model);
         let centre = self.poses.clone();
         let rebases = self.settings.fall_rebase.is_some();
-        let usual = if rebases { STEP } else { STEP_IN_PIECES };
+        let usual = if rebases { STEP } else { STEP_FROM_COMMIT };
         let mut pace = usual;
         let mut shocks = 0;
         self.away.iter_mut().for_each(|d| *d = 0.0);

@@ -35,7 +35,7 @@ pub struct Settings {
     pub falls_when_stuck: bool,
     /// Bodies fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
     pub fall_bounds: [f64; 2],
-    /// How far bodies fall before a state is committed, over the smallest rounding; friction acts against the way since then.
+    /// How far bodies fall before a state is committed, over the smallest rounding: a piece of a collapse.
     pub fall_travel: f64,
     /// Most steps of a fall.
     pub fall_steps: usize,

@@ -169,24 +169,23 @@ fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
     if rig.model.is_broken() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
 }
 
-/// How bodies may fall in an increment; `None` where they may not. Friction works along the whole fall, but for the pieces in which grains that
-/// have broken are followed: each of those begins anew, and its damage with it.
+/// How bodies may fall in an increment; `None` where they may not. Grains that have broken are followed in pieces, each of which begins anew, its
+/// damage as well; friction works along the whole way, but under a load that grows.
 fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
-    let falling = rig.settings.falling();
-    let broken = rig.model.is_broken();
-    if way.dwells {
-        let falls_after = if way.pieces > 0 { Some(1) } else { falling.falls_after };
-        return Some(Settings { fall_travel: PIECE, fall_rebase: Some(FALL_REBASE), falls_after, ..falling });
-    }
-    let falling = match (may_fall(rig, way), broken) {
-        (true, true) => Settings { fall_travel: PIECE, fall_rebase: Some(FALL_REBASE), ..falling },
-        (true, false) => Settings { fall_rebase: Some(FALL_REBASE), ..falling },
-        (false, _) => falling,
+    let (broken, freely) = (rig.model.is_broken(), way.dwells || may_fall(rig, way));
+    let usual = rig.settings.falling();
+    let falling = Settings {
+        fall_travel: if way.dwells || broken && freely { PIECE } else { usual.fall_travel },
+        fall_rebase: freely.then_some(FALL_REBASE),
+        ..usual
     };
-    if way.falls {
+    if way.dwells && way.pieces > 0 {
+        return Some(Settings { falls_after: Some(1), ..falling });
+    }
+    if way.dwells || way.falls {
         return Some(falling);
     }
-    let falls_after = if broken { Some(LATE) } else { may_fall(rig, way).then_some(SOON) };
+    let falls_after = if broken { Some(LATE) } else { freely.then_some(SOON) };
     // An increment that gets stuck is cut first.
     falls_after.map(|_| Settings { falls_after, falls_when_stuck: false, ..falling })
 }
@@ -459,8 +458,7 @@ impl Test {
     /// there is none, where pieces would end up with more energy than they had, and after too many.
     fn follow(&mut self, rig: &mut Rig, way: &mut UnderWay, miss: &Miss, share: f64, to: f64) -> bool {
         let Some(report) = miss.report.as_deref().filter(|report| report.fell) else { return false };
-        let driven = !std::mem::replace(&mut way.dwells, true);
-        let trial = self.weigh(rig, way, report, share, to);
+        let trial = self.weigh_as(rig, way, report, [share, to], true);
         tracing::debug!(
             piece = way.pieces,
             out_of_balance = report.balance.out_of_balance,
@@ -469,11 +467,10 @@ impl Test {
             "followed"
         );
         if trial.creates_energy || way.pieces >= MOST_PIECES {
-            way.dwells = !driven;
             return false;
         }
-        if driven {
-            way.last = None;
+        if !way.dwells {
+            (way.dwells, way.last) = (true, None);
             way.spent.cuts += way.pace.accept(share, rig.settings.beyond_start(report.history.len()));
         }
         way.pieces += 1;
