@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 use rand_mt::Mt64;
 use riprap::contact::law::Friction;
+use riprap::geometry::separation::{feature_distance, separating_axis};
 use riprap::ladder::bodies::{HELD, body, cuboid, drive, fixed, gravity, ground, hull, push, scene};
 use riprap::scene::{LoadStage, Scene, SceneBody, SceneParameters, SceneShape, deepest_overlap};
 use riprap::triaxial::StageEnd;
@@ -73,6 +74,43 @@ fn lower_last_into_touch(bodies: &mut [SceneBody], top: f64) -> f64 {
     }
     bodies[last].pose.position.z = high;
     top.max(high + model.model.shapes[last].rounded.bounding_radius())
+}
+
+#[test]
+fn the_deepest_overlap_is_the_deepest_of_all_pairs() {
+    let mut dice = Dice::new(7);
+    let mut overlapping = 0;
+    for _ in 0..40 {
+        let (bodies, _) = heap(&mut dice);
+        let model = Scene::new(&scene(bodies, 0.0, vec![])).expect("a sound scene");
+        let mut poses = model.committed.poses.clone();
+        // From heaps that just touch to cores deep in each other, and apart.
+        let squeeze = dice.between(0.3, 1.2);
+        poses.iter_mut().for_each(|pose| pose.position.z *= squeeze);
+        let shapes = &model.model.shapes;
+        let depth = |a: usize, b: usize| {
+            let (core_a, core_b) = (&shapes[a].rounded.core, &shapes[b].rounded.core);
+            let axis = separating_axis(core_a, &poses[a], core_b, &poses[b]).gap;
+            let points = core_a.facets.is_empty() && core_b.facets.is_empty();
+            let distance = if axis > 0.0 || points {
+                feature_distance(core_a, &poses[a], core_b, &poses[b])
+            } else {
+                axis
+            };
+            shapes[a].rounded.radius + shapes[b].rounded.radius - distance
+        };
+        let pairs = (1..poses.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+        let brute = pairs.map(|(a, b)| depth(a, b)).fold(f64::NEG_INFINITY, f64::max);
+        let found = deepest_overlap(&model.model, &poses).expect("two bodies").depth;
+        overlapping += usize::from(brute > 0.0);
+        // Bodies that are apart may be said to be nearer than they are.
+        if brute > 0.0 {
+            assert_eq!(found, brute);
+        } else {
+            assert!(found <= 0.0 && found >= brute - 1e-12, "{found} {brute}");
+        }
+    }
+    assert!(overlapping > 10, "{overlapping}");
 }
 
 /// One to eleven bodies dropped onto each other, of any shape and size.
