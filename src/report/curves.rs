@@ -9,9 +9,12 @@ use super::palette::{BLACK, Colour, Stroke};
 use super::run::Run;
 
 /// Greys of measured curves, so that they cannot be taken for computed ones.
-const MEASURED: [Colour; 3] = [BLACK, Colour(0x70, 0x70, 0x70), Colour(0x9A, 0x9A, 0x9A)];
+const MEASURED: [Colour; 4] =
+    [BLACK, Colour(0x52, 0x52, 0x52), Colour(0x80, 0x80, 0x80), Colour(0xA8, 0xA8, 0xA8)];
 /// Radius of the mark of a curve that is a single point.
 const LONE: f64 = 6.0;
+/// A table of more points than this is a line with marks to tell it by, half as many at most.
+const MANY: usize = 24;
 
 /// The chart; `None` where no run has strains.
 pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Chart>> {
@@ -37,7 +40,12 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
             }
         }
     }
-    for (number, curve) in laboratory.iter().enumerate() {
+    let mut counts = [0, 0];
+    for curve in laboratory {
+        // Lone points and curves take their greys apart.
+        let count = &mut counts[usize::from(curve.axial_strain.len() > 1)];
+        let number = *count;
+        *count += 1;
         let colour = MEASURED[number % MEASURED.len()];
         // Larger marks where the greys begin anew.
         let radius = 3.0 + 1.5 * (number / MEASURED.len()) as f64;
@@ -46,12 +54,13 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
         {
             let points = joined(&curve.axial_strain, 100.0, values, factor);
             if points.iter().any(|p| p[1].is_finite()) {
-                let stroke = Stroke { width: 0.8, ..Stroke::thin(colour) };
+                let stroke = Stroke { width: 1.2, ..Stroke::thin(colour) };
                 let line = Layer::Curve { label: String::new(), points: points.clone(), stroke };
                 panel.layers.push(line);
                 let label = curve.label.clone();
                 // A lone point, as of a peak, must not be lost among curves.
                 let radius = if points.len() == 1 { LONE } else { radius };
+                let points = marks(points, number);
                 panel.layers.push(Layer::Points { label, points, colour, radius });
             }
         }
@@ -69,7 +78,32 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
     Ok(Some(chart))
 }
 
+/// The points of a curve that get a mark: all of a few; else some, not where its neighbours' are.
+fn marks(points: Vec<[f64; 2]>, number: usize) -> Vec<[f64; 2]> {
+    if points.len() <= MANY {
+        return points;
+    }
+    let step = points.len().div_ceil(MANY / 2);
+    points.into_iter().skip((number * step / MEASURED.len()) % step).step_by(step).collect()
+}
+
 /// Two columns as points, each in its unit.
 pub fn joined(x: &[f64], x_factor: f64, y: &[f64], y_factor: f64) -> Vec<[f64; 2]> {
     x.iter().zip(y).map(|(x, y)| [x * x_factor, y * y_factor]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn measured_points_are_all_marked_and_dense_tables_here_and_there() {
+        let line = |count: usize| (0..count).map(|k| [k as f64, 1.0]).collect::<Vec<_>>();
+        assert_eq!(marks(line(MANY), 3), line(MANY));
+        for number in 0..6 {
+            let found = marks(line(200), number);
+            assert!((11..=12).contains(&found.len()), "{}", found.len());
+        }
+        assert_ne!(marks(line(200), 0)[0], marks(line(200), 1)[0]);
+    }
 }
