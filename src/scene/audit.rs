@@ -2,6 +2,7 @@
 //! separating axis and then by the least distance over all their features.
 
 use crate::assembly::Contacts;
+use crate::geometry::Polyhedron;
 use crate::geometry::separation::{GjkShape, feature_distance, gjk_closest_points, separating_axis};
 use crate::model::{BodyKind, Model};
 use crate::tensor::{Pose, Vec3};
@@ -42,11 +43,11 @@ pub fn fault(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Option<Strin
 /// The deepest overlap of any two bodies at `poses`; `None` if there are no two. Where even the cores
 /// overlap, the depth is theirs and both radii. Pairs of bodies that never move are left out, and what is no more.
 ///
-/// A depth takes all features of a pair. So pairs come in the order of what theirs is at most ([`at_most`]), until the next cannot be deeper.
+/// A depth takes all features of a pair. So pairs come in the order of what theirs is at most, until the next cannot be deeper.
 pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
     let still = |i: usize| matches!(model.bodies[i].kind, BodyKind::Fixed | BodyKind::Plate);
     let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
-    let size = |i: usize| model.shapes[i].rounded.core.bounding_radius() + model.shapes[i].rounded.radius;
+    let size = |i: usize| model.shapes[i].rounded.bounding_radius();
     let moving = (0..model.bodies.len()).filter(|&i| !still(i) && !gone(i));
     let unit = moving.map(size).fold(0.0, f64::max);
     let core = |i: usize| GjkShape::new(&model.shapes[i].rounded.core, unit);
@@ -55,17 +56,18 @@ pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
     for b in 0..model.bodies.len() {
         for a in 0..b {
             if !((still(a) && still(b)) || gone(a) || gone(b)) {
-                pairs.push((at_most(model, &cores, poses, [a, b]), a, b));
+                let pair = Pair::new(model, poses, [a, b]);
+                pairs.push((pair.at_most([&cores[a], &cores[b]]), pair));
             }
         }
     }
     pairs.sort_by(|x, y| y.0.total_cmp(&x.0));
     let mut deepest: Option<Overlap> = None;
-    for (bound, a, b) in pairs {
-        if deepest.is_some_and(|d| d.depth >= bound) {
+    for (at_most, pair) in pairs {
+        if deepest.is_some_and(|d| d.depth >= at_most) {
             break;
         }
-        let depth = depth(model, poses, [a, b]);
+        let ([a, b], depth) = (pair.bodies, pair.depth());
         if deepest.is_none_or(|d| depth > d.depth) {
             deepest = Some(Overlap { a, b, depth });
         }
@@ -73,49 +75,60 @@ pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
     deepest
 }
 
-/// How far the surfaces of two bodies reach towards each other, cores and roundings [m].
-fn radii(model: &Model, bodies: [usize; 2]) -> f64 {
-    bodies.map(|i| model.shapes[i].rounded.radius).iter().sum()
+/// Two bodies in space.
+struct Pair<'a> {
+    bodies: [usize; 2],
+    cores: [&'a Polyhedron; 2],
+    poses: [&'a Pose; 2],
+    /// Of both roundings [m].
+    radii: f64,
 }
 
-/// What the depth of an overlap cannot exceed [m]: along any direction cores lie at least as far apart as their extents do, and where they
-/// are disjoint hardly further along that between their closest points. That it bounds depends on neither search being right.
-fn at_most(model: &Model, cores: &[GjkShape], poses: &[Pose], [a, b]: [usize; 2]) -> f64 {
-    let [core_a, core_b] = [a, b].map(|i| &model.shapes[i].rounded.core);
-    let radii = radii(model, [a, b]);
-    let reach = core_a.bounding_radius() + core_b.bounding_radius() + radii;
-    let apart = (poses[a].position - poses[b].position).norm() - reach;
-    if apart > 0.0 {
-        return -apart;
+impl<'a> Pair<'a> {
+    fn new(model: &'a Model, poses: &'a [Pose], bodies: [usize; 2]) -> Self {
+        let shapes = bodies.map(|i| &model.shapes[i].rounded);
+        let radii = shapes[0].radius + shapes[1].radius;
+        Pair { bodies, cores: shapes.map(|shape| &shape.core), poses: bodies.map(|i| &poses[i]), radii }
     }
-    let closest = gjk_closest_points(&cores[a], &poses[a], &cores[b], &poses[b], 2.0 * reach);
-    let Some(direction) = closest.map(|c| c.direction).filter(|d| *d != Vec3::zeros()) else {
-        return f64::INFINITY;
-    };
-    let along = |i: usize| {
-        let core = &model.shapes[i].rounded.core;
-        core.vertices.iter().map(move |v| direction.dot(&poses[i].to_space(v)))
-    };
-    let gap = along(b).fold(f64::INFINITY, f64::min) - along(a).fold(f64::NEG_INFINITY, f64::max);
-    radii - gap
-}
 
-/// How deep two bodies overlap [m], by separating axis and least distance over all features; what is left between
-/// their bounding spheres, negative, where those are apart.
-fn depth(model: &Model, poses: &[Pose], [a, b]: [usize; 2]) -> f64 {
-    let [core_a, core_b] = [a, b].map(|i| &model.shapes[i].rounded.core);
-    let radii = radii(model, [a, b]);
-    let reach = core_a.bounding_radius() + core_b.bounding_radius() + radii;
-    let apart = (poses[a].position - poses[b].position).norm() - reach;
-    if apart > 0.0 {
-        return -apart;
+    /// How far the bounding spheres are apart [m]; negative where they overlap.
+    fn between_spheres(&self) -> f64 {
+        let spheres = self.cores[0].bounding_radius() + self.cores[1].bounding_radius() + self.radii;
+        (self.poses[0].position - self.poses[1].position).norm() - spheres
     }
-    let axis = separating_axis(core_a, &poses[a], core_b, &poses[b]);
-    let points = core_a.facets.is_empty() && core_b.facets.is_empty();
-    let distance = if axis.gap > 0.0 || points {
-        feature_distance(core_a, &poses[a], core_b, &poses[b])
-    } else {
-        axis.gap
-    };
-    radii - distance
+
+    /// What the depth of an overlap cannot exceed [m]: along any direction cores lie at least as far apart as their extents do, and where
+    /// they are disjoint hardly further along that between their closest points. That it bounds depends on neither search being right.
+    fn at_most(&self, gjk: [&GjkShape; 2]) -> f64 {
+        let apart = self.between_spheres();
+        if apart > 0.0 {
+            return -apart;
+        }
+        let [a, b] = self.poses;
+        let closest = gjk_closest_points(gjk[0], a, gjk[1], b, f64::MAX);
+        let Some(direction) = closest.map(|c| c.direction).filter(|d| *d != Vec3::zeros()) else {
+            return f64::INFINITY;
+        };
+        let along = |side: usize| {
+            let pose = self.poses[side];
+            self.cores[side].vertices.iter().map(move |v| direction.dot(&pose.to_space(v)))
+        };
+        let gap = along(1).fold(f64::INFINITY, f64::min) - along(0).fold(f64::NEG_INFINITY, f64::max);
+        self.radii - gap
+    }
+
+    /// How deep the bodies overlap [m], by separating axis and least distance over all features; what is left between
+    /// their bounding spheres, negative, where those are apart.
+    fn depth(&self) -> f64 {
+        let apart = self.between_spheres();
+        if apart > 0.0 {
+            return -apart;
+        }
+        let ([core_a, core_b], [a, b]) = (self.cores, self.poses);
+        let axis = separating_axis(core_a, a, core_b, b);
+        let points = core_a.facets.is_empty() && core_b.facets.is_empty();
+        let distance =
+            if axis.gap > 0.0 || points { feature_distance(core_a, a, core_b, b) } else { axis.gap };
+        self.radii - distance
+    }
 }
