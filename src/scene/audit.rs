@@ -41,7 +41,8 @@ pub fn fault(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Option<Strin
 }
 
 /// The deepest overlap of any two bodies at `poses`; `None` if there are no two. Where even the cores
-/// overlap, the depth is theirs and both radii. Pairs of bodies that never move are left out, and what is no more.
+/// overlap, the depth is theirs and both radii; where bounding spheres are apart, it is minus what is between them. Pairs of bodies
+/// that never move are left out, and what is no more.
 ///
 /// A depth takes all features of a pair. So pairs come in the order of what theirs is at most, until the next cannot be deeper.
 pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
@@ -52,25 +53,35 @@ pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
     let unit = moving.map(size).fold(0.0, f64::max);
     let core = |i: usize| GjkShape::new(&model.shapes[i].rounded.core, unit);
     let cores: Vec<GjkShape> = (0..model.bodies.len()).map(core).collect();
-    let mut pairs = Vec::new();
-    for b in 0..model.bodies.len() {
-        for a in 0..b {
-            if !((still(a) && still(b)) || gone(a) || gone(b)) {
-                let pair = Pair::new(model, poses, [a, b]);
-                pairs.push((pair.at_most([&cores[a], &cores[b]]), pair));
-            }
-        }
-    }
-    pairs.sort_by(|x, y| y.0.total_cmp(&x.0));
     let mut deepest: Option<Overlap> = None;
-    for (at_most, pair) in pairs {
-        if deepest.is_some_and(|d| d.depth >= at_most) {
-            break;
-        }
-        let ([a, b], depth) = (pair.bodies, pair.depth());
+    let mut deepen = |a: usize, b: usize, depth: f64| {
         if deepest.is_none_or(|d| depth > d.depth) {
             deepest = Some(Overlap { a, b, depth });
         }
+        deepest.map_or(f64::NEG_INFINITY, |d| d.depth)
+    };
+    let mut near = Vec::new();
+    for b in 0..model.bodies.len() {
+        for a in 0..b {
+            if (still(a) && still(b)) || gone(a) || gone(b) {
+                continue;
+            }
+            let pair = Pair::new(model, poses, [a, b]);
+            let apart = pair.between_spheres();
+            if apart > 0.0 {
+                deepen(a, b, -apart);
+            } else {
+                near.push((pair.at_most([&cores[a], &cores[b]]), pair));
+            }
+        }
+    }
+    near.sort_by(|x, y| y.0.total_cmp(&x.0));
+    let mut depth = f64::NEG_INFINITY;
+    for (at_most, pair) in near {
+        if depth >= at_most {
+            break;
+        }
+        depth = deepen(pair.bodies[0], pair.bodies[1], pair.depth());
     }
     deepest
 }
@@ -100,10 +111,6 @@ impl<'a> Pair<'a> {
     /// What the depth of an overlap cannot exceed [m]: along any direction cores lie at least as far apart as their extents do, and where
     /// they are disjoint hardly further along that between their closest points. That it bounds depends on neither search being right.
     fn at_most(&self, gjk: [&GjkShape; 2]) -> f64 {
-        let apart = self.between_spheres();
-        if apart > 0.0 {
-            return -apart;
-        }
         let [a, b] = self.poses;
         let closest = gjk_closest_points(gjk[0], a, gjk[1], b, f64::MAX);
         let Some(direction) = closest.map(|c| c.direction).filter(|d| *d != Vec3::zeros()) else {
@@ -117,13 +124,8 @@ impl<'a> Pair<'a> {
         self.radii - gap
     }
 
-    /// How deep the bodies overlap [m], by separating axis and least distance over all features; what is left between
-    /// their bounding spheres, negative, where those are apart.
+    /// How deep the bodies overlap [m], by separating axis and least distance over all features.
     fn depth(&self) -> f64 {
-        let apart = self.between_spheres();
-        if apart > 0.0 {
-            return -apart;
-        }
         let ([core_a, core_b], [a, b]) = (self.cores, self.poses);
         let axis = separating_axis(core_a, a, core_b, b);
         let points = core_a.facets.is_empty() && core_b.facets.is_empty();

@@ -12,7 +12,6 @@ mod placed;
 pub mod press;
 pub mod row;
 pub mod run;
-mod sweep;
 pub mod uniqueness;
 
 pub use audit::{Overlap, deepest_overlap};

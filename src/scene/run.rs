@@ -15,11 +15,10 @@ use crate::scene::parameters::{LoadStage, SceneParameters};
 use crate::scene::placed::placed;
 use crate::scene::press::{Pressing, StoredPressing};
 use crate::scene::row::{BodyState, Row};
-use crate::scene::sweep;
 use crate::solver::fidelity::{change, judge};
 use crate::solver::{
     Dossier, Increment, IncrementReport, Pace, Settings, Start, StepStatus, Transition, Verdict, advance,
-    continued_fields, continued_poses, motion_between,
+    continued_fields, continued_poses, motion_between, sweep,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::{FidelityCounts, Ledger, StageEnd};

@@ -16,6 +16,7 @@ pub mod plain;
 pub mod settings;
 pub mod start;
 pub mod stop;
+pub mod sweep;
 
 pub use damage::DamageSettings;
 pub use dossier::{ContactReport, Dossier};

@@ -1,6 +1,6 @@
 //! Where an increment of a test starts from, and what is said of one that found no balance.
 
-use crate::solver::{IncrementReport, Start, StepStatus, continued_fields, continued_poses};
+use crate::solver::{IncrementReport, Start, StepStatus, continued_fields, continued_poses, sweep};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::test::Last;
@@ -18,6 +18,8 @@ pub(super) fn starts(rig: &Rig, last: Option<(&Last, f64)>, lift: Option<f64>, h
             poses[rig.top].position.z = plain[rig.top].position.z;
         }
         poses[rig.bottom] = plain[rig.bottom];
+        // What fell by millimetres in a snap would go on into its neighbours, deeper than their contacts can tell.
+        sweep::hold_back(&rig.model, now, &mut poses);
         starts.push(Start { poses, fields: continued_fields(&last.fields, &rig.committed.fields, ratio) });
     }
     if let Some(lift) = lift.filter(|lift| *lift != 0.0) {

@@ -1,0 +1,118 @@
+//! Whether bodies pass through each other on the way to where an increment wants to start, and which had better stay.
+
+use crate::contact::ContactShape;
+use crate::contact::law::CORE_FLOOR;
+use crate::geometry::separation::{GjkShape, gjk_closest_points};
+use crate::model::{BodyKind, Model};
+use crate::solver::motion_between;
+use crate::tensor::{Pose, Vec3};
+
+/// Cores stay further apart on the way than this share of the sum of their rounding radii.
+const FLOOR: f64 = 0.1;
+/// Steps of the advance along one pair's way before it is refused.
+const MOST_STEPS: usize = 500;
+
+/// Whether all bodies can go from `from` to `to` along their screw-like straight motions with
+/// their cores apart all the way. Conservative advancement: each step is no longer than what the
+/// distance then allows (Mirtich 1996).
+pub fn is_clear(model: &Model, from: &[Pose], to: &[Pose]) -> bool {
+    Sweep::new(model, from, to).blocked(0.0).next().is_none()
+}
+
+/// Puts those bodies of `to` back to where they are in `from` that would pass through others on the way, of two the one that goes further.
+/// `from` has to be a state that was accepted, no cores of which are nearer than the contacts allow.
+pub fn hold_back(model: &Model, from: &[Pose], to: &mut [Pose]) {
+    loop {
+        let sweep = Sweep::new(model, from, to);
+        let further = |&[a, b]: &[usize; 2]| match (sweep.is_driven(a), sweep.is_driven(b)) {
+            (true, _) => b,
+            (_, true) => a,
+            _ if sweep.speeds[b] > sweep.speeds[a] => b,
+            _ => a,
+        };
+        let mut held: Vec<usize> = sweep.blocked(CORE_FLOOR - FLOOR).map(|pair| further(&pair)).collect();
+        held.retain(|&body| sweep.speeds[body] > 0.0);
+        if held.is_empty() {
+            return;
+        }
+        held.iter().for_each(|&body| to[body] = from[body]);
+    }
+}
+
+/// All bodies on their ways.
+struct Sweep<'a> {
+    model: &'a Model,
+    from: &'a [Pose],
+    motions: Vec<(Vec3, Vec3)>,
+    /// The furthest that a point of each body goes [m].
+    speeds: Vec<f64>,
+}
+
+impl<'a> Sweep<'a> {
+    fn new(model: &'a Model, from: &'a [Pose], to: &[Pose]) -> Self {
+        let bodies = from.iter().zip(to).take(model.bodies.len());
+        let motions: Vec<_> = bodies.map(|(from, to)| motion_between(from, to)).collect();
+        let speed = |((shift, turn), shape): (&(Vec3, Vec3), &ContactShape)| {
+            shift.norm() + turn.norm() * shape.bounding_radius
+        };
+        let speeds = motions.iter().zip(&model.shapes).map(speed).collect();
+        Sweep { model, from, motions, speeds }
+    }
+
+    fn is_driven(&self, body: usize) -> bool {
+        matches!(self.model.bodies[body].kind, BodyKind::Fixed | BodyKind::Plate)
+    }
+
+    /// Pairs that would pass through each other, but for those that close by less than the share `unseen` of their roundings.
+    fn blocked(&self, unseen: f64) -> impl Iterator<Item = [usize; 2]> {
+        let (model, from) = (self.model, self.from);
+        let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
+        let pairs = (0..self.motions.len()).flat_map(|b| (0..b).map(move |a| [a, b]));
+        pairs.filter(move |&[a, b]| {
+            if gone(a) || gone(b) {
+                return false;
+            }
+            let closing = self.speeds[a] + self.speeds[b];
+            let shapes = [a, b].map(|i| &model.shapes[i]);
+            let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
+            if closing <= unseen * radii || (self.is_driven(a) && self.is_driven(b)) {
+                return false;
+            }
+            let reach = shapes[0].bounding_radius + shapes[1].bounding_radius + radii;
+            let apart = (from[a].position - from[b].position).norm() - reach;
+            apart <= closing && !pair_is_clear(model, from, &self.motions, [a, b], closing)
+        })
+    }
+}
+
+fn pair_is_clear(
+    model: &Model,
+    from: &[Pose],
+    motions: &[(Vec3, Vec3)],
+    pair: [usize; 2],
+    closing: f64,
+) -> bool {
+    let shapes = pair.map(|i| &model.shapes[i].rounded);
+    let floor = FLOOR * (shapes[0].radius + shapes[1].radius);
+    let unit = shapes[0].bounding_radius().max(shapes[1].bounding_radius());
+    let gjk = shapes.map(|shape| GjkShape::new(&shape.core, unit));
+    let mut time = 0.0;
+    for _ in 0..MOST_STEPS {
+        let [pose_a, pose_b] = pair.map(|i| {
+            let (shift, turn) = motions[i];
+            from[i].moved(&(shift * time), &(turn * time))
+        });
+        let Some(closest) = gjk_closest_points(&gjk[0], &pose_a, &gjk[1], &pose_b, f64::MAX) else {
+            return true;
+        };
+        let room = closest.distance - floor;
+        if room.is_nan() || room <= 0.0 {
+            return false;
+        }
+        if time >= 1.0 {
+            return true;
+        }
+        time = (time + room / closing).min(1.0);
+    }
+    false
+}
