@@ -22,6 +22,13 @@ pub enum BodyKind {
     Gone,
 }
 
+impl BodyKind {
+    /// Whether it bounds a scene or a specimen and goes where it is put: plates and fixed bodies.
+    pub fn is_support(self) -> bool {
+        matches!(self, BodyKind::Fixed | BodyKind::Plate)
+    }
+}
+
 #[derive(Debug, Clone)]
 pub struct Body {
     pub name: String,

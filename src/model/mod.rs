@@ -179,6 +179,20 @@ impl Model {
         }
     }
 
+    /// Whether anything may come of two bodies' nearness: both are there, and not both are supports.
+    pub fn can_meet(&self, a: usize, b: usize) -> bool {
+        let [a, b] = [a, b].map(|i| self.bodies[i].kind);
+        a != BodyKind::Gone && b != BodyKind::Gone && !(a.is_support() && b.is_support())
+    }
+
+    /// What is between the bounding spheres of two bodies, roundings included [m]; negative where these overlap.
+    pub fn between_spheres(&self, poses: &[Pose], a: usize, b: usize) -> f64 {
+        let shapes = [a, b].map(|i| &self.shapes[i]);
+        let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
+        let reach = shapes[0].bounding_radius + shapes[1].bounding_radius + radii;
+        (poses[a].position - poses[b].position).norm() - reach
+    }
+
     /// The smallest rounding radius of the model [m]; no motion of one iteration exceeds it.
     pub fn smallest_rounding(&self) -> f64 {
         let there = self.shapes.iter().zip(&self.bodies).filter(|(_, body)| body.kind != BodyKind::Gone);

@@ -4,7 +4,7 @@
 use crate::assembly::Contacts;
 use crate::geometry::Polyhedron;
 use crate::geometry::separation::{GjkShape, feature_distance, gjk_closest_points, separating_axis};
-use crate::model::{BodyKind, Model};
+use crate::model::Model;
 use crate::tensor::{Pose, Vec3};
 
 /// Two rounded bodies that reach into each other.
@@ -46,44 +46,35 @@ pub fn fault(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Option<Strin
 ///
 /// A depth takes all features of a pair. So pairs come in the order of what theirs is at most, until the next cannot be deeper.
 pub fn deepest_overlap(model: &Model, poses: &[Pose]) -> Option<Overlap> {
-    let still = |i: usize| matches!(model.bodies[i].kind, BodyKind::Fixed | BodyKind::Plate);
-    let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
-    let size = |i: usize| model.shapes[i].rounded.bounding_radius();
-    let moving = (0..model.bodies.len()).filter(|&i| !still(i) && !gone(i));
-    let unit = moving.map(size).fold(0.0, f64::max);
+    let bodies = 0..model.bodies.len();
+    let moving = bodies.clone().filter(|&i| !model.bodies[i].kind.is_support());
+    let unit = moving.map(|i| model.shapes[i].rounded.bounding_radius()).fold(0.0, f64::max);
     let core = |i: usize| GjkShape::new(&model.shapes[i].rounded.core, unit);
-    let cores: Vec<GjkShape> = (0..model.bodies.len()).map(core).collect();
+    let cores: Vec<GjkShape> = bodies.clone().map(core).collect();
     let mut deepest: Option<Overlap> = None;
-    let mut deepen = |a: usize, b: usize, depth: f64| {
-        if deepest.is_none_or(|d| depth > d.depth) {
-            deepest = Some(Overlap { a, b, depth });
-        }
-        deepest.map_or(f64::NEG_INFINITY, |d| d.depth)
-    };
     let mut near = Vec::new();
-    for b in 0..model.bodies.len() {
-        for a in 0..b {
-            if (still(a) && still(b)) || gone(a) || gone(b) {
-                continue;
-            }
+    for (a, b) in bodies.flat_map(|b| (0..b).map(move |a| (a, b))).filter(|&(a, b)| model.can_meet(a, b)) {
+        let apart = model.between_spheres(poses, a, b);
+        if apart > 0.0 {
+            deepest = deeper(deepest, Overlap { a, b, depth: -apart });
+        } else {
             let pair = Pair::new(model, poses, [a, b]);
-            let apart = pair.between_spheres();
-            if apart > 0.0 {
-                deepen(a, b, -apart);
-            } else {
-                near.push((pair.at_most([&cores[a], &cores[b]]), pair));
-            }
+            near.push((pair.at_most([&cores[a], &cores[b]]), pair));
         }
     }
     near.sort_by(|x, y| y.0.total_cmp(&x.0));
-    let mut depth = f64::NEG_INFINITY;
     for (at_most, pair) in near {
-        if depth >= at_most {
+        if deepest.is_some_and(|d| d.depth >= at_most) {
             break;
         }
-        depth = deepen(pair.bodies[0], pair.bodies[1], pair.depth());
+        let [a, b] = pair.bodies;
+        deepest = deeper(deepest, Overlap { a, b, depth: pair.depth() });
     }
     deepest
+}
+
+fn deeper(deepest: Option<Overlap>, found: Overlap) -> Option<Overlap> {
+    deepest.filter(|deepest| !(found.depth > deepest.depth)).or(Some(found))
 }
 
 /// Two bodies in space.
@@ -100,12 +91,6 @@ impl<'a> Pair<'a> {
         let shapes = bodies.map(|i| &model.shapes[i].rounded);
         let radii = shapes[0].radius + shapes[1].radius;
         Pair { bodies, cores: shapes.map(|shape| &shape.core), poses: bodies.map(|i| &poses[i]), radii }
-    }
-
-    /// How far the bounding spheres are apart [m]; negative where they overlap.
-    fn between_spheres(&self) -> f64 {
-        let spheres = self.cores[0].bounding_radius() + self.cores[1].bounding_radius() + self.radii;
-        (self.poses[0].position - self.poses[1].position).norm() - spheres
     }
 
     /// What the depth of an overlap cannot exceed [m]: along any direction cores lie at least as far apart as their extents do, and where

@@ -3,7 +3,7 @@
 use crate::contact::ContactShape;
 use crate::contact::law::CORE_FLOOR;
 use crate::geometry::separation::{GjkShape, gjk_closest_points};
-use crate::model::{BodyKind, Model};
+use crate::model::Model;
 use crate::solver::motion_between;
 use crate::tensor::{Pose, Vec3};
 
@@ -24,13 +24,13 @@ pub fn is_clear(model: &Model, from: &[Pose], to: &[Pose]) -> bool {
 pub fn hold_back(model: &Model, from: &[Pose], to: &mut [Pose]) {
     loop {
         let sweep = Sweep::new(model, from, to);
-        let further = |&[a, b]: &[usize; 2]| match (sweep.is_driven(a), sweep.is_driven(b)) {
-            (true, _) => b,
-            (_, true) => a,
+        let further = |[a, b]: [usize; 2]| match [a, b].map(|body| model.bodies[body].kind.is_support()) {
+            [true, _] => b,
+            [_, true] => a,
             _ if sweep.speeds[b] > sweep.speeds[a] => b,
             _ => a,
         };
-        let mut held: Vec<usize> = sweep.blocked(CORE_FLOOR - FLOOR).map(|pair| further(&pair)).collect();
+        let mut held: Vec<usize> = sweep.blocked(CORE_FLOOR - FLOOR).map(further).collect();
         held.retain(|&body| sweep.speeds[body] > 0.0);
         if held.is_empty() {
             return;
@@ -59,28 +59,17 @@ impl<'a> Sweep<'a> {
         Sweep { model, from, motions, speeds }
     }
 
-    fn is_driven(&self, body: usize) -> bool {
-        matches!(self.model.bodies[body].kind, BodyKind::Fixed | BodyKind::Plate)
-    }
-
     /// Pairs that would pass through each other, but for those that close by less than the share `unseen` of their roundings.
     fn blocked(&self, unseen: f64) -> impl Iterator<Item = [usize; 2]> {
         let (model, from) = (self.model, self.from);
-        let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
         let pairs = (0..self.motions.len()).flat_map(|b| (0..b).map(move |a| [a, b]));
         pairs.filter(move |&[a, b]| {
-            if gone(a) || gone(b) {
-                return false;
-            }
             let closing = self.speeds[a] + self.speeds[b];
-            let shapes = [a, b].map(|i| &model.shapes[i]);
-            let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
-            if closing <= unseen * radii || (self.is_driven(a) && self.is_driven(b)) {
-                return false;
-            }
-            let reach = shapes[0].bounding_radius + shapes[1].bounding_radius + radii;
-            let apart = (from[a].position - from[b].position).norm() - reach;
-            apart <= closing && !pair_is_clear(model, from, &self.motions, [a, b], closing)
+            let radii = model.shapes[a].rounded.radius + model.shapes[b].rounded.radius;
+            closing > unseen * radii
+                && model.can_meet(a, b)
+                && model.between_spheres(from, a, b) <= closing
+                && !pair_is_clear(model, from, &self.motions, [a, b], closing)
         })
     }
 }
