@@ -4,8 +4,8 @@
     scripts/shuibuya_tables.py results/p0800_300.h5 results/p1600_300.h5
 
 Strains count from the end of the consolidation, compression and contraction positive. The peak is that of a moving mean over
-0.2 % of strain, since single increments jump where force chains break; the initial modulus is the secant to 0.1 %; the dilation rate is
-the largest -d(volume strain)/d(axial strain) over 1 % of strain behind the largest contraction.
+0.2 % of strain, since single increments jump where force chains break; the contraction is the largest within the first 2 %; the dilation rate is
+the largest -d(volume strain)/d(axial strain) over 1 % of strain behind it.
 """
 
 import argparse
@@ -20,6 +20,10 @@ from riprap_results import Results, ResultsError
 # Peak deviatoric stress [Pa] and its axial strain at a confining pressure [Pa]: Ma, Zhou, Chang & Zhou (2011).
 SOURCE = {0.8e6: (3.52e6, 0.1164), 1.6e6: (7.04e6, 0.154)}
 
+# Where the largest contraction is looked for, and the strain over which dilation is measured.
+EARLY = 0.02
+OVER = 0.01
+
 
 def smoothed(strain, values, width):
     """Mean of `values` over `width` of strain about each point; ends take what there is."""
@@ -30,63 +34,66 @@ def smoothed(strain, values, width):
 
 
 def measures(results):
-    """One row of the table as a dict of numbers; NaN where a run does not reach."""
+    """The rows of one run's column, in order: what is measured and its text."""
     history = results.history
     names = ("axial_strain", "volumetric_strain", "deviatoric_stress", "confining_pressure")
-    strain, volume, q, pressure = (numpy.nan_to_num(column) for column in results.shear(*names))
+    strain, volume, q, pressures = (numpy.nan_to_num(column) for column in results.shear(*names))
     if len(strain) < 3:
         raise ResultsError(f"{results.path}: has no shear to measure")
+    pressure = float(numpy.median(pressures))
     mean_q = smoothed(strain, q, 0.002)
     peak = int(mean_q.argmax())
-    deepest = int(volume.argmax())
-    behind = strain > strain[deepest]
-    rates = [
-        (volume[at] - numpy.interp(strain[at] + 0.01, strain, volume)) / 0.01
-        for at in numpy.flatnonzero(behind)
-        if strain[at] + 0.01 <= strain[-1]
-    ]
-    work = history["energy_external"][-1]
-    share = lambda name: history[name][-1] / work if name in history else 0.0
+    strength_found = mean_q[peak]
+    at_peak = f"at {100 * strain[peak]:.1f} %" if peak < len(strain) - 1 else "at the end"
+    deepest = int(numpy.where(strain < EARLY, volume, -numpy.inf).argmax())
+    starts = numpy.arange(strain[deepest], strain[-1] - OVER, 2e-4)
+    volume_at = lambda at: numpy.interp(at, strain, volume)
+    dilation = max(((volume_at(at) - volume_at(at + OVER)) / OVER for at in starts), default=numpy.nan)
+    of_source = [value for known, value in SOURCE.items() if abs(known / pressure - 1) < 0.01]
+    laboratory = strength(pressure)
+    off = lambda value: f"{100 * (strength_found / value - 1):+.0f} %"
+    # Of older files a column may be missing.
+    column = lambda name: history[name] if name in history else numpy.zeros(len(history))
+    work = column("energy_external")
+    share = lambda name: 100 * column(name)[-1] / work[-1]
+    errors = numpy.abs(column("energy_error") / numpy.maximum(work, 1e-9))[history["axial_strain"] > 0.01]
+    sampled = [at for at in (0.05, 0.10, 0.15) if at <= strain[-1] + 1e-6]
+    mean = numpy.sum(0.5 * (q[1:] + q[:-1]) * numpy.diff(strain)) / (strain[-1] - strain[0])
+    status, _ = results.status
     return {
-        "pressure": float(numpy.median(pressure)),
-        "reached": strain[-1],
-        "peak": mean_q[peak],
-        "peak_strain": strain[peak] if peak < len(strain) - 1 else numpy.nan,
-        "modulus": numpy.interp(0.001, strain, q) / 0.001,
-        "contraction": volume[deepest],
-        "dilation": max(rates, default=numpy.nan),
-        "error": history["energy_error"][-1] / work,
-        "stabilisation": share("energy_stabilisation"),
-        "friction": share("energy_friction"),
-        "damage": share("energy_damage"),
-        "missed": int((history["out_of_balance"][:] > 1e-3).sum()),
-        "factorisations": history["factorisations"][:].mean(),
-        "increments": len(history),
-        "minutes": history["wall_time"][-1] / 60,
+        "status, axial strain reached": f"{status}, {100 * strain[-1]:.1f} %",
+        "peak q (mean over 0.2 %)": f"**{strength_found / 1e6:.2f} MPa** {at_peak}",
+        "the source's peak": f"{of_source[0][0] / 1e6:.2f} MPa at {100 * of_source[0][1]:.2f} %: {off(of_source[0][0])}" if of_source else "none given",
+        "Duncan-Chang strength, **unverified**": f"{laboratory / 1e6:.2f} MPa: {off(laboratory)}",
+        "friction angle at the peak": f"{numpy.degrees(numpy.arcsin(strength_found / (strength_found + 2 * pressure))):.1f} deg",
+        "secant to 0.1 %": f"{numpy.interp(0.001, strain, q) / 1e3:.0f} MPa",
+        "contraction before dilation": f"{100 * volume[deepest]:.2f} % at {100 * strain[deepest]:.2f} %",
+        "fastest dilation over 1 % of strain": f"{dilation:.2f}",
+        "volume strain at " + ", ".join(f"{100 * at:.0f}" for at in sampled) + " %": ", ".join(f"{100 * volume_at(at):+.1f}" for at in sampled) + " %",
+        "mean q": f"{mean / 1e6:.2f} MPa",
+        "elastic, friction, damage, stabilisation / work": f"{share('energy_elastic'):.1f}, {share('energy_friction'):.0f}, {share('energy_damage'):.1f}, **{share('energy_stabilisation'):.1f} %**",
+        "of the damage, crushing / work": f"{share('energy_crushing'):.1f} %",
+        "ledger error / work, at the end; worst beyond 1 %": f"{abs(share('energy_error')) / 100:.0e}; {errors.max(initial=0.0):.0e}",
+        "friction that gave way / work": f"{share('energy_overdrawn') / 100:.0e}",
+        "cells failed; fragments": f"{column('deleted_cells')[-1]:.0f}; {column('fragments')[-1]:.0f}",
+        "rock crushed": f"{100 * column('crushed_share')[-1]:.1f} %",
+        "increments, cut, out of balance by more than 1e-3": f"{len(work)}, {column('cuts').sum():.0f}, {(column('out_of_balance') > 1e-3).sum()}",
+        "factorisations each": f"{column('factorisations').mean():.0f}",
+        "deepest contact": f"{1e3 * numpy.nanmax(column('max_penetration')):.2f} mm",
+        "wall time": f"{history['wall_time'][-1] / 60:.0f} min",
     }
 
 
 def table(files):
-    lines = [
-        "| run | reached | peak q [MPa] at | source's | laboratory q_f (unverified) | secant to 0.1 % [MPa] | largest contraction | dilation rate"
-        " | friction, damage, stabilisation / external work | ledger error / external work | increments, factorisations each | wall [min] | status |",
-        "|---" * 13 + "|",
-    ]
+    """A column a run; rows that not all runs have are left empty where they are missing."""
+    columns = {}
     for path in files:
         with Results(path) as results:
-            row = measures(results)
-            status, _ = results.status
-        known = [SOURCE[p] for p in SOURCE if abs(p / row["pressure"] - 1) < 0.01]
-        source = f"{known[0][0] / 1e6:.2f} at {100 * known[0][1]:.2f} % ({100 * (row['peak'] / known[0][0] - 1):+.0f} %)" if known else "none given"
-        laboratory = strength(row["pressure"])
-        at = f"{100 * row['peak_strain']:.2f} %" if numpy.isfinite(row["peak_strain"]) else "the end"
-        name = os.path.splitext(os.path.basename(path))[0]
-        lines.append(
-            f"| {name} | {100 * row['reached']:.2f} % | {row['peak'] / 1e6:.2f} at {at} | {source} |"
-            f" {laboratory / 1e6:.2f} ({100 * (row['peak'] / laboratory - 1):+.0f} %) | {row['modulus'] / 1e6:.0f} | {100 * row['contraction']:+.2f} % |"
-            f" {row['dilation']:.2f} | {100 * row['friction']:.0f}, {100 * row['damage']:.1f}, {100 * row['stabilisation']:.1f} % | {row['error']:.1e} |"
-            f" {row['increments']}, {row['factorisations']:.0f} | {row['minutes']:.0f} | {status} |"
-        )
+            columns[os.path.splitext(os.path.basename(path))[0]] = measures(results)
+    rows = dict.fromkeys(name for column in columns.values() for name in column)
+    lines = ["| | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
+    for row in rows:
+        lines.append(f"| {row} | " + " | ".join(column.get(row, "") for column in columns.values()) + " |")
     return "\n".join(lines)
 
 

@@ -304,6 +304,12 @@ static DAMAGE: &[Key] = &[
         "\"removed\"",
         "Cells that have failed: removed, as in the source, so that the rock loses their volume and what they held falls in; or kept as rubble that carries no stress inside the grain but goes on taking its room in contacts, a tenth as stiff. Kept is for grains that are rigid in their contacts.",
     ),
+    Key::default(
+        "release_steps",
+        Count(1, 1000),
+        "5",
+        "Steps, each to a balance, in which the contact forces that went with failed rock are taken away from the bodies that it held; 1: at once. In specimens under a pressure cover whose grains are rigid in their contacts; elsewhere they go at once.",
+    ),
 ];
 
 static CONTACT: &[Key] = &[

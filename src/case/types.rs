@@ -296,6 +296,8 @@ pub struct DamageCase {
     /// Parts below this share of the grain as generated are dust.
     pub least_fragment: f64,
     pub rubble: RubbleCase,
+    /// Steps in which contact forces of rock that has failed are taken away; 1: at once.
+    pub release_steps: usize,
 }
 
 /// What becomes of cells that have failed.

@@ -154,7 +154,8 @@ history! {
     energy_external: f64, "J", "work done on the specimen from outside, since the start";
     energy_elastic: f64, "J", "elastic energy stored in grains and contacts, less that at the start";
     energy_friction: f64, "J", "energy dissipated by friction, since the start";
-    energy_damage: f64, "J", "energy dissipated by damage, since the start";
+    energy_damage: f64, "J", "energy dissipated by damage, crushing included, since the start";
+    energy_crushing: f64, "J", "part of energy_damage: what contacts on failed rock had stored, and the work done against their forces while these are taken away, since the start";
     energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, and work of the forces that the tolerance leaves out of balance in the others, since the start";
     energy_overdrawn: f64, "J", "friction by which snaps would have spent more than they had, taken off energy_friction, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";

@@ -223,6 +223,11 @@ pub fn settings(case: &Case) -> Settings {
 /// How damage is followed in a case.
 pub fn damage_settings(case: &Case) -> DamageSettings {
     let usual = DamageSettings::default();
-    let least_share = case.rock.damage.as_ref().map_or(usual.least_share, |damage| damage.least_fragment);
-    DamageSettings { max_change: case.solver.damage_change, least_share, ..usual }
+    let asked = case.rock.damage.as_ref();
+    DamageSettings {
+        max_change: case.solver.damage_change,
+        least_share: asked.map_or(usual.least_share, |damage| damage.least_fragment),
+        release_steps: asked.map_or(usual.release_steps, |damage| damage.release_steps),
+        ..usual
+    }
 }

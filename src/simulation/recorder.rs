@@ -579,6 +579,7 @@ impl Recorder {
             energy_elastic: ledger.elastic,
             energy_friction: ledger.friction,
             energy_damage: ledger.damage,
+            energy_crushing: ledger.crushing,
             energy_stabilisation: ledger.stabilisation,
             energy_overdrawn: ledger.overdrawn,
             energy_membrane: ledger.membrane,

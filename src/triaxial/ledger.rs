@@ -10,8 +10,10 @@ pub struct Ledger {
     /// Stored in contacts (and grains), less what was stored at the start.
     pub elastic: f64,
     pub friction: f64,
-    /// Set free by damage, deleted cells and parts that were given up.
+    /// Set free by damage, deleted cells and parts that were given up, and what crushing took.
     pub damage: f64,
+    /// Of the damage what contacts on failed rock had stored, and the work against their forces while these were taken away.
+    pub crushing: f64,
     /// Stored in a rubber membrane's sheet, less what was stored at the start.
     pub membrane: f64,
     /// Set free in increments that snapped to another equilibrium, where the stabilising term
@@ -88,6 +90,7 @@ mod tests {
             elastic: 0.7,
             friction: 0.8,
             damage: 0.1,
+            crushing: 0.05,
             membrane: 0.3,
             stabilisation: 0.05,
             overdrawn: 0.0,

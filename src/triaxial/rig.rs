@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
 use crate::model::cover::{Outline, Rim};
+use crate::model::fracture::Fracture;
 use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall, StoredBodies};
 use crate::solver::{Dossier, Settings};
 use crate::specimen::Specimen;
@@ -159,13 +160,13 @@ impl Rig {
         Ok(fits)
     }
 
-    /// Breaks up what the last increment left to; the elastic energy that went with lost parts [J], if there was anything.
+    /// Breaks up what the last increment left to.
     ///
     /// # Errors
     /// `Error::Mesh` where a part cannot be made.
-    pub fn break_up(&mut self) -> Result<Option<f64>> {
+    pub fn break_up(&mut self) -> Result<Vec<Fracture>> {
         if self.failing.is_empty() {
-            return Ok(None);
+            return Ok(Vec::new());
         }
         let failing = std::mem::take(&mut self.failing);
         let displacements = failing.displacements(self.model.bodies.len());
@@ -177,7 +178,7 @@ impl Rig {
         for fracture in &fractures {
             tracing::debug!(?fracture);
         }
-        Ok(Some(fractures.iter().map(|fracture| fracture.lost_energy).sum()))
+        Ok(fractures)
     }
 
     /// Places the specimen between plates and drapes the cover.

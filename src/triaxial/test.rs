@@ -1,10 +1,10 @@
 //! A triaxial test in progress: stages, increments, landings, and the books kept over them.
 
+mod collapse;
 mod trial;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Result;
 use crate::model::{Counters, DamageCounts};
 use crate::solver::{
     DamageSettings, Dossier, Energies, FALL_REBASE, Increment, IncrementReport, Pace, Settings, advance,
@@ -15,6 +15,7 @@ use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
 use crate::triaxial::fidelity::FidelityCounts;
 use crate::triaxial::ledger::{EnergyGate, Ledger};
 use crate::triaxial::measures::{Measures, Picture, Zero};
+use crate::triaxial::remnants::Remnants;
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd};
@@ -69,8 +70,6 @@ const AREA_TRIALS: usize = 5;
 const DWELL_SHARE: f64 = 1e-3;
 /// Rough balances that a dwell gets where it does not find a fine one.
 const MOST_SETTLINGS: usize = 10;
-/// Pieces in which a dwell may follow a collapse, each of about a rounding.
-const MOST_PIECES: usize = 300;
 /// Augmentations of an increment of a specimen that has broken, before its grains fall.
 const LATE: usize = 60;
 /// The same where no grain has broken.
@@ -126,6 +125,8 @@ struct UnderWay {
     pieces: usize,
     /// Increments accepted in rough balance, one after the other.
     rough: usize,
+    /// What failed rock still holds.
+    remnants: Remnants,
     /// What pieces and rough balances have taken.
     #[serde(skip)]
     spent: Counters,
@@ -251,7 +252,7 @@ impl Test {
             return StageEnd::Finished;
         };
         loop {
-            match self.break_up(rig) {
+            match self.break_up(rig, &mut way) {
                 Ok(true) => {
                     (way.dwells, way.last) = (true, None);
                     self.mend_cover(rig, &way.drive);
@@ -275,6 +276,11 @@ impl Test {
                     return StageEnd::Interrupted;
                 }
                 Err(miss) if self.follow(rig, &mut way, &miss, share, to) => continue,
+                Err(_) if !way.remnants.is_over() => {
+                    // What is left of them goes at once.
+                    way.remnants = Remnants::default();
+                    continue;
+                }
                 Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
                 // A loaded plate would fall until nothing is left of the specimen.
                 Err(_) if !way.dwells && !way.falls && may_fall(rig, &way) => {
@@ -301,6 +307,10 @@ impl Test {
                     }
                 },
             };
+            if !way.remnants.is_over() {
+                self.let_down(rig, &mut way, &report, share, to);
+                continue;
+            }
             let pressure = way.drive.pressure(to, report.factor);
             let verdict = rig.judge(&report, pressure);
             if verdict.urgent && way.repeats < MOST_REPEATS {
@@ -362,6 +372,7 @@ impl Test {
             let last = self.commit(rig, &way.drive, &report, &trial, share);
             way.last = Some(last).filter(|_| !way.dwells);
             (way.dwells, way.falls, way.settlings, way.pieces) = (false, false, 0, 0);
+            way.remnants = Remnants::default();
             way.spent = Counters::default();
             let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
             let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
@@ -420,82 +431,12 @@ impl Test {
             settlings: 0,
             pieces: 0,
             rough: 0,
+            remnants: Remnants::default(),
             spent: Counters::default(),
             falls: false,
             repeats: 0,
             woken: 0,
         })
-    }
-
-    /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
-    /// seating does: a collapse is followed in pieces. Nothing more breaks meanwhile; what is set free goes to the stabilisation with the dwell.
-    /// `false`, and nothing is changed, where it comes to nothing better balanced than what it began with.
-    fn settle(&mut self, rig: &mut Rig, way: &mut UnderWay, share: f64, to: f64) -> bool {
-        let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
-        let (area, pressure) = (now.volume / now.height, now.pressure);
-        let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
-        let loads = way.drive.loads(rig, share, to, &guess);
-        let mut settings = rig.settings.falling().for_seating();
-        settings.damage.moves = false;
-        let increment =
-            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
-        let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
-        let before = report.history.first().copied().unwrap_or(0.0);
-        way.settlings += 1;
-        way.spent.add(&report.counters);
-        let is_better = report.balance.out_of_balance < before;
-        tracing::debug!(before, after = report.balance.out_of_balance, is_better, "settled");
-        if is_better {
-            // What pressure and ram do on the way, as for an increment.
-            let trial = self.weigh(rig, way, &report, share, to);
-            self.commit(rig, &way.drive, &report, &trial, share);
-        }
-        is_better
-    }
-
-    /// Commits a piece of the collapse that a dwell follows, so that friction acts against the way from there on; an increment whose bodies fell
-    /// becomes a dwell under the loads that it has come to. What is set free goes to the stabilisation. `false`, and nothing is changed, where
-    /// there is none, where pieces would end up with more energy than they had, and after too many.
-    fn follow(&mut self, rig: &mut Rig, way: &mut UnderWay, miss: &Miss, share: f64, to: f64) -> bool {
-        let Some(report) = miss.report.as_deref().filter(|report| report.fell) else { return false };
-        let trial = self.weigh_as(rig, way, report, [share, to], true);
-        tracing::debug!(
-            piece = way.pieces,
-            out_of_balance = report.balance.out_of_balance,
-            elastic = trial.ledger.elastic,
-            creates_energy = trial.creates_energy,
-            "followed"
-        );
-        if trial.creates_energy || way.pieces >= MOST_PIECES {
-            return false;
-        }
-        if !way.dwells {
-            (way.dwells, way.last) = (true, None);
-            way.spent.cuts += way.pace.accept(share, rig.settings.beyond_start(report.history.len()));
-        }
-        way.pieces += 1;
-        way.spent.add(&report.counters);
-        self.commit(rig, &way.drive, report, &trial, share);
-        self.mend_cover(rig, &way.drive);
-        true
-    }
-
-    /// Has a folded cover laid anew where that is free to change the volume.
-    fn mend_cover(&mut self, rig: &mut Rig, drive: &Drive) {
-        if !drive.prescribes_volume() {
-            self.zero.mend(rig);
-        }
-    }
-
-    /// Breaks up what the last increment left to; whether anything did.
-    fn break_up(&mut self, rig: &mut Rig) -> Result<bool> {
-        let lost = rig.break_up()?;
-        if let Some(lost) = lost {
-            self.left.clear();
-            self.ledger.damage += lost;
-            self.ledger.elastic -= lost;
-        }
-        Ok(lost.is_some())
     }
 
     /// Makes the increment the committed state; what it came from goes to the next one.
@@ -620,9 +561,12 @@ impl Test {
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let (mut counters, mut longest) = (Counters::default(), Vec::new());
         let falling = falling(rig, way);
-        let settings = falling.as_ref().unwrap_or(&rig.settings);
+        let mut settings = falling.unwrap_or_else(|| rig.settings.clone());
+        settings.damage.moves &= way.remnants.is_over();
+        let settings = &settings;
         for _ in 0..AREA_TRIALS {
-            let loads = drive.loads(rig, share, to, &guess);
+            let mut loads = drive.loads(rig, share, to, &guess);
+            way.remnants.add_to(&mut loads);
             let increment =
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
             let mut report = advance(&increment, starts.clone(), &mut rig.contacts);

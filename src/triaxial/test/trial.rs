@@ -51,7 +51,8 @@ impl Test {
         let (old, new) = (&rig.committed.poses, &report.poses);
         let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
         pressure_loads_into(&mut loads, &rig.model, new, pressure);
-        let balancing = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
+        let held_up = way.remnants.on(rig.top)[2];
+        let balancing = -(report.contact_wrench[rig.top][2] + loads[rig.top][2] + held_up);
         // Where bodies still fall, a loaded plate is not in balance with its ram, whose force is known.
         let ram = if report.fell && drive.is_loaded() { self.ram } else { balancing };
         let state = self.state(rig, new, pressure, ram);
@@ -63,7 +64,9 @@ impl Test {
         ledger.external += ram_work + pressure_work;
         ledger.elastic = report.energy.elastic - self.start_elastic;
         ledger.friction += report.energy.friction;
-        ledger.damage += report.damage.dissipated;
+        let crushing = way.remnants.overcome(old, new);
+        ledger.damage += report.damage.dissipated + crushing;
+        ledger.crushing += crushing;
         ledger.membrane = report.energy.membrane - self.start_membrane;
         let (created, mut overdrawn) = (ledger.error() - self.ledger.error(), 0.0);
         if snapped {

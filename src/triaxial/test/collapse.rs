@@ -1,0 +1,163 @@
+//! Collapses of specimens whose grains break: rock is taken out and lets go of what it held, bodies fall, and states on the way are committed
+//! without rows.
+
+use crate::error::Result;
+use crate::model::Loads;
+use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
+use crate::triaxial::drive::{Drive, Guess};
+use crate::triaxial::remnants::{Remnants, Touching};
+use crate::triaxial::rig::Rig;
+use crate::triaxial::test::trial::Trial;
+use crate::triaxial::test::{DWELL_SHARE, Miss, Test, UnderWay};
+
+/// Pieces in which a dwell may follow a collapse, each of about a rounding.
+const MOST_PIECES: usize = 300;
+
+impl Test {
+    /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
+    /// seating does: a collapse is followed in pieces. Nothing more breaks meanwhile; what is set free goes to the stabilisation with the dwell.
+    /// `false`, and nothing is changed, where it comes to nothing better balanced than what it began with.
+    pub(super) fn settle(&mut self, rig: &mut Rig, way: &mut UnderWay, share: f64, to: f64) -> bool {
+        let loads = self.loads_now(rig, way, share, to);
+        let mut settings = rig.settings.falling().for_seating();
+        settings.damage.moves = false;
+        let increment =
+            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
+        let before = report.history.first().copied().unwrap_or(0.0);
+        way.settlings += 1;
+        let is_better = report.balance.out_of_balance < before;
+        tracing::debug!(before, after = report.balance.out_of_balance, is_better, "settled");
+        if is_better {
+            // What pressure and ram do on the way, as for an increment.
+            let trial = self.weigh(rig, way, &report, share, to);
+            self.take_piece(rig, way, &report, &trial, share);
+        } else {
+            way.spent.add(&report.counters);
+        }
+        is_better
+    }
+
+    /// Commits a step in which failed rock lets go of some of what it held. A force whose bodies part is ended first, for the step to be repeated.
+    pub(super) fn let_down(
+        &mut self,
+        rig: &mut Rig,
+        way: &mut UnderWay,
+        report: &IncrementReport,
+        share: f64,
+        to: f64,
+    ) {
+        if way.remnants.let_go(&rig.model, &rig.committed.poses, &report.poses) {
+            way.spent.add(&report.counters);
+            return;
+        }
+        let trial = self.weigh(rig, way, report, share, to);
+        self.take_piece(rig, way, report, &trial, share);
+    }
+
+    /// Commits a state on the way of a dwell, of which no row is made.
+    fn take_piece(
+        &mut self,
+        rig: &mut Rig,
+        way: &mut UnderWay,
+        report: &IncrementReport,
+        trial: &Trial,
+        share: f64,
+    ) {
+        way.spent.add(&report.counters);
+        let last = self.commit(rig, &way.drive, report, trial, share);
+        if report.converged() {
+            way.remnants.release();
+        } else {
+            way.remnants.squeeze(&last.poses, &rig.committed.poses);
+        }
+    }
+
+    /// The loads in force at the share `to`, at the cross-section as it is.
+    fn loads_now(&self, rig: &Rig, way: &UnderWay, share: f64, to: f64) -> Loads {
+        let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
+        let (area, pressure) = (now.volume / now.height, now.pressure);
+        let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
+        let mut loads = way.drive.loads(rig, share, to, &guess);
+        way.remnants.add_to(&mut loads);
+        loads
+    }
+
+    /// Contact forces of the committed state, and the elastic energy in it [J].
+    fn touching(&self, rig: &mut Rig, way: &UnderWay) -> (Touching, f64) {
+        let loads = self.loads_now(rig, way, DWELL_SHARE, way.pace.done());
+        let damage = DamageSettings { moves: false, ..rig.settings.damage };
+        let settings = Settings { max_augmentations: 0, falls_after: None, damage, ..rig.settings.clone() };
+        let increment =
+            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
+        (Touching::of(&rig.contacts, &rig.committed.poses), report.energy.elastic)
+    }
+
+    /// Commits a piece of the collapse that a dwell follows, so that friction acts against the way from there on; an increment whose bodies fell
+    /// becomes a dwell under the loads that it has come to. What is set free goes to the stabilisation. `false`, and nothing is changed, where
+    /// there is none, where pieces would end up with more energy than they had, and after too many.
+    pub(super) fn follow(
+        &mut self,
+        rig: &mut Rig,
+        way: &mut UnderWay,
+        miss: &Miss,
+        share: f64,
+        to: f64,
+    ) -> bool {
+        let Some(report) = miss.report.as_deref().filter(|report| report.fell) else { return false };
+        if way.remnants.let_go(&rig.model, &rig.committed.poses, &report.poses) {
+            way.spent.add(&report.counters);
+            return true;
+        }
+        let trial = self.weigh_as(rig, way, report, [share, to], true);
+        tracing::debug!(
+            piece = way.pieces,
+            out_of_balance = report.balance.out_of_balance,
+            elastic = trial.ledger.elastic,
+            creates_energy = trial.creates_energy,
+            "followed"
+        );
+        if trial.creates_energy || way.pieces >= MOST_PIECES {
+            return false;
+        }
+        if !way.dwells {
+            (way.dwells, way.last) = (true, None);
+            way.spent.cuts += way.pace.accept(share, rig.settings.beyond_start(report.history.len()));
+        }
+        way.pieces += 1;
+        self.take_piece(rig, way, report, &trial, share);
+        self.mend_cover(rig, &way.drive);
+        true
+    }
+
+    /// Has a folded cover laid anew where that is free to change the volume.
+    pub(super) fn mend_cover(&mut self, rig: &mut Rig, drive: &Drive) {
+        if !drive.prescribes_volume() {
+            self.zero.mend(rig);
+        }
+    }
+
+    /// Breaks up what the last increment left to; whether anything did. What the rock that went had held is let down step by step.
+    pub(super) fn break_up(&mut self, rig: &mut Rig, way: &mut UnderWay) -> Result<bool> {
+        if rig.failing.is_empty() {
+            return Ok(false);
+        }
+        let (steps, model) = (rig.settings.damage.release_steps, &rig.model);
+        let falls = !model.has_elastic() && model.membrane.is_none() && model.wall.is_none();
+        let before = (falls && steps > 1).then(|| self.touching(rig, way));
+        let fractures = rig.break_up()?;
+        self.left.clear();
+        let mut lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
+        if let Some((before, stored)) = before {
+            let (after, rest) = self.touching(rig, way);
+            let touching = [&before, &after];
+            way.remnants = Remnants::new(&rig.model, &rig.committed.poses, &fractures, touching, steps);
+            self.ledger.crushing += stored - rest;
+            lost += stored - rest;
+        }
+        self.ledger.damage += lost;
+        self.ledger.elastic -= lost;
+        Ok(true)
+    }
+}
