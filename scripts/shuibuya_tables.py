@@ -58,7 +58,7 @@ def measures(results):
     share = lambda name: 100 * column(name)[-1] / work[-1]
     errors = numpy.abs(column("energy_error") / numpy.maximum(work, 1e-9))[history["axial_strain"] > 0.01]
     sampled = [at for at in (0.05, 0.10, 0.15) if at <= strain[-1] + 1e-6]
-    mean = numpy.sum(0.5 * (q[1:] + q[:-1]) * numpy.diff(strain)) / (strain[-1] - strain[0])
+    mean = numpy.trapezoid(q, strain) / (strain[-1] - strain[0])
     status, _ = results.status
     return {
         "status, axial strain reached": f"{status}, {100 * strain[-1]:.1f} %",

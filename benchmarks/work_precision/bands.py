@@ -33,7 +33,7 @@ WORDS = {"default": "2e-4", "increments x0.5": "4e-4", "increments x2": "1e-4", 
 def measured(curve):
     """Mean q over the strain [Pa], last volume strain, friction work of the shear [J]."""
     e, q = curve["axial_strain"], curve["deviatoric_stress_Pa"]
-    mean = numpy.sum(0.5 * (q[1:] + q[:-1]) * numpy.diff(e)) / (e[-1] - e[0])
+    mean = numpy.trapezoid(q, e) / (e[-1] - e[0])
     return numpy.array([mean, curve["volumetric_strain"][-1], curve["friction_J"][-1] - curve["friction_J"][0]])
 
 

@@ -3,7 +3,6 @@
 use crate::assembly::BlockPattern;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
-use crate::geometry::{Polyhedron, RoundedBody};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, cuboid_mesh};
 use crate::model::{Body, BodyKind, Committed, Loads, Model};
@@ -18,26 +17,12 @@ pub fn pile(shift: f64, deform: impl Fn(&mut Body, Mesh, &[Elastic])) -> (Model,
     let block = |index: usize| {
         let mesh = cuboid_mesh([EDGE; 3], EDGE).expect("a mesh");
         let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
-        let core = Polyhedron::cuboid([EDGE - 2.0 * ROUNDING; 3]).expect("a box");
-        let mut body = Body {
-            name: "cube".into(),
-            kind: BodyKind::Placed,
-            nominal: Polyhedron::cuboid([EDGE; 3]).expect("a box"),
-            stiffness: 1e8,
-            grain: None,
-            damaged: None,
-            resting: None,
-            is_rubble: false,
-            full: None,
-            friction: None,
-            mass: 0.07,
-            centre_of_mass: Vec3::zeros(),
-            rotation_scale: 0.02,
-        };
+        let (mut body, shape) = Body::block("cube", BodyKind::Placed, [EDGE; 3], ROUNDING, 0.02);
+        body.mass = 0.07;
         if index > 0 {
             deform(&mut body, mesh, &rock);
         }
-        (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+        (body, shape)
     };
     let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) = (0..3).map(block).unzip();
     let law = ContactLaw { onset: 4e-6, fade_length: 1e-3, ..ContactLaw::SAMPLE };

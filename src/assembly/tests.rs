@@ -3,7 +3,6 @@
 use super::*;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
-use crate::geometry::{Polyhedron, RoundedBody};
 use crate::material::{Rubber, RubberLaw};
 use crate::model::membrane::Fastening;
 use crate::model::{Body, BodyKind, Committed, Membrane, MembraneParameters, Thickness};
@@ -14,24 +13,8 @@ const HEIGHT: f64 = 0.06;
 const RADIUS: f64 = 0.03;
 
 fn block(kind: BodyKind, size: [f64; 3]) -> (Body, ContactShape) {
-    let nominal = Polyhedron::cuboid(size).expect("a box");
-    let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * ROUNDING)).expect("a box");
-    let body = Body {
-        name: "block".into(),
-        kind,
-        stiffness: 1e8,
-        friction: None,
-        mass: 1.0,
-        centre_of_mass: Vec3::zeros(),
-        rotation_scale: 0.02,
-        grain: None,
-        full: None,
-        damaged: None,
-        resting: None,
-        is_rubble: false,
-        nominal,
-    };
-    (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+    let (body, shape) = Body::block("block", kind, size, ROUNDING, 0.02);
+    (Body { mass: 1.0, ..body }, shape)
 }
 
 /// A turned block between two plates in a membrane that its edges and corners press against.

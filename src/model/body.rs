@@ -60,6 +60,47 @@ pub struct Body {
 }
 
 impl Body {
+    /// A rigid body without mass: `stiffness` is its share of a contact's [N/m], `radius` [m] its own, about.
+    pub fn rigid(
+        name: impl Into<String>,
+        kind: BodyKind,
+        nominal: Polyhedron,
+        stiffness: f64,
+        radius: f64,
+    ) -> Self {
+        Body {
+            name: name.into(),
+            kind,
+            nominal,
+            stiffness,
+            grain: None,
+            full: None,
+            damaged: None,
+            resting: None,
+            is_rubble: false,
+            friction: None,
+            mass: 0.0,
+            centre_of_mass: crate::tensor::Vec3::zeros(),
+            rotation_scale: radius,
+        }
+    }
+
+    /// A rigid box for tests, of sides `size` [m] with edges rounded by `rounding` [m].
+    #[cfg(test)]
+    pub fn block(
+        name: &str,
+        kind: BodyKind,
+        size: [f64; 3],
+        rounding: f64,
+        radius: f64,
+    ) -> (Self, crate::contact::ContactShape) {
+        let nominal = Polyhedron::cuboid(size).expect("a box");
+        let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * rounding)).expect("a box");
+        let shape =
+            crate::contact::ContactShape::new(crate::geometry::RoundedBody { core, radius: rounding });
+        (Body::rigid(name, kind, nominal, 1e8, radius), shape)
+    }
+
     /// The meshed surface, where the body deforms.
     pub fn surface(&self) -> Option<&Surface> {
         let condensed = self.grain.as_ref().map(|grain| grain.surface());

@@ -179,6 +179,11 @@ impl Model {
         }
     }
 
+    /// Whether all that moves are rigid bodies: none deforms, and there is no membrane and no wall.
+    pub fn is_of_rigid_bodies(&self) -> bool {
+        !self.has_elastic() && self.membrane.is_none() && self.wall.is_none()
+    }
+
     /// Whether anything may come of two bodies' nearness: both are there, and not both are supports.
     pub fn can_meet(&self, a: usize, b: usize) -> bool {
         let [a, b] = [a, b].map(|i| self.bodies[i].kind);

@@ -48,8 +48,7 @@ pub(super) enum FallEnd {
 impl Newton<'_> {
     /// Whether bodies can fall: all unknowns are the motion of rigid ones.
     pub(super) fn can_fall(&self) -> bool {
-        let model = self.model;
-        self.steering.is_none() && !model.has_elastic() && model.membrane.is_none() && model.wall.is_none()
+        self.steering.is_none() && self.model.is_of_rigid_bodies()
     }
 
     /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are

@@ -24,7 +24,7 @@ pub use drape::{Drape, drape};
 pub use equilibrium::{Balance, Equilibrium};
 pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
-pub use pace::{Pace, motion_between};
+pub use pace::{Pace, motion_between, work_between};
 pub use plain::{TangentPart, plain_newton};
 pub use settings::{FALL_REBASE, Settings};
 pub use start::{Start, continued_fields, continued_poses};

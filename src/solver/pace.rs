@@ -1,6 +1,6 @@
 //! How large the next increment of a stage is: cut after a miss, grown back after an easy one.
 
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::{Pose, Vec3, Vector6};
 use serde::{Deserialize, Serialize};
 
 /// Augmentations up to which an increment counts as easy.
@@ -78,6 +78,12 @@ impl Pace {
 /// Translation [m] and rotation vector [rad] from one pose to another.
 pub fn motion_between(from: &Pose, to: &Pose) -> (Vec3, Vec3) {
     (to.position - from.position, (to.rotation * from.rotation.inverse()).scaled_axis())
+}
+
+/// Work of a force and moment about a body's reference point [N, N m] from one pose to another [J].
+pub fn work_between(from: &Pose, to: &Pose, wrench: &Vector6<f64>) -> f64 {
+    let (shift, turn) = motion_between(from, to);
+    shift.dot(&wrench.fixed_rows::<3>(0)) + turn.dot(&wrench.fixed_rows::<3>(3))
 }
 
 #[cfg(test)]

@@ -16,24 +16,8 @@ use crate::tensor::{Pose, Vec3, Vector6};
 const ROUNDING: f64 = 1e-3;
 
 fn block(name: &str, size: [f64; 3]) -> (Body, ContactShape) {
-    let nominal = Polyhedron::cuboid(size).expect("a box");
-    let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * ROUNDING)).expect("a box");
-    let body = Body {
-        name: name.into(),
-        kind: BodyKind::Placed,
-        stiffness: 1e8,
-        friction: None,
-        mass: 2700.0 * nominal.volume(),
-        centre_of_mass: Vec3::zeros(),
-        grain: None,
-        full: None,
-        damaged: None,
-        resting: None,
-        is_rubble: false,
-        rotation_scale: 0.05,
-        nominal,
-    };
-    (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+    let (body, shape) = Body::block(name, BodyKind::Placed, size, ROUNDING, 0.05);
+    (Body { mass: 2700.0 * body.nominal.volume(), ..body }, shape)
 }
 
 fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {

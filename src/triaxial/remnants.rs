@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::model::fracture::Fracture;
 use crate::model::{BodyKind, Loads, Model};
-use crate::solver::motion_between;
+use crate::solver::work_between;
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// How far bodies may part before a force between them is over, over the smallest rounding.
@@ -66,10 +66,7 @@ impl Remnant {
 
     /// Its work where bodies go from `old` to `new` poses [J]; negative where they close in on each other.
     fn work(&self, old: &[Pose], new: &[Pose]) -> f64 {
-        let of = |(body, wrench): (&usize, &Vector6<f64>)| {
-            let (shift, turn) = motion_between(&old[*body], &new[*body]);
-            shift.dot(&wrench.fixed_rows::<3>(0)) + turn.dot(&wrench.fixed_rows::<3>(3))
-        };
+        let of = |(body, wrench): (&usize, &Vector6<f64>)| work_between(&old[*body], &new[*body], wrench);
         self.bodies.iter().zip(&self.wrenches).map(of).sum()
     }
 }
@@ -78,8 +75,8 @@ impl Remnant {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Remnants {
     forces: Vec<Remnant>,
-    /// Share of them in the committed state, and in the next one.
-    shares: [f64; 2],
+    /// Share of them that acts in the committed state.
+    acting: f64,
     /// Steps in all, and those left.
     steps: usize,
     left: usize,
@@ -125,9 +122,7 @@ impl Remnants {
         };
         let remnant = |(bodies, wrenches)| Remnant { bodies, wrenches, height: height(&bodies) };
         let forces = sums.into_iter().map(remnant).collect();
-        let mut remnants = Remnants { forces, shares: [1.0; 2], steps, left: steps };
-        remnants.release();
-        remnants
+        Remnants { forces, acting: 1.0, steps, left: steps.saturating_sub(1) }
     }
 
     /// Whether nothing of it acts in the next state.
@@ -135,11 +130,16 @@ impl Remnants {
         self.forces.is_empty() || self.left == 0
     }
 
+    /// Share of them that acts in the next state.
+    fn share(&self) -> f64 {
+        self.left as f64 / self.steps.max(1) as f64
+    }
+
     /// Adds what acts in the next state to the loads.
     pub(super) fn add_to(&self, loads: &mut Loads) {
         for remnant in &self.forces {
             for (body, wrench) in remnant.bodies.iter().zip(&remnant.wrenches) {
-                loads.applied[*body] += wrench * self.shares[1];
+                loads.applied[*body] += wrench * self.share();
             }
         }
     }
@@ -147,12 +147,12 @@ impl Remnants {
     /// What acts on a body in the next state [N, N m].
     pub(super) fn on(&self, body: usize) -> Vector6<f64> {
         let all = self.forces.iter().flat_map(|remnant| remnant.bodies.iter().zip(&remnant.wrenches));
-        all.filter(|(on, _)| **on == body).map(|(_, wrench)| wrench * self.shares[1]).sum()
+        all.filter(|(on, _)| **on == body).map(|(_, wrench)| wrench * self.share()).sum()
     }
 
     /// Work against it on the way from the committed poses `old` to `new` [J].
     pub(super) fn overcome(&self, old: &[Pose], new: &[Pose]) -> f64 {
-        let mean = 0.5 * (self.shares[0] + self.shares[1]);
+        let mean = 0.5 * (self.acting + self.share());
         -mean * self.forces.iter().map(|remnant| remnant.work(old, new)).sum::<f64>()
     }
 
@@ -170,13 +170,13 @@ impl Remnants {
             let left = (1.0 - closed / remnant.height).max(0.0);
             remnant.wrenches.iter_mut().for_each(|wrench| *wrench *= left);
         }
-        self.shares[0] = self.shares[1];
+        self.acting = self.share();
     }
 
     /// Goes on to the next step, now that one has been committed.
     pub(super) fn release(&mut self) {
+        self.acting = self.share();
         self.left = self.left.saturating_sub(1);
-        self.shares = [self.shares[1], self.left as f64 / self.steps.max(1) as f64];
     }
 }
 

@@ -192,19 +192,14 @@ impl Rig {
             solid_volume += volume;
             let size = (6.0 * volume / std::f64::consts::PI).cbrt();
             bodies.push(Body {
-                name: format!("grain {index}"),
-                kind: BodyKind::Grain,
-                nominal: grain.nominal.clone(),
-                stiffness: STIFFNESS_RATIO * modulus * size,
-                friction: None,
                 mass: parameters.density * volume,
-                centre_of_mass: Vec3::zeros(),
-                grain: None,
-                full: None,
-                damaged: None,
-                resting: None,
-                is_rubble: false,
-                rotation_scale: 0.5 * size,
+                ..Body::rigid(
+                    format!("grain {index}"),
+                    BodyKind::Grain,
+                    grain.nominal.clone(),
+                    STIFFNESS_RATIO * modulus * size,
+                    0.5 * size,
+                )
             });
             shapes.push(ContactShape::new(grain.rounded.clone()));
         }
@@ -218,19 +213,8 @@ impl Rig {
         let mut poses = specimen.poses.clone();
         for (name, z) in [("bottom plate", -0.5 * thickness), ("top plate", height + 0.5 * thickness)] {
             bodies.push(Body {
-                name: name.into(),
-                kind: BodyKind::Plate,
-                nominal: nominal.clone(),
-                stiffness: f64::INFINITY,
                 friction: Some(parameters.plate_friction),
-                mass: 0.0,
-                centre_of_mass: Vec3::zeros(),
-                grain: None,
-                full: None,
-                damaged: None,
-                resting: None,
-                is_rubble: false,
-                rotation_scale: radius,
+                ..Body::rigid(name, BodyKind::Plate, nominal.clone(), f64::INFINITY, radius)
             });
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
             poses.push(Pose::new(Vec3::new(0.0, 0.0, z), Rotation::identity()));

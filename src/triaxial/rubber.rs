@@ -182,9 +182,8 @@ impl Rig {
 mod tests {
     use super::*;
     use crate::assembly::Contacts;
+    use crate::contact::ContactLaw;
     use crate::contact::law::Friction;
-    use crate::contact::{ContactLaw, ContactShape};
-    use crate::geometry::{Polyhedron, RoundedBody};
     use crate::material::RubberLaw;
     use crate::model::{Body, Committed, Model};
     use crate::solver::Settings;
@@ -199,24 +198,10 @@ mod tests {
     /// A square prism that leaves an opening of `gap` [m] below the top plate.
     fn prism_between_plates(gap: f64) -> Rig {
         let block = |name: &str, kind: BodyKind, size: [f64; 3], z: f64| {
-            let nominal = Polyhedron::cuboid(size).expect("a box");
-            let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * ROUNDING)).expect("a box");
-            let body = Body {
-                name: name.into(),
-                kind,
-                stiffness: if kind == BodyKind::Plate { f64::INFINITY } else { 1e8 },
-                friction: None,
-                mass: 0.0,
-                centre_of_mass: Vec3::zeros(),
-                rotation_scale: 0.02,
-                grain: None,
-                full: None,
-                damaged: None,
-                resting: None,
-                is_rubble: false,
-                nominal,
-            };
-            let shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });
+            let (mut body, shape) = Body::block(name, kind, size, ROUNDING, 0.02);
+            if kind == BodyKind::Plate {
+                body.stiffness = f64::INFINITY;
+            }
             (body, shape, Pose::new(Vec3::new(0.0, 0.0, z), Rotation::identity()))
         };
         let tall = HEIGHT - gap;
@@ -225,13 +210,7 @@ mod tests {
             block("bottom plate", BodyKind::Plate, [0.3, 0.3, 0.02], -0.01),
             block("top plate", BodyKind::Plate, [0.3, 0.3, 0.02], HEIGHT + 0.01),
         ];
-        let law = ContactLaw {
-            onset: 4e-6,
-            fade_length: ROUNDING,
-            parallel_limit: 4e-3,
-            tangential_ratio: 0.9,
-            friction_blend: 0.05,
-        };
+        let law = ContactLaw { onset: 4e-6, fade_length: ROUNDING, ..ContactLaw::SAMPLE };
         let (mut bodies, mut shapes, mut poses) = (vec![], vec![], vec![]);
         for (body, shape, pose) in parts {
             bodies.push(body);

@@ -175,7 +175,10 @@ fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
 fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
     let (broken, freely) = (rig.model.is_broken(), way.dwells || may_fall(rig, way));
     let usual = rig.settings.falling();
+    // Nothing more breaks while failed rock still holds what it held.
+    let moves = usual.damage.moves && way.remnants.is_over();
     let falling = Settings {
+        damage: DamageSettings { moves, ..usual.damage },
         fall_travel: if way.dwells || broken && freely { PIECE } else { usual.fall_travel },
         fall_rebase: freely.then_some(FALL_REBASE),
         ..usual
@@ -561,9 +564,7 @@ impl Test {
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let (mut counters, mut longest) = (Counters::default(), Vec::new());
         let falling = falling(rig, way);
-        let mut settings = falling.unwrap_or_else(|| rig.settings.clone());
-        settings.damage.moves &= way.remnants.is_over();
-        let settings = &settings;
+        let settings = falling.as_ref().unwrap_or(&rig.settings);
         for _ in 0..AREA_TRIALS {
             let mut loads = drive.loads(rig, share, to, &guess);
             way.remnants.add_to(&mut loads);

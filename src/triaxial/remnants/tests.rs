@@ -3,7 +3,7 @@
 use super::*;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
-use crate::geometry::{Polyhedron, RoundedBody};
+use crate::geometry::RoundedBody;
 use crate::model::{Body, Committed};
 use crate::solver::{Increment, IncrementReport, Settings, advance};
 use crate::tensor::Rotation;
@@ -18,24 +18,7 @@ const BEAM: usize = 2;
 const STEPS: usize = 5;
 
 fn block(size: [f64; 3]) -> (Body, ContactShape) {
-    let nominal = Polyhedron::cuboid(size).expect("a box");
-    let core = Polyhedron::cuboid(size.map(|s| s - 2.0 * ROUNDING)).expect("a box");
-    let body = Body {
-        name: "block".into(),
-        kind: BodyKind::Placed,
-        stiffness: 1e8,
-        friction: None,
-        mass: 0.0,
-        centre_of_mass: Vec3::zeros(),
-        grain: None,
-        full: None,
-        damaged: None,
-        resting: None,
-        is_rubble: false,
-        rotation_scale: 0.05,
-        nominal,
-    };
-    (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+    Body::block("block", BodyKind::Placed, size, ROUNDING, 0.05)
 }
 
 /// The beam may only move up and down.
@@ -50,13 +33,7 @@ impl Frame {
     fn new() -> Self {
         let blocks = [[POST; 3], [POST; 3], [6.0 * POST, POST, POST]].map(block);
         let (bodies, shapes) = blocks.into_iter().unzip();
-        let law = ContactLaw {
-            onset: 1e-9,
-            fade_length: 5e-4,
-            parallel_limit: 4e-3,
-            tangential_ratio: 0.89,
-            friction_blend: 0.05,
-        };
+        let law = ContactLaw { onset: 1e-9, ..ContactLaw::SAMPLE };
         let model = Model::new(bodies, shapes, law, Friction::constant(0.5));
         let at = |x: f64, z: f64| Pose::new(Vec3::new(x, 0.0, z), Rotation::identity());
         let poses = vec![at(-1.5 * POST, 0.0), at(1.5 * POST, 0.0), at(0.0, POST)];

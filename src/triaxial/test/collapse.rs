@@ -47,12 +47,19 @@ impl Test {
         share: f64,
         to: f64,
     ) {
-        if way.remnants.let_go(&rig.model, &rig.committed.poses, &report.poses) {
-            way.spent.add(&report.counters);
-            return;
+        if !Self::lets_go(rig, way, report) {
+            let trial = self.weigh(rig, way, report, share, to);
+            self.take_piece(rig, way, report, &trial, share);
         }
-        let trial = self.weigh(rig, way, report, share, to);
-        self.take_piece(rig, way, report, &trial, share);
+    }
+
+    /// Ends the forces of failed rock whose bodies part; whether there were any, so that what was reported is to be repeated.
+    fn lets_go(rig: &Rig, way: &mut UnderWay, report: &IncrementReport) -> bool {
+        let lets_go = way.remnants.let_go(&rig.model, &rig.committed.poses, &report.poses);
+        if lets_go {
+            way.spent.add(&report.counters);
+        }
+        lets_go
     }
 
     /// Commits a state on the way of a dwell, of which no row is made.
@@ -106,8 +113,7 @@ impl Test {
         to: f64,
     ) -> bool {
         let Some(report) = miss.report.as_deref().filter(|report| report.fell) else { return false };
-        if way.remnants.let_go(&rig.model, &rig.committed.poses, &report.poses) {
-            way.spent.add(&report.counters);
+        if Self::lets_go(rig, way, report) {
             return true;
         }
         let trial = self.weigh_as(rig, way, report, [share, to], true);
@@ -143,9 +149,8 @@ impl Test {
         if rig.failing.is_empty() {
             return Ok(false);
         }
-        let (steps, model) = (rig.settings.damage.release_steps, &rig.model);
-        let falls = !model.has_elastic() && model.membrane.is_none() && model.wall.is_none();
-        let before = (falls && steps > 1).then(|| self.touching(rig, way));
+        let steps = rig.settings.damage.release_steps;
+        let before = (steps > 1 && rig.model.is_of_rigid_bodies()).then(|| self.touching(rig, way));
         let fractures = rig.break_up()?;
         self.left.clear();
         let mut lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();

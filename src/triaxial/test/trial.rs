@@ -1,7 +1,7 @@
 //! An increment weighed: what it measures and what it leaves in the books, before anything is committed.
 
 use crate::assembly::pressure_loads_into;
-use crate::solver::{IncrementReport, motion_between};
+use crate::solver::{IncrementReport, work_between};
 use crate::tensor::{Pose, Vector6};
 use crate::triaxial::ledger::{Ledger, creates_energy};
 use crate::triaxial::measures::Measures;
@@ -105,13 +105,12 @@ impl Test {
     /// term would have to hold. `left` [N, N m] is that at the end; what the `top` plate lacks along the axis is the ram's.
     fn work_of_imbalance(&self, old: &[Pose], left: &[Vector6<f64>], new: &[Pose], top: usize) -> f64 {
         let work = |(carrier, (from, to)): (usize, (&Pose, &Pose))| {
-            let (shift, turn) = motion_between(from, to);
             let force = |left: &[Vector6<f64>]| left.get(carrier).copied().unwrap_or_else(Vector6::zeros);
             let mut mean = 0.5 * (force(&self.left) + force(left));
             if carrier == top {
                 mean[2] = 0.0;
             }
-            shift.dot(&mean.fixed_rows::<3>(0)) + turn.dot(&mean.fixed_rows::<3>(3))
+            work_between(from, to, &mean)
         };
         old.iter().zip(new).enumerate().map(work).sum()
     }
