@@ -567,6 +567,9 @@ impl Test {
         let settings = falling.as_ref().unwrap_or(&rig.settings);
         for _ in 0..AREA_TRIALS {
             let mut loads = drive.loads(rig, share, to, &guess);
+            // Whether they follow from the cross-section; what failed rock exerts does not.
+            let depends = loads.applied[rig.top].z != 0.0
+                || loads.control.as_ref().is_some_and(|control| !control.applied.is_empty());
             way.remnants.add_to(&mut loads);
             let increment =
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
@@ -592,8 +595,6 @@ impl Test {
                 )));
             }
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
-            let depends = loads.applied[rig.top].z != 0.0
-                || loads.control.as_ref().is_some_and(|control| !control.applied.is_empty());
             // The trial that had the way to go says whether it was a snap.
             if report.history.len() > longest.len() {
                 longest = std::mem::take(&mut report.history);
