@@ -8,7 +8,7 @@ use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
 use riprap::material::{DamageLaw, DamageParameters, Elastic};
 use riprap::mesh::grain_mesh;
 use riprap::model::DamageCounts;
-use riprap::scene::audit;
+use riprap::solver::audit;
 use riprap::tensor::Vec3;
 use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, StageEnd, Test};
 

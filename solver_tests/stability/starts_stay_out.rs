@@ -3,7 +3,8 @@
 //! did so at 9.7 % of strain, unseen but by the audit. What would pass through others has to stay where it is.
 
 use riprap::ladder::bodies::{body, cuboid, ground, scene};
-use riprap::scene::{Scene, deepest_overlap};
+use riprap::scene::Scene;
+use riprap::solver::audit::deepest_overlap;
 use riprap::solver::sweep::hold_back;
 use riprap::tensor::{Pose, Vec3};
 

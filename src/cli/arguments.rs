@@ -149,7 +149,8 @@ pub struct Run {
     /// Says at the end where time and memory went; a run from its start also keeps it in the file (/profile)
     #[arg(long)]
     pub profile: bool,
-    /// Checks every accepted state for overlaps that no contact knows of, apart from the contact search; stops at the first
+    /// Checks every accepted state once more for overlaps that no contact knows of and stops at the first; says of scenes
+    /// whether another balance is near
     #[arg(long)]
     pub audit: bool,
     #[command(flatten)]

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::scene::{Row, Scene, SceneParameters, audit, deepest_overlap};
+use crate::scene::{Row, Scene, SceneParameters};
+use crate::solver::audit::{self, deepest_overlap};
 use crate::triaxial::StageEnd;
 
 /// A finished run.

@@ -5,7 +5,6 @@
 //! every body comes out as a [`Row`]. SI units; components are along space axes, moments about the
 //! body's reference point. Forces on a body are positive along the axes.
 
-pub mod audit;
 mod drive;
 pub mod parameters;
 mod placed;
@@ -14,7 +13,6 @@ pub mod row;
 pub mod run;
 pub mod uniqueness;
 
-pub use audit::{Overlap, deepest_overlap};
 pub use parameters::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
 pub use press::{PressParameters, Pressing};
 pub use row::{BodyState, Row};

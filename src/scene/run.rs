@@ -575,6 +575,7 @@ impl Scene {
             StepStatus::Converged => "converged".into(),
             StepStatus::Abandoned => "the increment was given up as asked".into(),
             StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
+            StepStatus::Overlapping { problem } => problem.clone(),
             StepStatus::TooClose => "a driven body would pass into another one".into(),
             StepStatus::OutOfBalance { body, out_of_balance } => format!(
                 "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations; \

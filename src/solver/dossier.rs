@@ -90,7 +90,7 @@ impl Dossier {
 
     fn what_to_try(&self, status: &StepStatus, settings: &Settings) -> Vec<String> {
         let mut advice = Vec::new();
-        if let StepStatus::TooClose = status {
+        if matches!(status, StepStatus::TooClose | StepStatus::Overlapping { .. }) {
             advice
                 .push("smaller increments (a smaller solver.increment_min lets them be cut further)".into());
             return advice;

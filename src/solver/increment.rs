@@ -3,6 +3,7 @@
 use crate::assembly::{self, Contacts, Damages, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
+use crate::solver::audit;
 use crate::solver::equilibrium::Balance;
 use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
@@ -34,6 +35,10 @@ pub enum StepStatus {
     },
     /// The starting configuration already overlaps beyond what a contact can carry.
     TooClose,
+    /// Bodies reached into each other where no contact tells.
+    Overlapping {
+        problem: String,
+    },
 }
 
 /// A steady increment balances within this many augmentations (ARCHITECTURE.md has the counts).
@@ -162,7 +167,13 @@ pub fn advance(
         newton.contacts.note_loads(model, &newton.loads, &newton.poses);
     }
     let damage = if takes_damage { newton.contacts.damages(model) } else { Ok(Damages::default()) };
-    let status = if outcome.converged && damage.is_ok() {
+    // Neither a balance nor a place to go on from.
+    let state = (passes || outcome.far).then_some(&newton.poses);
+    let overlap = state.and_then(|poses| audit::fault(model, &newton.contacts, poses));
+    let fell = outcome.far && overlap.is_none();
+    let status = if let Some(problem) = overlap {
+        StepStatus::Overlapping { problem }
+    } else if outcome.converged && damage.is_ok() {
         StepStatus::Converged
     } else if settings.stop.is_raised() {
         StepStatus::Abandoned
@@ -226,7 +237,7 @@ pub fn advance(
         history: outcome.history,
         measures,
         damage: damage.unwrap_or_default(),
-        fell: outcome.far,
+        fell,
         factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
     };
     *contacts = newton.contacts;

@@ -1,6 +1,7 @@
 //! From one equilibrium to the next: Newton with line search inside proximal augmentations, step
 //! control, dwell at instabilities. Every increment ends in a status; nothing here is an error.
 
+pub mod audit;
 pub mod control;
 pub mod damage;
 pub mod dossier;

@@ -47,6 +47,26 @@ fn settle(model: &Model, committed: &Committed, loads: &Loads) -> IncrementRepor
     advance(&increment, vec![committed.poses.clone()], &mut Contacts::default())
 }
 
+/// A small block inside a large one touches nothing, and all forces balance.
+#[test]
+fn a_balance_of_bodies_inside_each_other_is_none() {
+    let (model, committed, mut loads) = block_on_plate(0.65);
+    let (inner, inner_shape) = block("inner", [0.02; 3]);
+    let (mut bodies, mut shapes, mut poses) = (model.bodies, model.shapes, committed.poses);
+    bodies.push(inner);
+    shapes.push(inner_shape);
+    poses.push(poses[1]);
+    let model = Model::new(bodies, shapes, model.law, model.friction);
+    loads.prescribed.push([false; 6]);
+    loads.applied = vec![Vector6::zeros(); 3];
+    loads.applied[1][2] = -100.0;
+    let report = settle(&model, &Committed::new(poses), &loads);
+    assert!(report.balance.out_of_balance < 1e-3, "{}", report.balance.out_of_balance);
+    let StepStatus::Overlapping { problem } = &report.status else { panic!("{:?}", report.status) };
+    assert!(problem.contains("inner") && problem.contains("cube"), "{problem}");
+    assert!(!report.converged() && !report.fell && !report.is_rough(&Settings::default()));
+}
+
 #[test]
 fn block_rests_on_a_plate() {
     let (model, committed, mut loads) = block_on_plate(0.65);

@@ -42,6 +42,7 @@ pub(super) fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> St
         StepStatus::Converged => "converged".into(),
         StepStatus::Abandoned => "abandoned".into(),
         StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
+        StepStatus::Overlapping { problem } => problem.clone(),
         StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
         StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
             "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \

@@ -19,7 +19,7 @@ pub struct Overlap {
 /// Depths that are found in different ways agree to this share of the smallest rounding, and to this length [m].
 const AGREE: [f64; 2] = [1e-9, 1e-12];
 
-/// What is wrong with the accepted state `poses`, whose contacts are `contacts`: bodies that overlap deeper than any contact knows of,
+/// What is wrong with the state `poses`, whose contacts are `contacts`: bodies that overlap deeper than any contact knows of,
 /// or whose cores overlap. `None` where nothing is. A condensed body's elastic displacement is taken off: these are
 /// the undeformed bodies.
 pub fn fault(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Option<String> {
