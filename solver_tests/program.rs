@@ -136,8 +136,16 @@ fn a_run_writes_a_consistent_file() {
 /// cover press on the plates instead of the grains, hence the loose bound across.
 #[test]
 fn grain_stresses_average_to_the_stress_of_the_specimen() {
+    // On smooth plates the rims slide: what a rim's nodes bear across is a grain's, what they bear along the axis the plate's.
+    for (friction, bound) in [(0.5, 0.2), (0.0, 0.1)] {
+        stresses_average(friction, bound);
+    }
+}
+
+fn stresses_average(plate_friction: f64, bound: f64) {
     let place = Place::new();
-    place.ends_with(0, &["run", "tiny.json", "--out", "x.h5", "--quiet"]);
+    let friction = format!("/plates/friction={plate_friction}");
+    place.ends_with(0, &["run", "tiny.json", "--out", "x.h5", "--quiet", "--set", &friction]);
     let reader = open(&place.path("x.h5"));
     let last_row = reader.increments().expect("rows") - 1;
     let last = |name: &str| column(&reader, name)[last_row];
@@ -156,7 +164,7 @@ fn grain_stresses_average_to_the_stress_of_the_specimen() {
     let (axial, radial) = (-mean[2], -0.5 * (mean[0] + mean[1]));
     assert!((axial / last("axial_stress") - 1.0).abs() < 0.03, "{axial} against {}", last("axial_stress"));
     assert!(
-        (radial / last("confining_pressure") - 1.0).abs() < 0.2,
+        (radial / last("confining_pressure") - 1.0).abs() < bound,
         "{radial} against {}",
         last("confining_pressure")
     );

@@ -164,6 +164,34 @@ fn a_rubber_membrane_goes_on_to_the_same_bits() {
     assert_same_bits(&place.open("whole.h5"), &place.open("x.h5"));
 }
 
+/// A stage that `until` ended has its last state in the file, also where the run was interrupted right there.
+#[test]
+fn a_stage_that_ended_early_keeps_its_last_state() {
+    let place = Place::new();
+    let stages = r#"{"kind": "shear", "axial_strain": 0.001, "increment": 2e-5, "until": {"deviatoric_stress": "0.2 MPa"}},
+                    {"kind": "shear", "axial_strain": 0.0002, "increment": 1e-4}]"#;
+    let (head, rest) = SPECIMEN.split_once(r#"{"kind": "shear""#).expect("a shear");
+    let (_, tail) = rest.split_once(']').expect("the end of the stages");
+    std::fs::write(place.path("until.json"), format!("{head}{stages}{tail}")).expect("a case file");
+    place.ends_with(0, &["run", "until.json", "--out", "whole.h5", "--quiet"]);
+    let whole = place.open("whole.h5");
+    let stage = whole.history("stage").expect("stages");
+    let ended = stage.iter().filter(|&&stage| stage < 2.0).count();
+    assert!(stage.len() > ended && ended < 50, "{stage:?}");
+
+    let raw = riprap::case::read(&place.path("until.json")).unwrap_or_else(|e| panic!("{e}"));
+    let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+    for (existing, increments, end) in
+        [(Existing::Refuse, ended as i64, End::Interrupted), (Existing::Continue, -1, End::Finished)]
+    {
+        let options = Options { out: place.path("x.h5"), existing, threads: 1, profile: false, audit: false };
+        let mut observer = Impatient { increments, signal: StopSignal::new() };
+        let outcome = run(&case, &raw, &options, &mut observer).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((outcome.end, outcome.increments.min(ended as u64)), (end, ended as u64));
+    }
+    assert_same_bits(&whole, &place.open("x.h5"));
+}
+
 /// One that stops short stops at the same place with the same reason.
 #[test]
 fn a_stopped_run_stops_again() {

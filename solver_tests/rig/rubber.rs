@@ -152,4 +152,11 @@ fn an_energy_gate_that_warns_marks_what_it_lets_pass() {
     assert!(open.iter().zip(&warned).all(|(a, b)| same(a, b)));
     let cut = under(EnergyGate { tolerance, cuts: true });
     assert!(cut.len() > warned.len() && cut.iter().any(|row| row.counters.cuts > 0), "{}", cut.len());
+    // The row behind the first cut counts what was refused, too: that was what the other took for its row, and something came of it.
+    let first = cut.iter().position(|row| row.counters.cuts > 0).expect("a cut");
+    let (all, refused) = (cut[first].counters, warned[first].counters);
+    assert!(
+        all.factorisations > refused.factorisations && all.augmentations > refused.augmentations,
+        "{all:?} {refused:?}"
+    );
 }

@@ -373,6 +373,15 @@ impl Contacts {
         volume
     }
 
+    /// Elastic energy [J] of all elastic bodies as they are displaced, under the forces of the configuration last evaluated. Out of
+    /// balance the two do not belong together: half their work stands for the energy of condensed bodies.
+    pub fn elastic_energy(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> f64 {
+        if !model.has_elastic() {
+            return 0.0;
+        }
+        self.surface_energy(model, &self.surface_loads(model, loads, poses))
+    }
+
     /// Elastic energy [J] of all elastic bodies, the condensed ones displaced by `surface_loads` to what `fields`
     /// holds.
     fn surface_energy(&self, model: &Model, surface_loads: &[SurfaceLoads]) -> f64 {

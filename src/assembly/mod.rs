@@ -155,6 +155,6 @@ pub fn cover_stiffness_into(
 }
 
 #[cfg(test)]
-mod cubes;
+pub(crate) mod cubes;
 #[cfg(test)]
 mod tests;

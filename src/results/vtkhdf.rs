@@ -26,8 +26,26 @@ struct Field {
     on_points: bool,
     /// Axes after the first.
     width: &'static [usize],
-    /// Bytes of one number.
-    bytes: usize,
+    number: Number,
+}
+
+/// What a field's numbers are stored as.
+#[derive(Debug, Clone, Copy)]
+enum Number {
+    F64,
+    F32,
+    I32,
+    U8,
+}
+
+impl Number {
+    fn bytes(self) -> usize {
+        match self {
+            Number::F64 => 8,
+            Number::F32 | Number::I32 => 4,
+            Number::U8 => 1,
+        }
+    }
 }
 
 impl Field {
@@ -41,7 +59,7 @@ impl Field {
     }
 
     fn row_bytes(&self) -> usize {
-        self.width.iter().product::<usize>().max(1) * self.bytes
+        self.width.iter().product::<usize>().max(1) * self.number.bytes()
     }
 }
 
@@ -50,9 +68,9 @@ const fn on_cells(
     units: &'static str,
     long_name: &'static str,
     width: &'static [usize],
-    bytes: usize,
+    number: Number,
 ) -> Field {
-    Field { name, units, long_name, on_points: false, width, bytes }
+    Field { name, units, long_name, on_points: false, width, number }
 }
 
 const DISPLACEMENT: Field = Field {
@@ -61,41 +79,41 @@ const DISPLACEMENT: Field = Field {
     long_name: "displacement since the reference configuration, rigid motion included",
     on_points: true,
     width: &[3],
-    bytes: 8,
+    number: Number::F64,
 };
-const DAMAGE: Field = on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], 4);
-const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], 1);
+const DAMAGE: Field = on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], Number::F32);
+const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], Number::U8);
 const FRAGMENT: Field = on_cells(
     "fragment",
     "1",
     "number of the body that the cell is on: that of its grain, or of a part that came off; -1 for none",
     &[],
-    4,
+    Number::I32,
 );
 const STRESS: Field = on_cells(
     "stress",
     "Pa",
     "mean Cauchy stress xx yy zz xy yz xz, tension positive; of the whole grain where its fidelity is rigid",
     &[6],
-    4,
+    Number::F32,
 );
-const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], 4);
+const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], Number::F32);
 
 const FIDELITY: Field = on_cells(
     "fidelity",
     "1",
     "how the body deforms: 0 rigid with local compliance, 1 condensed, 2 full",
     &[],
-    1,
+    Number::U8,
 );
 
 const FIELDS: [&Field; 7] = [&DISPLACEMENT, &DAMAGE, &FAILED, &FRAGMENT, &STRESS, &VON_MISES, &FIDELITY];
 
 /// Cell data that do not change: written once, every step points at them.
 const STATIC_FIELDS: [Field; 3] = [
-    on_cells("grain", "1", "number of the grain, -1 for none", &[], 4),
-    on_cells("part", "1", "number of the part, named in attribute names", &[], 4),
-    on_cells("youngs_modulus", "Pa", "Young's modulus of the intact cell", &[], 4),
+    on_cells("grain", "1", "number of the grain, -1 for none", &[], Number::I32),
+    on_cells("part", "1", "number of the part, named in attribute names", &[], Number::I32),
+    on_cells("youngs_modulus", "Pa", "Young's modulus of the intact cell", &[], Number::F32),
 ];
 
 /// Per-step numbers that a reader needs: name and axes after the first.
@@ -167,11 +185,11 @@ impl VtkHdf {
         for field in FIELDS {
             let rows = if field.on_points { mesh.points() } else { mesh.cells() };
             let layout = Layout::Blocks { rows };
-            let made = match field.name {
-                "displacement" => store.growing::<f64>(&field.path(), field.width, layout)?,
-                "failed" => store.growing::<u8>(&field.path(), field.width, layout)?,
-                "fragment" => store.growing::<i32>(&field.path(), field.width, layout)?,
-                _ => store.growing::<f32>(&field.path(), field.width, layout)?,
+            let made = match field.number {
+                Number::F64 => store.growing::<f64>(&field.path(), field.width, layout)?,
+                Number::F32 => store.growing::<f32>(&field.path(), field.width, layout)?,
+                Number::I32 => store.growing::<i32>(&field.path(), field.width, layout)?,
+                Number::U8 => store.growing::<u8>(&field.path(), field.width, layout)?,
             };
             store.describe(&made.dataset, field.units, field.long_name)?;
         }

@@ -363,7 +363,9 @@ impl Scene {
                     continue;
                 }
                 // Nothing is left to cut: perhaps the next equilibrium is far away.
-                if let (Some(settings), Some(start)) = (self.settings.dwelling(), slow_start) {
+                let tried_last = self.settings.dwelling().zip(slow_start);
+                let has_dwelt = tried_last.is_some();
+                if let Some((settings, start)) = tried_last {
                     let increment = Increment { settings: &settings, ..increment };
                     report = advance(&increment, vec![start], &mut self.contacts);
                 }
@@ -372,7 +374,9 @@ impl Scene {
                     return StageEnd::Interrupted;
                 }
                 if !report.converged() {
-                    lost.add(&report.counters);
+                    if has_dwelt {
+                        lost.add(&report.counters);
+                    }
                     let mut dossier = Dossier::of(&self.model, &self.contacts, &report, &self.settings);
                     dossier.factorisations = lost.factorisations;
                     self.dossier = Some(dossier);

@@ -1,10 +1,12 @@
 //! What damage has made of the bodies, as the results file shows it: cells and grains.
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::Model;
 use crate::tensor::Vec3;
 
 /// The cells of one grain as generated.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellStates {
     /// The body that each cell is part of now; `None` where it was deleted.
     pub body: Vec<Option<usize>>,
@@ -13,7 +15,7 @@ pub struct CellStates {
 }
 
 /// One grain as generated.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GrainState {
     pub damage_mean: f64,
     pub damage_max: f64,

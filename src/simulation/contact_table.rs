@@ -1,5 +1,7 @@
 //! `/contacts/<state>`: every contact point of a saved state.
 
+use serde::{Deserialize, Serialize};
+
 use crate::assembly::Contacts;
 use crate::contact::Memory;
 use crate::results::Column;
@@ -7,7 +9,7 @@ use crate::scene::Pressing;
 use crate::tensor::Vec3;
 
 /// The contact points of an accepted configuration.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct ContactTable {
     bodies: [Vec<i64>; 2],
     points: Vec<[f64; 3]>,

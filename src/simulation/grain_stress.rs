@@ -4,33 +4,18 @@
 //! `1/V sum (x - X) f^T` over its surface forces, whatever its material. Tension positive.
 
 use crate::assembly::Contacts;
-use crate::model::Model;
+use crate::model::{Body, Model};
 use crate::scene::{Scene, SceneParameters};
 use crate::tensor::{Mat3, Pose, Vec3};
+use crate::triaxial::chains::surface_moments;
+use crate::triaxial::network::{outside_forces, pair_forces};
 
 /// Mean Cauchy stress of all bodies [Pa], in the configuration that `contacts` was
 /// last evaluated in, under `pressure` [Pa] on the cover.
 pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressure: f64) -> Vec<Mat3> {
-    let mut moments = contact_moments(model, contacts, poses);
-    if model.membrane.is_some() {
-        for (body, point) in contacts.membrane.points() {
-            let arm = point.on_surface() - poses[body].position;
-            moments[body] += arm * point.on_body().transpose();
-        }
-    }
-    for contact in &contacts.wall {
-        let arm = contact.point - poses[contact.body].position;
-        moments[contact.body] += arm * contact.on_body().transpose();
-    }
-    if let (Some(cover), None) = (&model.cover, &model.membrane) {
-        let mut forces = vec![Vec3::zeros(); cover.nodes().len()];
-        cover.node_forces_into(&mut forces, poses, pressure);
-        for (node, force) in forces.iter().enumerate() {
-            let body = cover.nodes()[node].body;
-            moments[body] += (cover.position(poses, node) - poses[body].position) * force.transpose();
-        }
-    }
-    let mean = |(moment, body): (&Mat3, &crate::model::Body)| {
+    let outside = outside_forces(model, contacts, poses, pressure);
+    let moments = surface_moments(&pair_forces(contacts), &outside, &positions(model, poses));
+    let mean = |(moment, body): (&Mat3, &Body)| {
         // Symmetric in balance; what is left of the moments' tolerance is averaged out.
         0.5 * (moment + moment.transpose()) / body.nominal.volume()
     };
@@ -41,7 +26,8 @@ pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressur
 /// number for a body that is held, driven or pushed, since where on its surface that acts is not said.
 pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3) -> Vec<Mat3> {
     let poses = &scene.committed.poses;
-    let mut moments = contact_moments(&scene.model, scene.contacts(), poses);
+    let places = positions(&scene.model, poses);
+    let mut moments = surface_moments(&pair_forces(scene.contacts()), &[], &places);
     for (i, (moment, body)) in moments.iter_mut().zip(&scene.model.bodies).enumerate() {
         let weight = gravity * body.mass;
         *moment += (poses[i].rotation * body.centre_of_mass) * weight.transpose();
@@ -55,17 +41,8 @@ pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3)
     moments
 }
 
-/// Sums of arm times force of the contacts on each body [N m].
-fn contact_moments(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Mat3> {
-    let mut moments = vec![Mat3::zeros(); model.bodies.len()];
-    for (pair, point) in contacts.active() {
-        let e = &point.evaluation;
-        let on_b = Vec3::new(e.wrench[6], e.wrench[7], e.wrench[8]);
-        for (body, force) in [(pair.a(), -on_b), (pair.b(), on_b)] {
-            moments[body] += (e.point - poses[body].position) * force.transpose();
-        }
-    }
-    moments
+fn positions(model: &Model, poses: &[Pose]) -> Vec<Vec3> {
+    poses[..model.bodies.len()].iter().map(|pose| pose.position).collect()
 }
 
 /// A symmetric tensor as xx yy zz xy yz xz.

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use crate::scene::SceneState;
 use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
 use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, Test};
@@ -14,11 +15,13 @@ use super::grain_stress::mean_stresses;
 use super::recorder::Sums;
 
 /// A state that the file may come to hold.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State {
     pub time: f64,
     pub increment: u64,
     pub poses: Vec<Pose>,
     /// Of every grain, or of every body of a scene.
+    #[serde(with = "crate::tensor::stored")]
     pub stress: Vec<Mat3>,
     pub local_strains: Vec<LocalStrain>,
     pub contacts: ContactTable,
@@ -87,4 +90,16 @@ pub struct TestPoint<'a> {
     pub rig: RigState<'a>,
     pub sums: Sums,
     pub curve: Cow<'a, StageCurve>,
+    /// The state after its last increment, where the file does not have it.
+    pub unsaved: Option<Cow<'a, State>>,
+}
+
+/// A restart point of a scene.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct ScenePoint<'a> {
+    pub at: Position,
+    pub scene: SceneState<'a>,
+    pub sums: Sums,
+    /// As that of a test.
+    pub unsaved: Option<Cow<'a, State>>,
 }

@@ -45,10 +45,9 @@ use crate::scene::{Scene, other_equilibrium};
 use crate::solver::{Dossier, audit};
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
-use kept::{Origin, State, TestPoint};
+use kept::{Origin, ScenePoint, State, TestPoint};
 use recorder::Recorder;
 use resume::Found;
-use scene::ScenePoint;
 use seating::seat;
 use start::{Consolidation, Start};
 
@@ -205,6 +204,8 @@ fn triaxial_test(
                     profile.book_since("seating", start);
                     observer.seated(&seating);
                 }
+                // It was broken off.
+                Err(_) if observer.stop_requested() => end = StageEnd::Interrupted,
                 Err(reason) => end = StageEnd::Stopped { reason },
             }
         }
@@ -388,7 +389,8 @@ fn continued_test(
     let mut recorder = Recorder::over(writer, case, clock);
     observer.resumed(&found.continuation(&kept, version));
     recorder.begin(case, &first, specimen, &meshes)?;
-    recorder.restore(point.sums, point.curve.into_owned(), kept.states);
+    let unsaved = point.unsaved.map(Cow::into_owned);
+    recorder.restore(point.sums, point.curve.into_owned(), kept.states, unsaved);
     recorder.at = point.at;
     Ok((recorder, rig, point.test.into_owned()))
 }
@@ -451,7 +453,8 @@ fn scene_run(
             let mut recorder = Recorder::over(writer, case, clock);
             observer.resumed(&found.continuation(&kept, version));
             recorder.begin_scene(case, &first, &parameters, folder)?;
-            recorder.restore(point.sums, StageCurve::default(), kept.states);
+            let unsaved = point.unsaved.map(Cow::into_owned);
+            recorder.restore(point.sums, StageCurve::default(), kept.states, unsaved);
             recorder.at = point.at;
             recorder
         }

@@ -14,6 +14,7 @@ use crate::results::{
     BodyRow, CaseRecord, Column, Existing, FieldMesh, FieldState, GrainRow, HistoryRow,
     Outcome as FileOutcome, Writer, check_unused,
 };
+use crate::scene::Scene;
 use crate::solver::Dossier;
 use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
@@ -25,7 +26,7 @@ use super::contact_table::ContactTable;
 use super::draws::{self, Drawn};
 use super::fields::{Points, field_mesh};
 use super::grain_stress::{components, mean_stresses};
-use super::kept::{Consolidated, Origin, Position, State, TestPoint};
+use super::kept::{Consolidated, Origin, Position, ScenePoint, State, TestPoint};
 use super::meter::{self, Meter};
 use super::observer::StageReport;
 use super::plan::PlannedStage;
@@ -147,8 +148,9 @@ impl Recorder {
         }
     }
 
-    /// Goes on from the sums of a restart point that holds so many states.
-    pub fn restore(&mut self, sums: Sums, curve: StageCurve, states: usize) {
+    /// Goes on from the sums of a restart point that holds so many states, and perhaps one that was not saved yet.
+    pub fn restore(&mut self, sums: Sums, curve: StageCurve, states: usize, unsaved: Option<State>) {
+        self.unsaved = unsaved;
         self.curve = curve;
         self.earlier = sums.seconds;
         self.sums = sums;
@@ -325,13 +327,20 @@ impl Recorder {
             rig: rig.state(),
             sums: self.sums(),
             curve: Cow::Borrowed(&self.curve),
+            unsaved: self.unsaved.as_ref().map(Cow::Borrowed),
         };
         self.restarts.hold(self.sums.increments, &point, self.writer.path())
     }
 
-    /// As [`Recorder::hold`], for what else can be continued.
-    pub fn hold_other(&mut self, point: &impl Serialize) -> Result<()> {
-        self.restarts.hold(self.sums.increments, point, self.writer.path())
+    /// As [`Recorder::hold`], of a scene.
+    pub fn hold_scene(&mut self, scene: &Scene) -> Result<()> {
+        let point = ScenePoint {
+            at: self.at,
+            scene: scene.state(),
+            sums: self.sums(),
+            unsaved: self.unsaved.as_ref().map(Cow::Borrowed),
+        };
+        self.restarts.hold(self.sums.increments, &point, self.writer.path())
     }
 
     /// Commits, with a restart point where one is due.
@@ -348,7 +357,8 @@ impl Recorder {
     }
 
     /// Ends a stage that is done, or the run in the midst of one: then there is a restart point after the last
-    /// accepted increment, and its state is saved behind that.
+    /// accepted increment, and its state is saved behind that. A continued run forgets that state; it has it
+    /// from the restart point, should it end before another increment.
     pub fn end_stage(&mut self) -> Result<()> {
         self.keep()?;
         if let Some(state) = self.unsaved.take() {

@@ -5,8 +5,6 @@
 use std::path::Path;
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
-
 use crate::case::{
     BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, StageCase,
 };
@@ -19,7 +17,7 @@ use crate::mesh::file::read_mesh;
 use crate::model::Body;
 use crate::results::{BodyRow, HistoryRow};
 use crate::scene::{
-    BodyLoad, LoadStage, PressParameters, Row, Scene, SceneBody, SceneParameters, SceneShape, SceneState,
+    BodyLoad, LoadStage, PressParameters, Row, Scene, SceneBody, SceneParameters, SceneShape,
 };
 use crate::simulation::plan::damage_settings;
 use crate::simulation::rock;
@@ -31,18 +29,10 @@ use super::breaking::cell_states;
 use super::contact_table::ContactTable;
 use super::fields::scene_mesh;
 use super::grain_stress::body_stresses;
-use super::kept::{Position, State};
+use super::kept::State;
 use super::plan::PlannedStage;
-use super::recorder::{Recorder, Sums};
+use super::recorder::Recorder;
 use super::shapes::{body_mesh, polyhedron, shown_mesh};
-
-/// A restart point of a scene.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct ScenePoint<'a> {
-    pub at: Position,
-    pub scene: SceneState<'a>,
-    pub sums: Sums,
-}
 
 impl Recorder {
     /// Writes the bodies' meshes and the first state, or compares them with those of a continued run.
@@ -106,11 +96,6 @@ impl Recorder {
         self.commit()?;
         self.took_since(begun);
         Ok(history)
-    }
-
-    /// Holds the state of a scene for the next restart point.
-    pub(super) fn hold_scene(&mut self, scene: &Scene) -> Result<()> {
-        self.hold_other(&ScenePoint { at: self.at, scene: scene.state(), sums: self.sums() })
     }
 }
 

@@ -115,6 +115,11 @@ impl Newton<'_> {
         history
     }
 
+    /// Elastic energy of what deforms in the configuration last evaluated, in balance or not [J].
+    fn surface_energy(&self) -> f64 {
+        self.contacts.elastic_energy(self.model, &self.loads, &self.poses)
+    }
+
     fn balance_to(&mut self, tolerance: f64) -> Equilibrium {
         let settings = self.settings;
         let elastic = self.model.has_elastic();
@@ -173,9 +178,12 @@ impl Newton<'_> {
                 }
             }
             let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
-            let tired = history.len() - spared > settings.max_augmentations;
-            if converged || tired || settings.stop.is_raised() {
-                return ended(converged, balance, history, surface_energy);
+            let tired = history.len().saturating_sub(spared) > settings.max_augmentations;
+            if converged {
+                return ended(true, balance, history, surface_energy);
+            }
+            if tired || settings.stop.is_raised() {
+                return ended(false, balance, history, self.surface_energy());
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
@@ -216,7 +224,7 @@ impl Newton<'_> {
                 NewtonEnd::Stalled => {
                     if !hold.stalled(settings) {
                         if next_fall.is_none() || !settings.falls_when_stuck {
-                            return ended(false, balance, history, surface_energy);
+                            return ended(false, balance, history, self.surface_energy());
                         }
                         exhausted = true;
                     }

@@ -232,12 +232,16 @@ pub fn change(
     for &body in wake {
         changed[body] = model.bodies[body].wake();
         transition.woken += usize::from(changed[body]);
-        committed.fields[body].clone_from(&recovery.fields[body]);
+        if changed[body] {
+            committed.fields[body].clone_from(&recovery.fields[body]);
+        }
     }
     for &body in rest {
         changed[body] = model.bodies[body].rest();
         transition.rested += usize::from(changed[body]);
-        committed.fields[body].clear();
+        if changed[body] {
+            committed.fields[body].clear();
+        }
     }
     committed.memory = contacts.carried_over(model, committed, &changed, &recovery);
     contacts.forget_bodies();

@@ -1,11 +1,15 @@
 //! Small scenes with known answers, straight through the solver.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::assembly::Contacts;
+use crate::assembly::cubes::pile;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::geometry::Polyhedron;
 use crate::geometry::rounded::RoundedBody;
+use crate::grain::CondensedGrain;
 use crate::material::{Rubber, RubberLaw};
 use crate::model::membrane::Fastening;
 use crate::model::{
@@ -65,6 +69,35 @@ fn a_balance_of_bodies_inside_each_other_is_none() {
     let StepStatus::Overlapping { problem } = &report.status else { panic!("{:?}", report.status) };
     assert!(problem.contains("inner") && problem.contains("cube"), "{problem}");
     assert!(!report.converged() && !report.fell && !report.is_rough(&Settings::default()));
+}
+
+/// An increment that is given up tells what grains have stored as well as what contacts have.
+#[test]
+fn what_missed_has_the_energy_of_what_deforms() {
+    let (model, committed, mut loads) = pile(1e-3, |body, mesh, rock| {
+        body.grain = Some(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
+    });
+    loads.prescribed[0] = [true; 6];
+    loads.applied[2][2] = -2e4;
+    let mut contacts = Contacts::default();
+    let settings = Settings::default();
+    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+    let rest = advance(&increment, vec![committed.poses.clone()], &mut contacts);
+    assert_eq!(rest.status, StepStatus::Converged, "{:?}", rest.history);
+    let stored =
+        contacts.active().map(|(_, point)| point.evaluation.energy + point.evaluation.tangential_energy);
+    let in_contacts: f64 = stored.sum();
+    assert!(in_contacts < 0.7 * rest.energy.elastic, "{in_contacts} of {}", rest.energy.elastic);
+
+    let mut committed = Committed::new(rest.poses);
+    (committed.memory, committed.fields) = (rest.memory, rest.fields);
+    loads.applied[2][2] *= 1.1;
+    let settings = Settings { max_augmentations: 0, ..settings };
+    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+    let missed = advance(&increment, vec![committed.poses.clone()], &mut contacts);
+    assert!(!missed.converged());
+    let ratio = missed.energy.elastic / rest.energy.elastic;
+    assert!((0.9..1.4).contains(&ratio), "{ratio}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! nalgebra's own serde support is off, since it costs a rebuild of half the dependencies.
 
-use nalgebra::{Quaternion, SVector};
+use nalgebra::{Quaternion, SMatrix};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 use super::{Pose, Rotation, Vec3};
@@ -15,17 +15,17 @@ pub trait Numbers: Sized {
     fn take(row: &mut impl Iterator<Item = f64>) -> Option<Self>;
 }
 
-impl<const N: usize> Numbers for SVector<f64, N> {
+impl<const R: usize, const C: usize> Numbers for SMatrix<f64, R, C> {
     fn put(&self, row: &mut Vec<f64>) {
         row.extend_from_slice(self.as_slice());
     }
 
     fn take(row: &mut impl Iterator<Item = f64>) -> Option<Self> {
-        let mut vector = Self::zeros();
-        for component in vector.iter_mut() {
+        let mut matrix = Self::zeros();
+        for component in matrix.iter_mut() {
             *component = row.next()?;
         }
-        Some(vector)
+        Some(matrix)
     }
 }
 

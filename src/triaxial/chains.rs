@@ -19,7 +19,15 @@ pub fn body_stresses(
     positions: &[Vec3],
     volumes: &[Option<f64>],
 ) -> Vec<Mat3> {
-    let mut moments = vec![Mat3::zeros(); volumes.len()];
+    let stress = |(moment, volume): (&Mat3, &Option<f64>)| {
+        volume.map_or(Mat3::zeros(), |volume| -0.5 * (moment + moment.transpose()) / volume)
+    };
+    surface_moments(pairs, outside, positions).iter().zip(volumes).map(stress).collect()
+}
+
+/// Sum of arm times force over the surface of each of the bodies at `positions` [N m], tension positive.
+pub fn surface_moments(pairs: &[PairForce], outside: &[OutsideForce], positions: &[Vec3]) -> Vec<Mat3> {
+    let mut moments = vec![Mat3::zeros(); positions.len()];
     for pair in pairs {
         for (body, sign) in [(pair.bodies[0], -1.0), (pair.bodies[1], 1.0)] {
             moments[body] += (pair.moment - positions[body] * pair.force.transpose()) * sign;
@@ -28,10 +36,7 @@ pub fn body_stresses(
     for outside in outside {
         moments[outside.body] += (outside.point - positions[outside.body]) * outside.force.transpose();
     }
-    let stress = |(moment, volume): (&Mat3, &Option<f64>)| {
-        volume.map_or(Mat3::zeros(), |volume| -0.5 * (moment + moment.transpose()) / volume)
-    };
-    moments.iter().zip(volumes).map(stress).collect()
+    moments
 }
 
 /// Share of the grains (bodies with a volume) that are in a chain; not a number without grains.

@@ -25,7 +25,7 @@ pub struct Neighbourhood {
 }
 
 /// What happens around a grain since the reference configuration.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LocalStrain {
     /// `sqrt(2/3 e:e)` of the deviator e of the strain; not a number without enough neighbours.
     pub shear: f64,

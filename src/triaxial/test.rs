@@ -197,14 +197,9 @@ fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
 /// An increment that found no balance.
 struct Miss {
     reason: String,
-    /// What it came to, where it came to anything.
+    /// What it came to, where it came to anything; what it took is in `counters`.
     report: Option<Box<IncrementReport>>,
-}
-
-impl Miss {
-    fn without_report(reason: String) -> Self {
-        Miss { reason, report: None }
-    }
+    counters: Counters,
 }
 
 impl Test {
@@ -269,7 +264,11 @@ impl Test {
                 (false, Some(share)) => (share, way.pace.after(share)),
                 (false, None) => break,
             };
-            let mut report = match self.attempt(rig, &way, share, to) {
+            let attempt = self.attempt(rig, &way, share, to);
+            if let Err(miss) = &attempt {
+                way.spent.add(&miss.counters);
+            }
+            let mut report = match attempt {
                 Ok(report) => {
                     way.rough = 0;
                     report
@@ -317,6 +316,7 @@ impl Test {
             let pressure = way.drive.pressure(to, report.factor);
             let verdict = rig.judge(&report, pressure);
             if verdict.urgent && way.repeats < MOST_REPEATS {
+                way.spent.add(&report.counters);
                 way.repeats += 1;
                 let transition = rig.change_fidelity([&verdict.wake, &[]]);
                 self.start_elastic += transition.energy;
@@ -325,12 +325,14 @@ impl Test {
             }
             let mut trial = self.weigh(rig, &way, &report, share, to);
             if !way.dwells && way.watch.overshoots(share, &trial.measures) {
+                way.spent.add(&report.counters);
                 continue;
             }
             let unclosed = trial.poorly_closed || trial.overdraws;
             let refused = trial.creates_energy || (unclosed && self.energy_gate.cuts);
             if refused && !way.dwells && way.pace.cut(share) {
                 tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
+                way.spent.add(&report.counters);
                 way.watch.limit = None;
                 continue;
             }
@@ -583,16 +585,19 @@ impl Test {
                 counters.add(&report.counters);
             }
             if !report.converged() {
-                rig.dossier = Some(Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings));
+                let mut dossier = Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings);
+                dossier.factorisations = way.spent.factorisations + counters.factorisations;
+                rig.dossier = Some(dossier);
                 let reason = describe(rig, &report, drive.pressure(to, report.factor));
-                report.counters = counters;
-                return Err(Miss { reason, report: Some(Box::new(report)) });
+                report.counters = Counters::default();
+                return Err(Miss { reason, report: Some(Box::new(report)), counters });
             }
             let pressure = drive.pressure(to, report.factor);
             if pressure < LEAST_PRESSURE * drive.origin.pressure {
-                return Err(Miss::without_report(format!(
+                let reason = format!(
                     "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
-                )));
+                );
+                return Err(Miss { reason, report: None, counters });
             }
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
             // The trial that had the way to go says whether it was a snap.
@@ -606,7 +611,8 @@ impl Test {
             guess.deviatoric_stress = report.factor;
             starts = vec![report.poses.into()];
         }
-        Err(Miss::without_report(format!("the cross-section did not settle in {AREA_TRIALS} trials")))
+        let reason = format!("the cross-section did not settle in {AREA_TRIALS} trials");
+        Err(Miss { reason, report: None, counters })
     }
 
     /// What a stage can depend on, in the configuration `poses`.

@@ -79,7 +79,7 @@ impl Watch {
         self.peak = self.peak.max(q);
         self.done = self.is_near(q)
             || self.is_past(q)
-            || self.until.drop_after_peak.is_some_and(|drop| q < (1.0 - drop) * self.peak);
+            || self.until.drop_after_peak.is_some_and(|drop| self.peak > 0.0 && q < (1.0 - drop) * self.peak);
         self.before = q;
         self.limit = None;
     }
@@ -95,5 +95,28 @@ impl Watch {
                 self.before
             ),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stresses of increments in turn; whether the stage is over behind the last.
+    fn is_over(drop_after_peak: f64, stresses: &[f64]) -> bool {
+        let until = Until { drop_after_peak: Some(drop_after_peak), ..Until::default() };
+        let mut watch = Watch::new(&until, stresses[0]);
+        for &deviatoric_stress in &stresses[1..] {
+            watch.accept(&Measures { deviatoric_stress, ..Measures::default() });
+        }
+        watch.done
+    }
+
+    #[test]
+    fn a_drop_counts_from_a_peak_in_compression() {
+        assert!(is_over(0.1, &[0.0, 2e6, 1.7e6]));
+        assert!(!is_over(0.1, &[0.0, 2e6, 1.9e6]));
+        // An unloading has ended a little below zero.
+        assert!(!is_over(0.1, &[-1e3, -0.9e3, 1e6]));
     }
 }

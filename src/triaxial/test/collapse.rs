@@ -3,7 +3,7 @@
 
 use crate::error::Result;
 use crate::model::Loads;
-use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
+use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, StepStatus, advance};
 use crate::triaxial::drive::{Drive, Guess};
 use crate::triaxial::remnants::{Remnants, Touching};
 use crate::triaxial::rig::Rig;
@@ -26,7 +26,8 @@ impl Test {
         let report = advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts);
         let before = report.history.first().copied().unwrap_or(0.0);
         way.settlings += 1;
-        let is_better = report.balance.out_of_balance < before;
+        let overlaps = matches!(report.status, StepStatus::Overlapping { .. });
+        let is_better = !overlaps && report.balance.out_of_balance < before;
         tracing::debug!(before, after = report.balance.out_of_balance, is_better, "settled");
         if is_better {
             // What pressure and ram do on the way, as for an increment.
