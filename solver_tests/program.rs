@@ -211,6 +211,61 @@ fn a_results_file_is_not_overwritten_unless_forced() {
 }
 
 #[test]
+fn what_a_run_reads_and_what_is_no_file_is_not_overwritten_even_if_forced() {
+    let place = Place::new();
+    let [set, stages] = CONSOLIDATION_ONLY;
+    let run = |out: &'static str| ["run", "tiny.json", "--quiet", "--force", set, stages, "--out", out];
+    let (_, stderr) = place.ends_with(2, &run("./tiny.json"));
+    assert!(stderr.contains("what the run reads"), "{stderr}");
+    assert_eq!(std::fs::read_to_string(place.path("tiny.json")).expect("the case"), CASE);
+    assert!(Command::new("mkfifo").arg(place.path("pipe")).status().expect("mkfifo").success());
+    let (_, stderr) = place.ends_with(2, &run("pipe"));
+    assert!(stderr.contains("device or pipe"), "{stderr}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_is_followed() {
+    let place = Place::new();
+    let [set, stages] = CONSOLIDATION_ONLY;
+    std::fs::create_dir(place.path("far")).expect("a folder");
+    std::os::unix::fs::symlink("far/x.h5", place.path("link.h5")).expect("a link");
+    place.ends_with(0, &["run", "tiny.json", "--quiet", set, stages, "--out", "link.h5"]);
+    assert!(place.path("link.h5").is_symlink());
+    assert_eq!(open(&place.path("far/x.h5")).status().expect("a status").outcome, Outcome::Finished);
+}
+
+#[test]
+fn a_specimen_is_no_finished_run_and_overrides_are_in_the_file() {
+    let place = Place::new();
+    let [set, stages] = CONSOLIDATION_ONLY;
+    place.ends_with(0, &["specimen", "tiny.json", "--quiet", set, stages, "--out", "x.h5"]);
+    assert_eq!(open(&place.path("x.h5")).increments().expect("rows"), 0);
+    place.ends_with(0, &["run", "tiny.json", "--quiet", set, stages, "--out", "x.h5", "--resume"]);
+    let reader = open(&place.path("x.h5"));
+    assert!(reader.increments().expect("rows") >= 10);
+    let given = reader.text("case/given").expect("the case");
+    assert!(given.starts_with(CASE) && given.contains("\n// --set /stages=["), "{given}");
+}
+
+#[test]
+fn check_looks_at_what_a_case_starts_from() {
+    let place = Place::new();
+    let (_, stderr) = place.ends_with(1, &["check", "tiny.json", "--set", "/start_from=nothere.h5"]);
+    assert!(stderr.contains("$.start_from") && stderr.contains("names no file"), "{stderr}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_is_told() {
+    let place = Place::new();
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("a full device");
+    let output = place.command(&["schema"]).stdout(full).output().expect("riprap starts");
+    assert_eq!(output.status.code(), Some(4));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+}
+
+#[test]
 fn what_does_not_converge_stops_with_its_reason() {
     let place = Place::new();
     let strict = ["--set", "/solver/force_tolerance=1e-9", "--set", "/solver/max_augmentations=1"];

@@ -190,7 +190,8 @@ fn a_peak_is_passed_when_driven_and_stops_a_load() {
     let q: Vec<f64> = rows.iter().map(|row| row.measures.deviatoric_stress).collect();
     let (last, before) = q.split_last().expect("rows");
     let peak = before.iter().copied().fold(0.0, f64::max);
-    assert!(rows[rows.len() - 1].progress < 1.0, "no peak came");
+    assert!(rows[rows.len() - 1].path < 1.0, "no peak came");
+    assert_eq!(rows[rows.len() - 1].progress, 1.0);
     assert!(*last < (1.0 - drop) * peak, "{last} after {peak}");
     let mut largest: f64 = 0.0;
     for q in before {
@@ -206,6 +207,22 @@ fn a_peak_is_passed_when_driven_and_stops_a_load() {
     let carried = rows[rows.len() - 1].measures.deviatoric_stress;
     let StageEnd::Stopped { reason } = end else { panic!("{end:?} at {carried} Pa of {deviatoric_stress}") };
     assert!(reason.contains("cannot pass a peak") && reason.contains(&format!("{carried:.4e}")), "{reason}");
+}
+
+/// Strains of stages in turn add up: all count from the height behind the consolidation.
+#[test]
+fn strains_of_stages_add_up() {
+    let (mut rig, mut test, _) = consolidated();
+    test.zero_strains(&rig);
+    let mut sum = 0.0;
+    for strain in [2e-3, 2e-3, -4e-4, 1e-3] {
+        let (rows, end) =
+            run(&mut rig, &mut test, &Stage { steps: steps(2e-4), ..drive(strain, Lateral::Pressure) });
+        finished(&rows, &end, 2);
+        sum += strain;
+        let reached = rows[rows.len() - 1].measures.axial_strain;
+        assert!((reached - sum).abs() < 1e-12, "{reached} for {sum}");
+    }
 }
 
 /// Cutting at the energy gate: every increment closes within it, or is the smallest there is.

@@ -13,7 +13,7 @@ use super::walk::{child, is_within, shown};
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawCase {
     pub file: PathBuf,
-    /// The text as given.
+    /// The text as given, and overrides behind it as comments.
     pub text: String,
     /// The value with overrides applied. Tokens that JSON has no number for (`NaN`, `1e999`) are
     /// strings here, and faults.
@@ -73,6 +73,7 @@ impl RawCase {
     /// are missing; list items must be there already. What cannot be applied becomes a fault.
     pub fn set(&mut self, overrides: &[(String, Value)]) {
         for (pointer, value) in overrides {
+            self.text.push_str(&format!("\n// --set {pointer}={value}"));
             if let Err((problem, accepted)) = set_at(&mut self.value, pointer, value.clone()) {
                 self.faults.push(Fault::new(format!("--set {pointer}"), shown(value), problem, accepted));
             }

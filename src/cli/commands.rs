@@ -92,6 +92,7 @@ pub fn check(arguments: &Check) -> Ended {
             say(&drawn.to_string());
         }
     }
+    simulation::check_start(&case, &source).map_err(failed)?;
     let faults = unsupported(&case);
     if !faults.is_empty() {
         complain("sound, but riprap cannot run all of it yet:");

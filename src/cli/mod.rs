@@ -10,8 +10,9 @@ mod interrupt;
 mod progress;
 mod series;
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::Parser;
 
@@ -44,9 +45,14 @@ pub fn main() -> ExitCode {
         Command::Verify(verify) => commands::verify(verify),
         Command::Schema => commands::schema(),
     };
-    match ended {
-        Ok(ending) => ending.into(),
-        Err(Failure { error, ending }) => {
+    match (ended, UNSAID.get()) {
+        // Whoever read it has seen enough.
+        (Ok(_), Some(error)) if error.kind() != ErrorKind::BrokenPipe => {
+            complain(&format!("cannot write to standard output: {error}"));
+            Ending::File.into()
+        }
+        (Ok(ending), _) => ending.into(),
+        (Err(Failure { error, ending }), _) => {
             complain(&error.to_string());
             ending.into()
         }
@@ -63,9 +69,14 @@ fn log_as_asked() -> Result<(), String> {
     Ok(())
 }
 
-/// A line on standard output; a closed pipe is no error.
+/// The first trouble with standard output.
+static UNSAID: OnceLock<std::io::Error> = OnceLock::new();
+
+/// A line on standard output; what keeps it from there is told at the end.
 fn say(text: &str) {
-    let _ = writeln!(std::io::stdout().lock(), "{text}");
+    if let Err(error) = writeln!(std::io::stdout().lock(), "{text}") {
+        UNSAID.get_or_init(|| error);
+    }
 }
 
 /// An error on standard error.

@@ -83,7 +83,7 @@ pub fn study(arguments: &Study) -> Ended {
 
 pub fn batch(arguments: &Batch) -> Ended {
     let plan = read_plan(&arguments.plan, arguments.out.as_deref())?;
-    let jobs = arguments.jobs.map_or(plan.jobs, usize::from);
+    let jobs = arguments.jobs.map(usize::from).or(plan.jobs);
     let mut plan = plan;
     plan.threads = arguments.threads.map_or(plan.threads, usize::from);
     if arguments.slurm {
@@ -111,7 +111,7 @@ pub fn batch(arguments: &Batch) -> Ended {
         members.iter().for_each(|member| say(&member.name));
         return Ok(Ending::Done);
     }
-    let whole = launch(&members, jobs, plan.threads, arguments.force)?;
+    let whole = launch(&members, jobs.unwrap_or(1), plan.threads, arguments.force)?;
     let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
     if arguments.only.is_none() {
         let summary = table::batch(&members, &figures);

@@ -219,7 +219,7 @@ mod tests {
     fn seen(triangles: &[Triangle]) -> Image {
         let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
         let view = View { axes, middle: [0.0; 2], scale: 10.0 };
-        picture(triangles, &view, [41, 41], 0, &|owner, _| Colour(10 * owner as u8, 100, 0))
+        picture(triangles, &view, [41, 41], 0, &|owner, _| Colour((10 * owner) as u8, 100, 0))
     }
 
     #[test]

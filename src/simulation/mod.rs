@@ -101,8 +101,8 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
     if !faults.is_empty() {
         return Err(Error::Case { file: source.file.clone(), faults });
     }
-    recorder::check_target(&options.out, options.existing)?;
-    let mut options = options.clone();
+    let mut options = Options { out: recorder::followed(&options.out), ..options.clone() };
+    recorder::check_target(&options.out, options.existing, &inputs(case, source))?;
     let mut found = None;
     if options.existing == Existing::Continue {
         let there = resume::look(case, source, &options.out)?;
@@ -130,6 +130,20 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
     }
 }
 
+/// Checks what a case starts from (`"start_from"`), where it does.
+///
+/// # Errors
+/// As [`run`].
+pub fn check_start(case: &Case, source: &RawCase) -> Result<()> {
+    start::look(case, source).map(drop)
+}
+
+/// The files that a run reads.
+fn inputs(case: &Case, source: &RawCase) -> Vec<PathBuf> {
+    let start = start::file_of(case, source);
+    std::iter::once(source.file.clone()).chain(start).collect()
+}
+
 /// Generates a case's specimen, with its meshes and statistics, and writes nothing else. Runs can start from it (`"start_from"`).
 ///
 /// # Errors
@@ -144,9 +158,10 @@ pub fn generate_specimen(
         return Err(Error::Usage("this case is a scene: it has bodies set by hand and no specimen".into()));
     };
     let clock = Instant::now();
-    recorder::check_target(&options.out, options.existing)?;
+    let options = Options { out: recorder::followed(&options.out), ..options.clone() };
+    recorder::check_target(&options.out, options.existing, &inputs(case, source))?;
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
-    let mut recorder = Recorder::create(case, source, options, clock)?;
+    let mut recorder = Recorder::create(case, source, &options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;
     // A run can start from it.
     let membrane_pressure = plan::largest_pressure(case);

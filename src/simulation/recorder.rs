@@ -1,7 +1,7 @@
 //! Joins the run to its results file: rows, saved states, tables, the end.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
@@ -85,12 +85,25 @@ pub struct Recorder {
     meter: Meter,
 }
 
+/// Links that are followed, one after another.
+const MOST_LINKS: usize = 40;
+
+/// The file that `path` leads to over links, there or not.
+pub fn followed(path: &Path) -> PathBuf {
+    let mut path = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(to) = std::fs::read_link(&path) else { break };
+        path = path.parent().unwrap_or(Path::new("")).join(to);
+    }
+    path
+}
+
 /// Whether the results file can be written, before anything is computed.
 ///
 /// # Errors
-/// `Error::Usage` where it exists and is not to be replaced, `Error::Results` where another process has it,
-/// `Error::Io` where it cannot be made.
-pub fn check_target(out: &Path, existing: Existing) -> Result<()> {
+/// `Error::Usage` where it exists and is not to be replaced, is no file or one of the `inputs`, `Error::Results` where another
+/// process has it, `Error::Io` where it cannot be made.
+pub fn check_target(out: &Path, existing: Existing, inputs: &[PathBuf]) -> Result<()> {
     if existing == Existing::Refuse && out.exists() {
         return Err(Error::Usage(format!(
             "{} exists already: --resume continues its run, --force replaces it, --out writes elsewhere",
@@ -99,6 +112,16 @@ pub fn check_target(out: &Path, existing: Existing) -> Result<()> {
     }
     if out.is_dir() {
         return Err(Error::Usage(format!("{} is a directory; --out wants a file", out.display())));
+    }
+    if out.exists() && !out.is_file() {
+        return Err(Error::Usage(format!("{} is a device or pipe; --out wants a file", out.display())));
+    }
+    let place = |path: &Path| std::fs::canonicalize(path).ok();
+    if place(out).is_some_and(|out| inputs.iter().any(|input| place(input).as_ref() == Some(&out))) {
+        return Err(Error::Usage(format!(
+            "{} is what the run reads; --out wants another file",
+            out.display()
+        )));
     }
     check_unused(out)?;
     let folder = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -280,7 +303,7 @@ impl Recorder {
             grains: grain_states(&rig.model),
             levels: rig.levels(),
         };
-        let position = report.row.progress * stage.axial_strain().unwrap_or(1.0);
+        let position = report.row.path * stage.axial_strain().unwrap_or(1.0);
         self.append(&row, &[], state, position, report.row.progress)?;
         self.sums.stage.poorly_closed += usize::from(report.row.poorly_closed);
         self.hold(report.test, rig)?;

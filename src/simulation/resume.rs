@@ -79,8 +79,11 @@ pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
     }
     let status = reader.status()?;
     match status.outcome {
-        Outcome::Finished => return Ok(Found::Finished { increments: status.last_good_increment }),
-        Outcome::Running | Outcome::Interrupted | Outcome::Stopped => {}
+        Outcome::Finished if reader.restart()?.is_some() => {
+            return Ok(Found::Finished { increments: status.last_good_increment });
+        }
+        // One that holds a specimen only, of which nothing has been run.
+        Outcome::Finished | Outcome::Running | Outcome::Interrupted | Outcome::Stopped => {}
     }
     let Some(restart) = reader.restart()? else { return Ok(Found::NoRestart) };
     let dropped = reader.increments()?.saturating_sub(restart.rows);

@@ -42,6 +42,15 @@ pub struct Consolidation {
     pub how: Resumption,
 }
 
+/// The file that a case starts from.
+pub fn file_of(case: &Case, source: &RawCase) -> Option<PathBuf> {
+    case.start_from.as_ref().map(|name| beside(source, name))
+}
+
+fn beside(source: &RawCase, name: &str) -> PathBuf {
+    source.file.parent().unwrap_or(Path::new("")).join(name)
+}
+
 /// Reads the start of a case; `None` where it has none.
 ///
 /// # Errors
@@ -50,7 +59,7 @@ pub struct Consolidation {
 pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     let Some(name) = &case.start_from else { return Ok(None) };
     let refused = |faults: Vec<Fault>| Err(Error::Case { file: source.file.clone(), faults });
-    let file = source.file.parent().unwrap_or(Path::new("")).join(name);
+    let file = beside(source, name);
     if !file.is_file() {
         let problem = "names no file";
         let accepted =

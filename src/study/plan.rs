@@ -33,7 +33,7 @@ pub struct Plan {
     pub members: Vec<Member>,
     /// Folder of the results files.
     pub out: PathBuf,
-    pub jobs: usize,
+    pub jobs: Option<usize>,
     pub threads: usize,
     pub slurm: Slurm,
 }
@@ -100,9 +100,9 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
     };
     let out = out.map_or(own_out, Path::to_path_buf);
     let count = |key: &str, faults: &mut Vec<Fault>| match map.get(key) {
-        None => 1,
+        None => None,
         Some(value) => match value.as_u64() {
-            Some(n) if (1..=1024).contains(&n) => n as usize,
+            Some(n) if (1..=1024).contains(&n) => Some(n as usize),
             _ => {
                 let place = path_of_key("$", key);
                 faults.push(Fault::new(
@@ -111,11 +111,11 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
                     "is out of range",
                     "a whole number from 1 to 1024",
                 ));
-                1
+                None
             }
         },
     };
-    let (jobs, threads) = (count("jobs", faults), count("threads", faults));
+    let (jobs, threads) = (count("jobs", faults), count("threads", faults).unwrap_or(1));
     let slurm = slurm_of(map.get("slurm"), faults);
     let points: usize = grid.iter().map(|(_, values)| values.len()).product();
     let number = entries.len().saturating_mul(points).saturating_mul(seeds.len().max(1));
@@ -480,7 +480,7 @@ mod tests {
             "seeds": {"from": 3, "count": 2}, "jobs": 4}"#,
         )
         .unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!((plan.members.len(), plan.jobs, plan.threads), (2 * 2 * 3 * 2, 4, 1));
+        assert_eq!((plan.members.len(), plan.jobs, plan.threads), (2 * 2 * 3 * 2, Some(4), 1));
         assert_eq!(plan.members[0].name, "rock_pressure=0.4MPa_friction=0.5_seed=3");
         assert!(plan.out.ends_with("results/plan"), "{:?}", plan.out);
         let last = &plan.members[23];

@@ -8,12 +8,14 @@ use crate::error::{Error, Result};
 use super::plan::Plan;
 
 /// The script of the array. `program` is the riprap to run on the cluster.
-pub fn script(plan: &Plan, program: &Path, jobs: usize) -> String {
+pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>) -> String {
+    // Without a number the cluster says how many run at a time.
+    let at_a_time = jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
     let name = plan.file.file_stem().unwrap_or(plan.file.as_os_str()).to_string_lossy().into_owned();
     let mut lines = vec![
         "#!/bin/sh".to_string(),
         format!("#SBATCH --job-name=riprap-{}", super::safe(&name)),
-        format!("#SBATCH --array=0-{}%{jobs}", plan.members.len().saturating_sub(1)),
+        format!("#SBATCH --array=0-{}{at_a_time}", plan.members.len().saturating_sub(1)),
         "#SBATCH --ntasks=1".to_string(),
         format!("#SBATCH --cpus-per-task={}", plan.threads),
         // Ctrl-C's signal two minutes before the time is up: the run ends cleanly.
@@ -49,7 +51,7 @@ pub fn script(plan: &Plan, program: &Path, jobs: usize) -> String {
 ///
 /// # Errors
 /// A script that cannot be written; an sbatch that refuses.
-pub fn submit(plan: &Plan, program: &Path, jobs: usize) -> Result<(PathBuf, Option<String>)> {
+pub fn submit(plan: &Plan, program: &Path, jobs: Option<usize>) -> Result<(PathBuf, Option<String>)> {
     std::fs::create_dir_all(&plan.out).map_err(|e| Error::io("create", &plan.out, e))?;
     let path = plan.out.join("array.sh");
     std::fs::write(&path, script(plan, program, jobs)).map_err(|e| Error::io("write", &path, e))?;
@@ -98,7 +100,7 @@ mod tests {
             file: "/x/it's.json".into(),
             members: vec![member.clone(), member.clone(), member],
             out: "/x/out".into(),
-            jobs: 1,
+            jobs: None,
             threads: 4,
             slurm: Slurm {
                 time: Some("1:00".into()),
@@ -106,7 +108,8 @@ mod tests {
                 ..Slurm::default()
             },
         };
-        let script = script(&plan, Path::new("/bin/riprap"), 2);
+        assert!(script(&plan, Path::new("/bin/riprap"), None).contains("--array=0-2\n"));
+        let script = script(&plan, Path::new("/bin/riprap"), Some(2));
         for part in [
             "--array=0-2%2\n",
             "--cpus-per-task=4\n",

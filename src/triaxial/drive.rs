@@ -39,6 +39,8 @@ const PRESSING: f64 = 1e-3;
 pub struct Drive {
     pub origin: Origin,
     kind: Kind,
+    /// Height that strains count from [m].
+    height: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -61,8 +63,8 @@ pub struct Guess {
 }
 
 impl Drive {
-    /// `turning` is the height [m] to which [`Path::Return`] leads.
-    pub fn new(stage: &Stage, origin: Origin, turning: Option<f64>) -> Self {
+    /// Strains count from `height` [m]; `turning` is the height [m] to which [`Path::Return`] leads.
+    pub fn new(stage: &Stage, origin: Origin, height: f64, turning: Option<f64>) -> Self {
         let driven = |travel: f64, lateral: Lateral| Kind::Driven { travel, lateral };
         let kind = match stage.path {
             Path::Stress { axial, radial } => {
@@ -71,21 +73,21 @@ impl Drive {
             Path::Shear { deviatoric_stress } => {
                 Kind::Loaded { pressure: origin.pressure, deviatoric_stress }
             }
-            Path::Strain { axial_strain, lateral } => driven(-axial_strain * origin.height, lateral),
+            Path::Strain { axial_strain, lateral } => driven(-axial_strain * height, lateral),
             Path::Return { lateral } => driven(turning.map_or(0.0, |height| height - origin.height), lateral),
             Path::Hold if origin.loaded => {
                 Kind::Loaded { pressure: origin.pressure, deviatoric_stress: origin.deviatoric_stress }
             }
             Path::Hold => driven(0.0, Lateral::Pressure),
         };
-        Drive { origin, kind }
+        Drive { origin, kind, height }
     }
 
     /// Axial strain of the whole path, shortening positive; zero where the plate is loaded.
     pub fn axial_strain(&self) -> f64 {
         match self.kind {
             Kind::Loaded { .. } => 0.0,
-            Kind::Driven { travel, .. } => -travel / self.origin.height,
+            Kind::Driven { travel, .. } => -travel / self.height,
         }
     }
 

@@ -49,6 +49,8 @@ pub struct Row {
     pub mean_contact_force: f64,
     /// Progress of the stage, 0 to 1.
     pub progress: f64,
+    /// Share of its path, which may be longer than the stage.
+    pub path: f64,
 }
 
 /// What the observer sees of an accepted increment.
@@ -372,7 +374,8 @@ impl Test {
                 sliding_fraction: report.measures.sliding_fraction,
                 max_penetration: report.measures.max_penetration,
                 mean_contact_force: report.measures.mean_force,
-                progress: way.pace.done(),
+                progress: way.watch.progress(way.pace.done()),
+                path: way.pace.done(),
             };
             let last = self.commit(rig, &way.drive, &report, &trial, share);
             way.last = Some(last).filter(|_| !way.dwells);
@@ -414,7 +417,7 @@ impl Test {
     /// Resolves a stage against the present state; `None` where there is nothing to do.
     fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<UnderWay> {
         let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
-        let drive = Drive::new(stage, origin, self.turning);
+        let drive = Drive::new(stage, origin, self.zero.height, self.turning);
         if drive.axial_strain() < 0.0 {
             self.turning = Some(origin.height);
         }

@@ -10,6 +10,9 @@ const LANDING_TRIALS: usize = 8;
 /// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
 const LANDING_TOLERANCE: f64 = 1e-3;
 
+/// Share of a stage that is not over, at most.
+const NEARLY: f64 = 0.999;
+
 /// Watches for what ends a stage before its path does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Watch {
@@ -84,6 +87,18 @@ impl Watch {
         self.limit = None;
     }
 
+    /// Share of the stage behind an accepted increment, `path` of whose path are done.
+    pub(super) fn progress(&self, path: f64) -> f64 {
+        match self.until.deviatoric_stress {
+            _ if self.done => 1.0,
+            // The path is only long enough.
+            Some(to) if self.until.must => {
+                ((self.before - self.start) / (to - self.start)).clamp(0.0, NEARLY)
+            }
+            _ => path,
+        }
+    }
+
     pub(super) fn end(&self, stage: &Stage) -> StageEnd {
         if self.done || !stage.until.must {
             return StageEnd::Finished;
@@ -101,6 +116,19 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stage_is_over_where_it_lands() {
+        let until = |must| Until { deviatoric_stress: Some(0.0), must, ..Until::default() };
+        for (must, shares) in [(true, [0.25, 0.99895, 1.0]), (false, [0.1, 0.1, 1.0])] {
+            let mut watch = Watch::new(&until(must), 2e6);
+            for (deviatoric_stress, share) in [1.5e6, 2.1e3, 1e3].into_iter().zip(shares) {
+                watch.accept(&Measures { deviatoric_stress, ..Measures::default() });
+                let found = watch.progress(0.1);
+                assert!((found - share).abs() < 1e-12, "{must} {deviatoric_stress}: {found}");
+            }
+        }
+    }
 
     /// Stresses of increments in turn; whether the stage is over behind the last.
     fn is_over(drop_after_peak: f64, stresses: &[f64]) -> bool {
