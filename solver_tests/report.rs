@@ -331,6 +331,27 @@ fn what_cannot_be_varied_is_said_by_name() {
 }
 
 #[test]
+fn a_batch_says_why_a_member_has_no_results() {
+    let folder = scene();
+    let case = r#"{"specimen": {"grains": 16, "aspect": 1.5, "grading": [["60 mm", 1.0], ["40 mm", 0.0]], "void_ratio": 0.3},
+                   "contact": {"friction": 0.5},
+                   "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": null},
+                   "stages": [{"kind": "consolidate", "pressure": "0.4 MPa"}]}"#;
+    std::fs::write(folder.path().join("dense.json"), case).expect("a case");
+    std::fs::write(folder.path().join("plan.json"), r#"{"case": "dense.json"}"#).expect("a plan");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_riprap"));
+    let output = command.current_dir(folder.path()).args(["batch", "plan.json"]).output().expect("riprap");
+    assert!(!output.status.success());
+    let summary = read(&folder.path().join("results/plan/summary.csv"));
+    assert!(
+        summary.contains(",failed,") && summary.contains("$.specimen.void_ratio: 0.3 cannot be reached"),
+        "{summary}"
+    );
+    let (_, stderr) = ends_with(2, folder.path(), &["batch", "none.json"]);
+    assert!(stderr.contains("none.json"), "{stderr}");
+}
+
+#[test]
 fn a_batch_runs_its_members_and_goes_on_where_it_was() {
     let folder = scene();
     let plan = r#"{"case": "push.json", // comments are allowed

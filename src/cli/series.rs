@@ -14,7 +14,7 @@ use crate::study::{Member, Refusal, chart, safe, slurm, table};
 
 use super::arguments::{Batch, Study};
 use super::commands::{Ended, checked};
-use super::exit::Ending;
+use super::exit::{Ending, Failure};
 use super::{complain, interrupt, note, say};
 
 pub fn study(arguments: &Study) -> Ended {
@@ -82,7 +82,7 @@ pub fn study(arguments: &Study) -> Ended {
 }
 
 pub fn batch(arguments: &Batch) -> Ended {
-    let plan = read_plan(&arguments.plan, arguments.out.as_deref())?;
+    let plan = read_plan(&arguments.plan, arguments.out.as_deref()).map_err(Failure::of_input)?;
     let jobs = arguments.jobs.map(usize::from).or(plan.jobs);
     let mut plan = plan;
     plan.threads = arguments.threads.map_or(plan.threads, usize::from);

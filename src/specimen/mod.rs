@@ -253,7 +253,7 @@ fn check_void_ratio(parameters: &SpecimenParameters, packing: &Packing, reached:
     let loosest = packing.loosest;
     Err(Error::Specimen(match packing.end {
         DialEnd::Loosest | DialEnd::Densest => format!(
-            "a void ratio of {asked} cannot be reached with this grading, size and shape: compaction found \
+            "$.specimen.void_ratio: {asked} cannot be reached with this grading, size and shape: compaction found \
              {reached:.3} (without friction) to {loosest:.3} (with a friction of {})",
             compaction::LARGEST_FRICTION
         ),

@@ -211,7 +211,8 @@ fn end_all(working: &mut [Worker<'_>]) {
     }
 }
 
-fn last_line(path: &Path) -> String {
+/// The last line of a log with anything in it.
+pub fn last_line(path: &Path) -> String {
     let text = std::fs::read(path).unwrap_or_default();
     let text = String::from_utf8_lossy(&text).into_owned();
     text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or_default().trim().to_string()

@@ -4,6 +4,7 @@ use crate::error::Result;
 use crate::report::Run;
 
 use super::Member;
+use super::launch::{last_line, log_of};
 
 /// A member that has a results file, and the figures to compare it by.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -40,8 +41,9 @@ impl Figures {
     /// A results file that is there and cannot be read.
     pub fn of(member: &Member) -> Result<Figures> {
         if !member.results.exists() {
-            let status = if super::launch::log_of(member).exists() { "failed" } else { "not run" };
-            return Ok(Figures { status: status.into(), ..Figures::nothing() });
+            let log = log_of(member);
+            let status = if log.exists() { "failed" } else { "not run" };
+            return Ok(Figures { status: status.into(), reason: last_line(&log), ..Figures::nothing() });
         }
         let run = Run::open(&member.results)?;
         let sum = |name: &str| -> Result<f64> { Ok(run.column(name)?.iter().sum()) };

@@ -251,6 +251,9 @@ impl Test {
         let Some(mut way) = self.under_way.take().or_else(|| self.begin(rig, stage)) else {
             return StageEnd::Finished;
         };
+        if let Some(reason) = way.watch.contradicts(way.drive.axial_strain()) {
+            return StageEnd::Stopped { reason };
+        }
         loop {
             match self.break_up(rig, &mut way) {
                 Ok(true) => {

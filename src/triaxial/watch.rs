@@ -41,6 +41,17 @@ impl Watch {
         }
     }
 
+    /// Why a path of that axial strain cannot lead to the deviatoric stress that it has to.
+    pub(super) fn contradicts(&self, axial_strain: f64) -> Option<String> {
+        let to = self.until.deviatoric_stress.filter(|_| self.until.must && !self.done)?;
+        (axial_strain < 0.0 && to > self.start).then(|| {
+            format!(
+                "the stage unloads to a deviatoric stress of {to:.4e} Pa, which is above the {:.4e} Pa that there are",
+                self.start
+            )
+        })
+    }
+
     fn is_near(&self, deviatoric_stress: f64) -> bool {
         self.until.deviatoric_stress.is_some_and(|to| {
             (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * (to - self.start).abs().max(to.abs())
@@ -138,6 +149,15 @@ mod tests {
             watch.accept(&Measures { deviatoric_stress, ..Measures::default() });
         }
         watch.done
+    }
+
+    #[test]
+    fn nothing_unloads_upwards() {
+        let until = Until { deviatoric_stress: Some(5e6), must: true, ..Until::default() };
+        assert!(Watch::new(&until, 2e6).contradicts(-0.1).is_some());
+        for (start, strain) in [(2e6, 0.1), (6e6, -0.1), (5e6, -0.1)] {
+            assert_eq!(Watch::new(&until, start).contradicts(strain), None, "{start} {strain}");
+        }
     }
 
     #[test]
