@@ -50,6 +50,15 @@ pub enum NumberKind {
 }
 
 impl NumberKind {
+    /// Bytes of one number.
+    pub fn bytes(self) -> usize {
+        match self {
+            NumberKind::UInt8 => 1,
+            NumberKind::Float32 | NumberKind::Int32 => 4,
+            NumberKind::Float64 | NumberKind::Int64 => 8,
+        }
+    }
+
     /// VTK's word for it.
     pub fn vtk_name(self) -> &'static str {
         match self {

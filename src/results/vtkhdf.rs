@@ -13,6 +13,7 @@ use hdf5::{Dataset, Group};
 use crate::error::Result;
 
 use super::fields::{FieldMesh, FieldState, von_mises};
+use super::reader::NumberKind;
 use super::store::{Growing, Layout, Store, block_stride};
 
 /// Steps are few: chunks of so many.
@@ -26,26 +27,7 @@ struct Field {
     on_points: bool,
     /// Axes after the first.
     width: &'static [usize],
-    number: Number,
-}
-
-/// What a field's numbers are stored as.
-#[derive(Debug, Clone, Copy)]
-enum Number {
-    F64,
-    F32,
-    I32,
-    U8,
-}
-
-impl Number {
-    fn bytes(self) -> usize {
-        match self {
-            Number::F64 => 8,
-            Number::F32 | Number::I32 => 4,
-            Number::U8 => 1,
-        }
-    }
+    number: NumberKind,
 }
 
 impl Field {
@@ -68,7 +50,7 @@ const fn on_cells(
     units: &'static str,
     long_name: &'static str,
     width: &'static [usize],
-    number: Number,
+    number: NumberKind,
 ) -> Field {
     Field { name, units, long_name, on_points: false, width, number }
 }
@@ -79,41 +61,43 @@ const DISPLACEMENT: Field = Field {
     long_name: "displacement since the reference configuration, rigid motion included",
     on_points: true,
     width: &[3],
-    number: Number::F64,
+    number: NumberKind::Float64,
 };
-const DAMAGE: Field = on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], Number::F32);
-const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], Number::U8);
+const DAMAGE: Field =
+    on_cells("damage", "1", "mean damage of the cell, 0 intact to 1", &[], NumberKind::Float32);
+const FAILED: Field = on_cells("failed", "1", "1 where the cell has been deleted", &[], NumberKind::UInt8);
 const FRAGMENT: Field = on_cells(
     "fragment",
     "1",
     "number of the body that the cell is on: that of its grain, or of a part that came off; -1 for none",
     &[],
-    Number::I32,
+    NumberKind::Int32,
 );
 const STRESS: Field = on_cells(
     "stress",
     "Pa",
     "mean Cauchy stress xx yy zz xy yz xz, tension positive; of the whole grain where its fidelity is rigid",
     &[6],
-    Number::F32,
+    NumberKind::Float32,
 );
-const VON_MISES: Field = on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], Number::F32);
+const VON_MISES: Field =
+    on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], NumberKind::Float32);
 
 const FIDELITY: Field = on_cells(
     "fidelity",
     "1",
     "how the body deforms: 0 rigid with local compliance, 1 condensed, 2 full",
     &[],
-    Number::U8,
+    NumberKind::UInt8,
 );
 
 const FIELDS: [&Field; 7] = [&DISPLACEMENT, &DAMAGE, &FAILED, &FRAGMENT, &STRESS, &VON_MISES, &FIDELITY];
 
 /// Cell data that do not change: written once, every step points at them.
 const STATIC_FIELDS: [Field; 3] = [
-    on_cells("grain", "1", "number of the grain, -1 for none", &[], Number::I32),
-    on_cells("part", "1", "number of the part, named in attribute names", &[], Number::I32),
-    on_cells("youngs_modulus", "Pa", "Young's modulus of the intact cell", &[], Number::F32),
+    on_cells("grain", "1", "number of the grain, -1 for none", &[], NumberKind::Int32),
+    on_cells("part", "1", "number of the part, named in attribute names", &[], NumberKind::Int32),
+    on_cells("youngs_modulus", "Pa", "Young's modulus of the intact cell", &[], NumberKind::Float32),
 ];
 
 /// Per-step numbers that a reader needs: name and axes after the first.
@@ -186,10 +170,11 @@ impl VtkHdf {
             let rows = if field.on_points { mesh.points() } else { mesh.cells() };
             let layout = Layout::Blocks { rows };
             let made = match field.number {
-                Number::F64 => store.growing::<f64>(&field.path(), field.width, layout)?,
-                Number::F32 => store.growing::<f32>(&field.path(), field.width, layout)?,
-                Number::I32 => store.growing::<i32>(&field.path(), field.width, layout)?,
-                Number::U8 => store.growing::<u8>(&field.path(), field.width, layout)?,
+                NumberKind::Float64 => store.growing::<f64>(&field.path(), field.width, layout)?,
+                NumberKind::Float32 => store.growing::<f32>(&field.path(), field.width, layout)?,
+                NumberKind::Int32 => store.growing::<i32>(&field.path(), field.width, layout)?,
+                NumberKind::UInt8 => store.growing::<u8>(&field.path(), field.width, layout)?,
+                NumberKind::Int64 => store.growing::<i64>(&field.path(), field.width, layout)?,
             };
             store.describe(&made.dataset, field.units, field.long_name)?;
         }

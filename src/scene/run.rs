@@ -363,20 +363,18 @@ impl Scene {
                     continue;
                 }
                 // Nothing is left to cut: perhaps the next equilibrium is far away.
-                let tried_last = self.settings.dwelling().zip(slow_start);
-                let has_dwelt = tried_last.is_some();
-                if let Some((settings, start)) = tried_last {
+                if let (Some(settings), Some(start)) = (self.settings.dwelling(), slow_start) {
                     let increment = Increment { settings: &settings, ..increment };
                     report = advance(&increment, vec![start], &mut self.contacts);
+                    if !report.converged() {
+                        lost.add(&report.counters);
+                    }
                 }
                 if self.settings.stop.is_raised() {
                     self.under_way = Some(UnderWay { drive, pace, last, dwells, lost: before });
                     return StageEnd::Interrupted;
                 }
                 if !report.converged() {
-                    if has_dwelt {
-                        lost.add(&report.counters);
-                    }
                     let mut dossier = Dossier::of(&self.model, &self.contacts, &report, &self.settings);
                     dossier.factorisations = lost.factorisations;
                     self.dossier = Some(dossier);

@@ -101,8 +101,7 @@ pub fn run(case: &Case, source: &RawCase, options: &Options, observer: &mut dyn 
     if !faults.is_empty() {
         return Err(Error::Case { file: source.file.clone(), faults });
     }
-    let mut options = Options { out: recorder::followed(&options.out), ..options.clone() };
-    recorder::check_target(&options.out, options.existing, &inputs(case, source))?;
+    let mut options = aimed(case, source, options)?;
     let mut found = None;
     if options.existing == Existing::Continue {
         let there = resume::look(case, source, &options.out)?;
@@ -138,10 +137,13 @@ pub fn check_start(case: &Case, source: &RawCase) -> Result<()> {
     start::look(case, source).map(drop)
 }
 
-/// The files that a run reads.
-fn inputs(case: &Case, source: &RawCase) -> Vec<PathBuf> {
+/// The options with links to the results file followed, where that can be written and is nothing that the run reads.
+fn aimed(case: &Case, source: &RawCase, options: &Options) -> Result<Options> {
+    let options = Options { out: recorder::followed(&options.out), ..options.clone() };
     let start = start::file_of(case, source);
-    std::iter::once(source.file.clone()).chain(start).collect()
+    let inputs: Vec<PathBuf> = std::iter::once(source.file.clone()).chain(start).collect();
+    recorder::check_target(&options.out, options.existing, &inputs)?;
+    Ok(options)
 }
 
 /// Generates a case's specimen, with its meshes and statistics, and writes nothing else. Runs can start from it (`"start_from"`).
@@ -158,8 +160,7 @@ pub fn generate_specimen(
         return Err(Error::Usage("this case is a scene: it has bodies set by hand and no specimen".into()));
     };
     let clock = Instant::now();
-    let options = Options { out: recorder::followed(&options.out), ..options.clone() };
-    recorder::check_target(&options.out, options.existing, &inputs(case, source))?;
+    let options = aimed(case, source, options)?;
     let (specimen, meshes) = specimen_of(case, wanted, observer)?;
     let mut recorder = Recorder::create(case, source, &options, clock)?;
     recorder.write_specimen(case, &specimen, &meshes)?;

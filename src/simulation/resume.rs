@@ -78,14 +78,12 @@ pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
         return Err(Error::Case { file: source.file.clone(), faults });
     }
     let status = reader.status()?;
-    match status.outcome {
-        Outcome::Finished if reader.restart()?.is_some() => {
-            return Ok(Found::Finished { increments: status.last_good_increment });
-        }
-        // One that holds a specimen only, of which nothing has been run.
-        Outcome::Finished | Outcome::Running | Outcome::Interrupted | Outcome::Stopped => {}
-    }
+    // One that holds a specimen only is finished, too, and nothing of it has been run.
     let Some(restart) = reader.restart()? else { return Ok(Found::NoRestart) };
+    match status.outcome {
+        Outcome::Finished => return Ok(Found::Finished { increments: status.last_good_increment }),
+        Outcome::Running | Outcome::Interrupted | Outcome::Stopped => {}
+    }
     let dropped = reader.increments()?.saturating_sub(restart.rows);
     let host = Some(reader.text("case/host")?).filter(|begun_on| *begun_on != results::host());
     Ok(Found::Restart { dropped, host })
