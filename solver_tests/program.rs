@@ -344,6 +344,7 @@ fn the_other_commands_answer() {
     let place = Place::new();
     let (stdout, _) = place.ends_with(0, &["check", "tiny.json"]);
     assert!(stdout.contains("sound") && stdout.contains("degrees of freedom"), "{stdout}");
+    assert!(stdout.contains("diameter, height"), "{stdout}");
     let (stdout, _) = place.ends_with(0, &["check", "tiny.json", "--full"]);
     let full: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
     assert_eq!(full["stages"][0]["radial_pressure"], 4e5);
@@ -362,6 +363,9 @@ fn the_other_commands_answer() {
     let (stdout, _) = place.ends_with(0, &["info", "s.h5", "--json"]);
     let summary: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
     assert_eq!(summary["grains"], 16);
+    // Plates and cover have cells too.
+    let cells = ["grain_cells", "cells"].map(|key| summary[key].as_u64().expect("a number"));
+    assert!(cells[0] >= 16 && cells[0] < cells[1], "{cells:?}");
 }
 
 #[test]
@@ -377,7 +381,14 @@ fn lines_for_machines_and_the_exported_table_hold_the_history() {
         .filter(|line| line["event"] == "increment")
         .map(|line| line["mean_stress"].as_f64().expect("a number"))
         .collect();
-    assert_eq!(told, column(&open(&place.path("x.h5")), "mean_stress"));
+    let reader = open(&place.path("x.h5"));
+    assert_eq!(told, column(&reader, "mean_stress"));
+    let modulus = |name: &str| reader.floats(&format!("stages/0/{name}")).expect("a modulus")[0];
+    assert!(modulus("initial_modulus").is_nan() && modulus("half_modulus").is_nan());
+    let specimen = lines.iter().find(|line| line["event"] == "specimen").expect("a specimen");
+    // The nearest that these grains can be packed to was taken.
+    assert_eq!(specimen["void_ratio_asked"], 0.9);
+    assert!(specimen["void_ratio"].as_f64().is_some_and(|e| e > 0.91), "{specimen}");
     assert_eq!(lines.last().expect("lines")["status"], "finished");
 
     let (stdout, _) = place.ends_with(0, &["export", "x.h5", "--csv", "tables"]);

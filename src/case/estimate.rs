@@ -24,8 +24,8 @@ pub struct Estimate {
     pub memory: f64,
     /// On one core [s].
     pub time: f64,
-    /// Largest sieve size over diameter where that is above the fifth that laboratories keep to.
-    pub coarse: Option<f64>,
+    /// Expected diameter and height of a specimen [m].
+    pub size: Option<[f64; 2]>,
 }
 
 /// Touching neighbours of a grain in a compacted specimen (measured: 7).
@@ -54,12 +54,10 @@ impl Case {
     /// What the case would build. `auto` fidelity counts as rigid, or as condensed where an accuracy is asked; `full` as condensed, too,
     /// where its nodes are eliminated.
     pub fn estimate(&self) -> Estimate {
-        let (grains, cells, contacts, coarse) = match &self.geometry {
+        let (grains, cells, contacts, size) = match &self.geometry {
             Geometry::Specimen(it) => {
-                let largest = it.grading.first().map_or(0.0, |point| point[0]);
-                let ratio = largest / it.diameter;
                 let contacts = (COORDINATION / 2.0 * it.grains as f64).round();
-                (it.grains, it.grains * it.cells_per_grain, contacts, (ratio > 0.2).then_some(ratio))
+                (it.grains, it.grains * it.cells_per_grain, contacts, Some([it.diameter, it.height]))
             }
             Geometry::Scene(it) => {
                 let cells: f64 = it.bodies.iter().map(|body| self.cells_of(body)).sum();
@@ -87,7 +85,7 @@ impl Case {
             increments: increments as usize,
             memory: BASE_MEMORY + GRAIN_MEMORY * n + 8.0 * (own + FILL * unknowns.powf(MEMORY_POWER)),
             time: increments * FACTORISATIONS * (factor + REST_TIME * n),
-            coarse,
+            size,
         }
     }
 
@@ -138,15 +136,15 @@ impl StageCase {
 impl std::fmt::Display for Estimate {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(f, "grains               {:>12}", self.grains)?;
+        if let Some([diameter, height]) = self.size {
+            let size = format!("{:.0} x {:.0}", 1e3 * diameter, 1e3 * height);
+            writeln!(f, "diameter, height     {size:>12}  mm (about)")?;
+        }
         writeln!(f, "cells                {:>12}", self.cells)?;
         writeln!(f, "contacts             {:>12}  (about)", self.contacts)?;
         writeln!(f, "degrees of freedom   {:>12}  (about)", self.degrees_of_freedom)?;
         writeln!(f, "increments           {:>12}  (if none is cut)", self.increments)?;
         writeln!(f, "memory               {:>9.1} GB  (order of magnitude)", self.memory / 1e9)?;
-        write!(f, "time on one core     {:>9.1} h   (order of magnitude)", self.time / 3600.0)?;
-        if let Some(ratio) = self.coarse {
-            write!(f, "\nthe largest grain is {ratio:.2} of the diameter; laboratories keep to 0.2")?;
-        }
-        Ok(())
+        write!(f, "time on one core     {:>9.1} h   (order of magnitude)", self.time / 3600.0)
     }
 }

@@ -12,6 +12,7 @@ mod estimate;
 mod form;
 mod overlap;
 mod quantity;
+mod remarks;
 mod rules;
 mod schema;
 mod size;

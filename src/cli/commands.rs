@@ -35,7 +35,7 @@ pub fn run(arguments: &Run) -> Ended {
         options.existing = Existing::Continue;
     }
     let mut progress = Progress::new(&arguments.target);
-    progress.title(&case.title, &options);
+    progress.title(&case, &options);
     interrupt::listen();
     // On one of the pool's own threads, so that no call has to wait for another thread to wake up.
     let outcome = rayon::scope(|_| simulation::run(&case, &source, &options, &mut progress))?;
@@ -51,7 +51,7 @@ pub fn specimen(arguments: &Specimen) -> Ended {
     let (source, case) = checked(&arguments.input, None)?;
     let options = options(arguments.out.clone(), &arguments.target, threads);
     let mut progress = Progress::new(&arguments.target);
-    progress.title(&case.title, &options);
+    progress.title(&case, &options);
     let outcome = rayon::scope(|_| generate_specimen(&case, &source, &options, &mut progress))?;
     Ok(conclude(&mut progress, &outcome, &options))
 }
@@ -88,6 +88,7 @@ pub fn check(arguments: &Check) -> Ended {
     } else {
         say(&format!("{}: sound", arguments.input.case.display()));
         say(&case.estimate().to_string());
+        case.remarks().iter().for_each(|remark| say(remark));
         for drawn in expected_draws(&case).map_err(failed)? {
             say(&drawn.to_string());
         }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 
+use crate::case::Case;
 use crate::results::{HISTORY, HistoryRow, Value as Number};
 use crate::simulation::{
     Drawn, End, Observer, Options, Outcome, PlannedStage, Resumption, Seating, SpecimenReport, StageReport,
@@ -54,12 +55,16 @@ impl Progress {
         Progress { display, told: Instant::now(), phase: None, begun: Instant::now() }
     }
 
-    pub fn title(&self, title: &str, options: &Options) {
-        let threads = options.threads;
+    pub fn title(&self, case: &Case, options: &Options) {
+        let (title, threads) = (&case.title, options.threads);
         self.tell(
             || format!("{title}\n{:<12} {}, {threads} threads", "into", options.out.display()),
             || json!({"event": "begin", "title": title, "file": options.out, "threads": threads}),
         );
+        for remark in case.remarks() {
+            let plain = || format!("{:<12} {remark}", "note");
+            self.tell(plain, || json!({"event": "remark", "text": remark}));
+        }
     }
 
     pub fn ended(&self, outcome: &Outcome, options: &Options) {
@@ -146,8 +151,12 @@ impl Observer for Progress {
         let [gjk, axis] = r.worst_overlap;
         self.tell(
             || {
+                let missed = match r.void_ratio_is_missed() {
+                    true => format!(" (asked: {:.3})", r.void_ratio_asked),
+                    false => String::new(),
+                };
                 format!(
-                    "{:<15} {} grains, {:.1} x {:.1} mm, void ratio {:.3}, {:.1} contacts a grain, {} rattlers\n\
+                    "{:<15} {} grains, {:.1} x {:.1} mm, void ratio {:.3}{missed}, {:.1} contacts a grain, {} rattlers\n\
                      {:<12} {} cells, worst radius ratio {:.2}; worst overlap {:.0e} of a grain; {}",
                     "specimen",
                     r.grains,
@@ -167,6 +176,7 @@ impl Observer for Progress {
                 json!({
                     "event": "specimen", "grains": r.grains, "cells": r.cells, "nodes": r.nodes,
                     "diameter": r.diameter, "height": r.height, "void_ratio": r.void_ratio,
+                    "void_ratio_asked": r.void_ratio_asked,
                     "coordination_number": r.coordination_number, "rattlers": r.rattlers,
                     "worst_overlap_gjk": gjk, "worst_overlap_separating_axis": axis,
                     "worst_radius_ratio": r.worst_radius_ratio, "wall_time": r.wall_time.as_secs_f64(),

@@ -42,21 +42,40 @@ pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
         .map_err(|(line, message)| Error::Usage(format!("{}:{line}: {message}", path.display())))
 }
 
+/// The rows of a table, each with the number of its line; without remarks and empty lines.
+fn records(text: &str, separator: u8) -> Result<Vec<(usize, csv::StringRecord)>, (usize, String)> {
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let line_of = |position: Option<&csv::Position>| position.map_or(1, |at| at.line() as usize);
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|e| (line_of(e.position()), e.to_string()))?;
+        let is_remark = record.get(0).is_some_and(|first| first.starts_with('#'));
+        if !is_remark && record.iter().any(|cell| !cell.is_empty()) {
+            rows.push((line_of(record.position()), record));
+        }
+    }
+    Ok(rows)
+}
+
 /// `name` is the curve's where the table has no `curve` column. The error is a line number and what is wrong there.
 fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, (usize, String)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(at, line)| (at + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let Some((header_line, header)) = lines.next() else {
+    let is_content = |line: &str| !line.trim().is_empty() && !line.trim().starts_with('#');
+    let header = text.lines().find(|line| is_content(line)).unwrap_or("");
+    let separator = [b';', b'\t', b','].into_iter().find(|&c| header.contains(char::from(c))).unwrap_or(b',');
+    let mut rows = records(text, separator)?.into_iter();
+    let Some((header_line, header)) = rows.next() else {
         return Err((1, "has no header line".into()));
     };
-    let separator = [';', '\t', ','].into_iter().find(|c| header.contains(*c)).unwrap_or(',');
     let mut places: [Option<(usize, f64)>; 4] = [None; 4];
-    for (at, cell) in header.split(separator).enumerate() {
-        let cell = cell.trim().trim_matches('"');
+    for (at, cell) in header.iter().enumerate() {
+        let cell = cell.trim_matches('"');
         let (column, unit) = match cell.split_once('[') {
             Some((column, unit)) => (column.trim(), Some(unit.trim_end_matches(']').trim())),
             None => (cell, None),
@@ -89,11 +108,10 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, (usize, String)
         return Err((header_line, "has neither a column deviatoric_stress nor volumetric_strain".into()));
     }
     let mut curves: Vec<LaboratoryCurve> = Vec::new();
-    for (line_number, line) in lines {
-        let cells: Vec<&str> = line.split(separator).map(|cell| cell.trim().trim_matches('"')).collect();
+    for (line_number, cells) in rows {
         let number = |column: usize| -> Result<f64, (usize, String)> {
             let Some((at, factor)) = places[column] else { return Ok(f64::NAN) };
-            match cells.get(at).copied().unwrap_or("") {
+            match cells.get(at).unwrap_or("") {
                 "" => Ok(f64::NAN),
                 cell => match cell.parse::<f64>() {
                     // Our own export writes NaN for what a row does not have.
@@ -103,7 +121,7 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, (usize, String)
             }
         };
         let label = match places[0] {
-            Some((at, _)) => cells.get(at).copied().unwrap_or(""),
+            Some((at, _)) => cells.get(at).unwrap_or(""),
             None => name,
         };
         let found = curves.iter().position(|curve| curve.label == label);
@@ -136,6 +154,16 @@ mod tests {
         assert_eq!(curves[0].axial_strain, [0.0, 0.01]);
         assert!(curves[0].deviatoric_stress[1].is_nan() && curves[0].volumetric_strain[0].is_nan());
         assert_eq!((curves[1].axial_strain[0], curves[1].deviatoric_stress[0]), (0.015, 2e6));
+    }
+
+    #[test]
+    fn quoted_cells_may_hold_the_separator() {
+        let text =
+            "curve,axial_strain,deviatoric_stress\n\"a, b\",0.1,2\n\"say \"\"c\"\"\",0.2,3\n\n#, \"open\n";
+        let curves = parse(text, "file").unwrap_or_else(|e| panic!("{e:?}"));
+        let labels: Vec<&str> = curves.iter().map(|curve| curve.label.as_str()).collect();
+        assert_eq!(labels, ["a, b", "say \"c\""]);
+        assert_eq!((curves[0].axial_strain[0], curves[1].deviatoric_stress[0]), (0.1, 3.0));
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub struct Summary {
     pub grains: usize,
     pub points: usize,
     pub cells: usize,
+    /// Of these, the cells of a specimen's grains: not of plates, cover or bodies set by hand.
+    pub grain_cells: usize,
     pub bodies: Vec<String>,
     /// Pseudo-times of the saved states.
     pub states: Vec<f64>,
@@ -117,6 +119,10 @@ impl Summary {
             grains,
             points: count("VTKHDF/Points")?,
             cells: count("VTKHDF/Types")?,
+            grain_cells: match count("VTKHDF/Types")? {
+                0 => 0,
+                _ => reader.integers("VTKHDF/CellData/grain")?.iter().filter(|&&grain| grain >= 0).count(),
+            },
             bodies: reader.members("bodies")?,
             states,
             contact_states: reader.members("contacts")?,
@@ -155,7 +161,11 @@ impl fmt::Display for Summary {
         if !self.bodies.is_empty() {
             writeln!(f, "  bodies      {}", self.bodies.join(", "))?;
         }
-        writeln!(f, "  mesh        {} cells, {} points", self.cells, self.points)?;
+        let of_grains = match self.grain_cells < self.cells {
+            true => format!(", {} of them grains'", self.grain_cells),
+            false => String::new(),
+        };
+        writeln!(f, "  mesh        {} cells{of_grains}, {} points", self.cells, self.points)?;
         write!(f, "  increments  {}", self.increments)?;
         match self.restart_increment {
             Some(increment) => writeln!(f, " (--resume continues after {increment})")?,

@@ -576,7 +576,7 @@ fn meshed(
     observer: &mut dyn Observer,
 ) -> Result<(Specimen, Vec<Mesh>)> {
     let meshes = meshes_of(wanted, &specimen)?;
-    observer.specimen_ready(&SpecimenReport::new(&specimen, &meshes, clock.elapsed()));
+    observer.specimen_ready(&SpecimenReport::new(&specimen, wanted.void_ratio, &meshes, clock.elapsed()));
     observer.rock_drawn(&draws::of_specimen(case, &meshes)?);
     Ok((specimen, meshes))
 }

@@ -9,7 +9,7 @@ use crate::simulation::draws::Drawn;
 use crate::simulation::plan::PlannedStage;
 use crate::simulation::seating::Seating;
 use crate::solver::StopSignal;
-use crate::specimen::{Phase, Specimen};
+use crate::specimen::{Phase, Specimen, VOID_RATIO_TOLERANCE};
 use crate::triaxial::StageEnd;
 
 /// Hears of a run as it goes on. Every call is optional.
@@ -80,6 +80,7 @@ pub struct SpecimenReport {
     /// [m]
     pub height: f64,
     pub void_ratio: f64,
+    pub void_ratio_asked: f64,
     pub coordination_number: f64,
     pub rattlers: usize,
     /// Largest overlap over the smaller grain's size: by GJK, and by separating axis.
@@ -91,7 +92,7 @@ pub struct SpecimenReport {
 }
 
 impl SpecimenReport {
-    pub fn new(specimen: &Specimen, meshes: &[Mesh], wall_time: Duration) -> Self {
+    pub fn new(specimen: &Specimen, void_ratio_asked: f64, meshes: &[Mesh], wall_time: Duration) -> Self {
         let statistics = &specimen.statistics;
         SpecimenReport {
             grains: specimen.grains.len(),
@@ -100,6 +101,7 @@ impl SpecimenReport {
             diameter: specimen.diameter,
             height: specimen.height,
             void_ratio: statistics.void_ratio,
+            void_ratio_asked,
             coordination_number: statistics.coordination_number,
             rattlers: statistics.rattlers,
             worst_overlap: statistics.worst_overlap,
@@ -109,6 +111,11 @@ impl SpecimenReport {
                 .fold(f64::INFINITY, f64::min),
             wall_time,
         }
+    }
+
+    /// Whether the packing nearest to the void ratio asked for was taken in its place.
+    pub fn void_ratio_is_missed(&self) -> bool {
+        (self.void_ratio - self.void_ratio_asked).abs() > VOID_RATIO_TOLERANCE
     }
 }
 

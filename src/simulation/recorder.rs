@@ -106,7 +106,7 @@ pub fn followed(path: &Path) -> PathBuf {
 pub fn check_target(out: &Path, existing: Existing, inputs: &[PathBuf]) -> Result<()> {
     if existing == Existing::Refuse && out.exists() {
         return Err(Error::Usage(format!(
-            "{} exists already: --resume continues its run, --force replaces it, --out writes elsewhere",
+            "{} exists already: --force replaces it, --out writes elsewhere, riprap run --resume continues a run",
             out.display()
         )));
     }
@@ -394,10 +394,13 @@ impl Recorder {
     /// Sums a stage of a test up in `/stages`.
     pub fn sum_up(&mut self, stage: &PlannedStage) -> Result<()> {
         let s = self.curve.summary();
+        // A consolidation's confinement changes: its rows have no moduli.
+        let [initial, half_way] =
+            if stage.consolidates() { [f64::NAN; 2] } else { [s.initial_modulus, s.half_modulus] };
         let number = |name: &str, units: &str, long_name: &str, value: f64| {
             Column::floats(name, units, long_name, vec![value])
         };
-        let half = "secant modulus to half the rise of the deviatoric stress (E50)";
+        let half = "secant modulus to half the rise of the deviatoric stress (E50); none of a consolidation";
         let residual = "mean mobilised friction angle over the last tenth of the stage's axial strain, where q has lost 2 % of its peak by then";
         self.writer.write_table(
             &format!("stages/{}", stage.index),
@@ -411,8 +414,13 @@ impl Recorder {
                     s.peak_friction_angle,
                 ),
                 number("residual_friction_angle", "rad", residual, s.residual_friction_angle),
-                number("initial_modulus", "Pa", "first tangent modulus of the stage", s.initial_modulus),
-                number("half_modulus", "Pa", half, s.half_modulus),
+                number(
+                    "initial_modulus",
+                    "Pa",
+                    "first tangent modulus of the stage; none of a consolidation",
+                    initial,
+                ),
+                number("half_modulus", "Pa", half, half_way),
                 number(
                     "largest_dilatancy_angle",
                     "rad",

@@ -238,6 +238,11 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
         }
         entries.push(entry);
     }
+    let brings_its_own = |item: &Value| item.as_object().is_none_or(|own| own.contains_key("case"));
+    if let (Some(unused), true) = (map.get("case"), items.iter().all(brings_its_own)) {
+        let accepted = "an entry of \"cases\" without its own, or none here";
+        faults.push(Fault::new("$.case", shown(unused), "is used by none of \"cases\"", accepted));
+    }
     entries
 }
 
@@ -533,6 +538,8 @@ mod tests {
         faulty(r#"{"case": "rock.json", "seeds": {"count": 0}}"#, &["$.seeds: are no seeds"]);
         faulty(r#"{"cases": ["rock.json", "rock.json"]}"#, &["$.cases[1]: has the name of $.cases[0]"]);
         faulty(r#"{"cases": [{"set": {}}]}"#, &["$.cases[0].case: is missing"]);
+        let unused = r#"{"case": "rock.json", "cases": ["rock.json", {"name": "b", "case": "rock.json"}]}"#;
+        faulty(unused, &["$.case: is used by none of \"cases\""]);
         faulty(r#"{"case": "rock.json", "slurm": {"time": "1\n2"}}"#, &["$.slurm.time: is no line"]);
         faulty(
             r#"{"case": "rock.json", "seeds": {"count": 99999}, "grid": {"/seed": [1, 2]}}"#,

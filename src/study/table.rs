@@ -44,17 +44,15 @@ impl Table {
         lines.join("\n")
     }
 
-    pub fn to_csv(&self) -> String {
-        let quoted = |cell: &String| match cell.contains([',', '"', '\n']) {
-            true => format!("\"{}\"", cell.replace('"', "\"\"")),
-            false => cell.clone(),
-        };
-        let lines = std::iter::once(&self.header).chain(&self.rows);
-        lines.map(|row| row.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n").collect()
-    }
-
     pub fn write_csv(&self, path: &Path) -> Result<()> {
-        std::fs::write(path, self.to_csv()).map_err(|e| Error::io("write", path, e))
+        let write = || -> csv::Result<()> {
+            let mut writer = csv::WriterBuilder::new().flexible(true).from_path(path)?;
+            for row in std::iter::once(&self.header).chain(&self.rows) {
+                writer.write_record(row)?;
+            }
+            Ok(writer.flush()?)
+        };
+        write().map_err(|e| Error::io("write", path, e.into()))
     }
 }
 
@@ -208,7 +206,10 @@ mod tests {
             header: vec!["a".into(), "b, c".into()],
             rows: vec![vec!["1|2".into(), "say \"x\"".into()], vec!["3".into(), String::new()]],
         };
-        assert_eq!(table.to_csv(), "a,\"b, c\"\n1|2,\"say \"\"x\"\"\"\n3,\n");
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        table.write_csv(file.path()).expect("written");
+        let text = std::fs::read_to_string(file.path()).expect("the table");
+        assert_eq!(text, "a,\"b, c\"\n1|2,\"say \"\"x\"\"\"\n3,\n");
         assert_eq!(
             table.to_markdown(),
             "| a    | b, c    |\n| ---- | ------- |\n| 1\\|2 | say \"x\" |\n| 3    |         |"
