@@ -56,6 +56,13 @@ pub struct ContactPoint {
     pub firmness: f64,
 }
 
+impl ContactPoint {
+    /// How deep the undeformed bodies overlap here [m]: without elastic displacements, and without the lead of a change of fidelity.
+    pub fn geometric_overlap(&self) -> f64 {
+        self.evaluation.normal.dot(&self.state.elastic) - self.evaluation.gap - self.state.lead
+    }
+}
+
 /// A pair of bodies: what it carries, and its contact points now.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PairWork {

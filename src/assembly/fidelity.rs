@@ -235,7 +235,7 @@ impl Contacts {
             let sharpness = state.spring / pair.spring();
             let spring = model.contact_spring(a, b) * sharpness;
             let elastic = committed_gap(model, committed, pair, places);
-            let geometric = e.normal.dot(&state.elastic) - e.gap - state.lead;
+            let geometric = point.geometric_overlap();
             kept.load = e.load;
             kept.pressure = e.pressure;
             kept.traction = e.friction / e.weight;
@@ -261,10 +261,10 @@ impl Contacts {
     fn hold_open(&self, memory: &mut Memory, model: &Model, committed: &Committed, changed: &[bool]) {
         for pair in self.pairs.iter().filter(|pair| changed[pair.a()] || changed[pair.b()]) {
             for point in pair.points.iter().filter(|point| !point.evaluation.is_active()) {
-                let (e, state) = (&point.evaluation, &point.state);
+                let e = &point.evaluation;
                 let places = places_of(model, &committed.poses, pair, point);
                 let elastic = committed_gap(model, committed, pair, &places);
-                let geometric = e.normal.dot(&state.elastic) - e.gap - state.lead;
+                let geometric = point.geometric_overlap();
                 let lead = -e.gap - (geometric - e.normal.dot(&elastic));
                 if e.weight > 0.0 && e.gap >= 0.0 && geometric - e.normal.dot(&elastic) > 0.0 {
                     let points = &mut memory.entry(pair.key()).or_default().points;

@@ -1,7 +1,7 @@
 //! An overlap check that does not rely on the contact search: of all pairs of bodies those that could be the deepest, by
 //! separating axis and then by the least distance over all their features.
 
-use crate::assembly::Contacts;
+use crate::assembly::{ContactPoint, Contacts};
 use crate::geometry::Polyhedron;
 use crate::geometry::separation::{GjkShape, feature_distance, gjk_closest_points, separating_axis};
 use crate::model::Model;
@@ -25,9 +25,7 @@ const AGREE: [f64; 2] = [1e-9, 1e-12];
 pub fn fault(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Option<String> {
     let Overlap { a, b, depth } = deepest_overlap(model, poses)?;
     let points = contacts.pairs.iter().flat_map(|pair| &pair.points);
-    let known = points
-        .map(|point| point.evaluation.normal.dot(&point.state.elastic) - point.evaluation.gap)
-        .fold(0.0, f64::max);
+    let known = points.map(ContactPoint::geometric_overlap).fold(0.0, f64::max);
     let allowed = known + AGREE[0] * model.smallest_rounding() + AGREE[1];
     let roundings = model.shapes[a].rounded.radius + model.shapes[b].rounded.radius;
     let [first, second] = [a, b].map(|body| &model.bodies[body].name);

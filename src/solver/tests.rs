@@ -71,6 +71,25 @@ fn a_balance_of_bodies_inside_each_other_is_none() {
     assert!(!report.converged() && !report.fell && !report.is_rough(&Settings::default()));
 }
 
+/// Where a change of fidelity keeps contacts more open than the bodies are, or less, that is no overlap that they do not know of.
+#[test]
+fn a_lead_is_known_to_the_audit() {
+    let (model, committed, mut loads) = block_on_plate(0.65);
+    loads.applied[1][2] = -5e3;
+    let first = settle(&model, &committed, &loads);
+    assert!(first.converged(), "{:?}", first.status);
+    let depth = first.measures.max_penetration;
+    for share in [-0.3, 0.3] {
+        let mut led = Committed { memory: first.memory.clone(), ..Committed::new(first.poses.clone()) };
+        let points = led.memory.values_mut().flat_map(|pair| &mut pair.points);
+        points.for_each(|point| point.lead = share * depth);
+        let second = settle(&model, &led, &loads);
+        assert!(second.converged(), "{:?}", second.status);
+        let sunk = first.poses[1].position.z - second.poses[1].position.z;
+        assert!((sunk + share * depth).abs() < 0.01 * depth, "{sunk} m of {depth} m at {share}");
+    }
+}
+
 /// An increment that is given up tells what grains have stored as well as what contacts have.
 #[test]
 fn what_missed_has_the_energy_of_what_deforms() {
