@@ -432,6 +432,9 @@ pub struct Contacts {
     /// Contacts of the rigid wall, where the model has one.
     #[serde(skip)]
     pub wall: Vec<WallContact>,
+    /// Bodies that move meanwhile: contacts between others are left as they were evaluated. Empty where all may.
+    #[serde(skip)]
+    pub moving: Vec<bool>,
     /// Searches so far.
     pub searches: usize,
     /// What the work with these contacts has taken so far.
@@ -457,6 +460,7 @@ impl Default for Contacts {
             frames: Frames::default(),
             surplus: Vec::new(),
             network: Network::default(),
+            moving: Vec::new(),
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -503,7 +507,9 @@ impl Contacts {
             corners.clear();
             corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
         }
+        let mut anew = self.moving.is_empty();
         if !self.neighbours.is_valid(&model.shapes, poses) {
+            anew = true;
             let begun = Instant::now();
             self.search(model, committed, poses);
             self.timings.book(Kernel::Search, begun);
@@ -515,15 +521,18 @@ impl Contacts {
         let committed = &committed.fields;
         let view =
             View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength };
-        self.pairs.par_iter_mut().for_each(|pair| {
-            let needed = elastic_reach(pair, reach);
-            if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
-                let margin = margin(model, pair.key(), needed);
-                pair.features =
-                    PairFeatures::list(&model.shapes, corners, poses, pair.key(), [pair.skin, margin]);
-            }
-            pair.evaluate(model, &view);
-        });
+        let moving = &self.moving;
+        self.pairs.par_iter_mut().filter(|pair| anew || moving[pair.a()] || moving[pair.b()]).for_each(
+            |pair| {
+                let needed = elastic_reach(pair, reach);
+                if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
+                    let margin = margin(model, pair.key(), needed);
+                    pair.features =
+                        PairFeatures::list(&model.shapes, corners, poses, pair.key(), [pair.skin, margin]);
+                }
+                pair.evaluate(model, &view);
+            },
+        );
         self.timings.book(Kernel::Contacts, start);
         for pair in &self.pairs {
             let (a, b) = (pair.a(), pair.b());
@@ -548,8 +557,9 @@ impl Contacts {
         if let Some(membrane) = &model.membrane {
             self.membrane.update_tangents(membrane, &self.corners, poses);
         }
-        let kinematics = &self.kinematics;
-        self.pairs.par_iter_mut().for_each(|pair| {
+        let (kinematics, moving) = (&self.kinematics, &self.moving);
+        let moves = |pair: &&mut PairWork| moving.is_empty() || moving[pair.a()] || moving[pair.b()];
+        self.pairs.par_iter_mut().filter(moves).for_each(|pair| {
             let PairWork { features, points, tangents, elastic_tangents, .. } = &mut *pair;
             let (a, b) = (features.a as usize, features.b as usize);
             let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();

@@ -85,6 +85,9 @@ pub fn residual_into(
 pub fn contact_stiffness_into(values: &mut [f64], pattern: &BlockPattern, dofs: &Dofs, contacts: &Contacts) {
     for pair in &contacts.pairs {
         let (a, b) = (pair.a(), pair.b());
+        if !dofs.is_free(a) && !dofs.is_free(b) {
+            continue;
+        }
         for tangent in &pair.tangents {
             for (row_body, first_row) in [(a, 0), (b, 6)] {
                 let mut on_a = [[0.0; 6]; 6];
@@ -143,7 +146,8 @@ pub fn cover_stiffness_into(
     poses: &[Pose],
 ) {
     let Some(cover) = &model.cover else { return };
-    cover.for_each_tangent_block(poses, loads.pressure, |i, j, tangent| {
+    let wanted = |i: usize, j: usize| dofs.is_free(i) && dofs.is_free(j);
+    cover.for_each_tangent_block(poses, loads.pressure, wanted, |i, j, tangent| {
         let mut block = [[0.0; 6]; 6];
         for (r, row) in block.iter_mut().enumerate() {
             for (c, entry) in row.iter_mut().enumerate() {

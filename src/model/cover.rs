@@ -279,15 +279,21 @@ impl PressureCover {
     /// moment by spatial rotations. It cancels in the sum over all moments on a body in equilibrium.
     /// The symmetric part is the second derivative of `-p V`.
     ///
+    /// Bodies that are not `wanted` are left out.
+    ///
     /// # Panics
     /// If `poses` is shorter than the list of bodies that the cover was draped over.
     pub fn for_each_tangent_block(
         &self,
         poses: &[Pose],
         pressure: f64,
+        wanted: impl Fn(usize, usize) -> bool,
         mut block: impl FnMut(usize, usize, &Matrix6<f64>),
     ) {
         for Coupling { bodies: [i, j], edges, corners } in &self.couplings {
+            if !wanted(*i, *j) {
+                continue;
+            }
             let mut tangent = Matrix6::zeros();
             for edge in &self.edges[edges.clone()] {
                 // d2V / dx_a dx_b = [x_against - x_along]x / 6

@@ -28,6 +28,8 @@ pub struct Counters {
     pub augmentations: usize,
     pub newton_iterations: usize,
     pub factorisations: usize,
+    /// Of these, those of a part of the bodies (`solver::local`).
+    pub local_factorisations: usize,
     /// Steps of falls (`solver::fall`).
     pub falling_steps: usize,
     pub searches: usize,
@@ -39,6 +41,7 @@ impl Counters {
         self.augmentations += other.augmentations;
         self.newton_iterations += other.newton_iterations;
         self.factorisations += other.factorisations;
+        self.local_factorisations += other.local_factorisations;
         self.falling_steps += other.falling_steps;
         self.searches += other.searches;
         self.cuts += other.cuts;

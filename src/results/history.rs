@@ -146,6 +146,7 @@ history! {
     augmentations: i64, "1", "augmentations in this increment";
     newton_iterations: i64, "1", "Newton iterations in this increment";
     factorisations: i64, "1", "factorisations in this increment";
+    local_factorisations: i64, "1", "of these, of a part of the bodies";
     snapped: i64, "1", "1 where this increment snapped to another equilibrium, so that its energy is known by balance only";
     cuts: i64, "1", "times this increment was cut before it was accepted";
     wall_time: f64, "s", "wall-clock time since the start of the run";

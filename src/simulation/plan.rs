@@ -202,9 +202,15 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
     }
 }
 
+/// In a specimen of so many grains the part that is far out of balance is solved for by itself, after so many augmentations of all
+/// (`solver::local`); with 300 grains that saves nothing (ARCHITECTURE.md).
+const LOCAL_FROM: usize = 1000;
+const LOCAL_AFTER: usize = 2;
+
 /// Solver settings of a case; what it does not mention is as usual.
 pub fn settings(case: &Case) -> Settings {
     let solver = &case.solver;
+    let large = matches!(&case.geometry, Geometry::Specimen(specimen) if specimen.grains >= LOCAL_FROM);
     Settings {
         force_tolerance: solver.force_tolerance,
         rough_tolerance: solver.rough_tolerance.unwrap_or(0.0),
@@ -214,6 +220,7 @@ pub fn settings(case: &Case) -> Settings {
         first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),
         damage: damage_settings(case),
+        local_after: large.then_some(LOCAL_AFTER),
         // Halvings that stay above the smallest increment.
         max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
         ..Settings::default()

@@ -611,6 +611,7 @@ impl Recorder {
             augmentations: counters.augmentations as i64,
             newton_iterations: counters.newton_iterations as i64,
             factorisations: counters.factorisations as i64,
+            local_factorisations: counters.local_factorisations as i64,
             snapped: row.snapped.into(),
             cuts: counters.cuts as i64,
             wall_time: self.seconds(),

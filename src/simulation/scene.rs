@@ -208,6 +208,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         augmentations: count(row.counters.augmentations),
         newton_iterations: count(row.counters.newton_iterations),
         factorisations: count(row.counters.factorisations),
+        local_factorisations: count(row.counters.local_factorisations),
         cuts: count(row.counters.cuts),
         wall_time,
         out_of_balance: row.balance.out_of_balance,

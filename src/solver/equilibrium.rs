@@ -4,6 +4,7 @@ use crate::assembly::elastic::Relaxed;
 use crate::solver::damage::DamageWatch;
 use crate::solver::fall::FallEnd;
 use crate::solver::hold::Hold;
+use crate::solver::local::Parts;
 use crate::solver::newton::{Newton, NewtonEnd};
 use crate::tensor;
 
@@ -132,6 +133,7 @@ impl Newton<'_> {
         let mut damage = DamageWatch::new(self.model, settings);
         self.gather();
         let mut falls = 0;
+        let mut parts = Parts::new(self);
         // Whether the strongest hold got nowhere.
         let mut exhausted = false;
         let mut next_fall = settings.falls_after.filter(|_| self.can_fall());
@@ -177,7 +179,8 @@ impl Newton<'_> {
                     self.gather();
                 }
             }
-            let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
+            let spared =
+                parts.augmentations + damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
             let tired = history.len().saturating_sub(spared) > settings.max_augmentations;
             if converged {
                 return ended(true, balance, history, surface_energy);
@@ -188,13 +191,13 @@ impl Newton<'_> {
             let balance = self.balance();
             self.counters.augmentations += 1;
             let in_pieces = settings.fall_travel.is_finite();
-            let late = exhausted || in_pieces && history.len() > PATIENCE;
+            let late = exhausted || in_pieces && history.len() - parts.augmentations > PATIENCE;
             let limits = if late { LATE_FALLS } else { settings.fall_bounds };
-            let due = next_fall.is_some_and(|next| history.len() > next);
+            let due = next_fall.is_some_and(|next| history.len() - parts.augmentations > next);
             if exhausted || due && balance.out_of_balance > limits[0] {
                 exhausted = false;
                 falls += 1;
-                let next = |after: usize| history.len() + (after.max(1) << falls);
+                let next = |after: usize| history.len() - parts.augmentations + (after.max(1) << falls);
                 next_fall = settings.falls_after.filter(|_| falls < MOST_FALLS).map(next);
                 let (from, steps) = (balance.out_of_balance, self.counters.falling_steps);
                 let end = self.fall(limits[1], settings.fall_steps);
@@ -205,6 +208,11 @@ impl Newton<'_> {
                     return Equilibrium { far: true, ..ended(false, self.balance(), history, 0.0) };
                 }
                 (hold, fresh) = (Hold::new(settings), false);
+                continue;
+            }
+            let moved = parts.solve(self, tolerance, &mut history);
+            let balance = self.balance();
+            if moved && balance.out_of_balance < tolerance {
                 continue;
             }
             let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)

@@ -13,6 +13,7 @@ mod hold;
 pub mod increment;
 pub mod newton;
 pub mod pace;
+mod local;
 pub mod plain;
 pub mod settings;
 pub mod start;

@@ -40,11 +40,11 @@ pub struct Newton<'a> {
     /// Whether steps use the symmetric part of the tangent, to compare with.
     pub(super) symmetrised: bool,
     pub(super) typical_stiffness: f64,
-    system: Option<System>,
+    pub(super) system: Option<System>,
     values: Vec<f64>,
 }
 
-struct System {
+pub(super) struct System {
     /// Of the contact forces that the pattern is for.
     generation: u64,
     pattern: BlockPattern,
@@ -124,7 +124,7 @@ impl<'a> Newton<'a> {
         self.evaluate();
     }
 
-    fn update_residual(&mut self) {
+    pub(super) fn update_residual(&mut self) {
         let start = Instant::now();
         assembly::residual_into(
             &mut self.residual,

@@ -31,6 +31,9 @@ pub struct Settings {
     pub dwells: bool,
     /// Augmentations before bodies that are far from balance fall (`solver::fall`); `None`: never.
     pub falls_after: Option<usize>,
+    /// Augmentations before those bodies that are far out of balance are solved for by themselves, between those of all
+    /// (`solver::local`); `None`: never.
+    pub local_after: Option<usize>,
     /// Whether bodies that may fall do so, however near to balance, where the strongest hold gets nowhere.
     pub falls_when_stuck: bool,
     /// Bodies fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
@@ -81,6 +84,7 @@ impl Default for Settings {
             max_dwell: 0,
             dwells: false,
             falls_after: None,
+            local_after: None,
             falls_when_stuck: false,
             fall_bounds: [0.1, 0.03],
             fall_travel: f64::INFINITY,

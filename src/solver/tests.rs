@@ -71,6 +71,72 @@ fn a_balance_of_bodies_inside_each_other_is_none() {
     assert!(!report.converged() && !report.fell && !report.is_rough(&Settings::default()));
 }
 
+/// Twelve cubes on a plate, one pushed into it: it settles by itself, and then all are where they were.
+#[test]
+fn a_part_settles_by_itself() {
+    let (model, committed, _) = block_on_plate(0.65);
+    let (mut bodies, mut shapes) = (vec![model.bodies[0].clone()], vec![model.shapes[0].clone()]);
+    let mut poses = vec![committed.poses[0]];
+    for place in 0..12 {
+        bodies.push(Body { name: format!("cube {place}"), ..model.bodies[1].clone() });
+        shapes.push(model.shapes[1].clone());
+        let beside = Vec3::new(0.15 * f64::from(place % 6) - 0.375, 0.2 * f64::from(place / 6), 0.05);
+        poses.push(Pose::new(beside, crate::tensor::Rotation::identity()));
+    }
+    let model = Model::new(bodies, shapes, model.law, model.friction);
+    let mut loads = Loads::none(13);
+    loads.prescribed[0] = [true; 6];
+    loads.applied[1..].iter_mut().for_each(|wrench| wrench[2] = -5e3);
+    let balanced = |from: &Committed, start: &[Pose], force_tolerance: f64, local_after: Option<usize>| {
+        let settings = Settings { local_after, force_tolerance, ..Settings::default() };
+        let increment = Increment { model: &model, committed: from, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![start.to_vec()], &mut Contacts::default());
+        assert!(report.converged(), "{:?}", report.status);
+        report
+    };
+    let settled = balanced(&Committed::new(poses.clone()), &poses, 1e-8, None);
+    let rest = Committed { memory: settled.memory.clone(), ..Committed::new(settled.poses.clone()) };
+    let mut pushed = rest.poses.clone();
+    pushed[7].position.z -= 2e-5;
+    let [whole, in_parts] = [None, Some(0)].map(|local_after| balanced(&rest, &pushed, 1e-6, local_after));
+    let local = in_parts.counters.local_factorisations;
+    assert_eq!(whole.counters.local_factorisations, 0);
+    assert!(local > 0 && local == in_parts.counters.factorisations, "{:?}", in_parts.counters);
+    for (one, other) in whole.poses.iter().zip(&in_parts.poses) {
+        assert!((one.position - other.position).norm() < 1e-9, "{} {}", one.position, other.position);
+    }
+    // The others have not been touched.
+    assert!((1..13).filter(|i| *i != 7).all(|i| in_parts.poses[i] == rest.poses[i]));
+}
+
+/// Contacts that are left as they were evaluated, because neither body moves, are those of a full evaluation, to the bit.
+#[test]
+fn contacts_of_what_moves_are_enough() {
+    let (model, committed, _) = pile(1e-3, |_, _, _| ());
+    let loads = Loads::none(3);
+    let dofs = crate::assembly::Dofs::new(&model, &loads);
+    let forces = |contacts: &Contacts, poses: &[Pose]| {
+        let mut residual = Vec::new();
+        crate::assembly::residual_into(&mut residual, &model, &dofs, contacts, &loads, poses);
+        residual
+    };
+    let mut contacts = Contacts::default();
+    contacts.start(&model, &committed);
+    contacts.evaluate(&model, &committed, &committed.poses).expect("apart");
+    let before = forces(&contacts, &committed.poses);
+    let mut moved = committed.poses.clone();
+    moved[2].position += Vec3::new(1e-6, 2e-6, -3e-6);
+    contacts.moving = vec![false, false, true];
+    contacts.evaluate(&model, &committed, &moved).expect("apart");
+    let mut fresh = Contacts::default();
+    fresh.start(&model, &committed);
+    fresh.evaluate(&model, &committed, &moved).expect("apart");
+    assert_eq!(forces(&contacts, &moved), forces(&fresh, &moved));
+    assert_ne!(before, forces(&fresh, &moved));
+    let part = dofs.restricted(|carrier| carrier == 2);
+    assert_eq!((part.count(), part.of(2)[0], part.of(1)[0]), (6, Some(0), None));
+}
+
 /// Where a change of fidelity keeps contacts more open than the bodies are, or less, that is no overlap that they do not know of.
 #[test]
 fn a_lead_is_known_to_the_audit() {

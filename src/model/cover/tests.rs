@@ -177,10 +177,15 @@ fn tangent_is_derivative_of_loads() {
         let bodies = scene.poses.len();
         let mut tangent = vec![Matrix6::<f64>::zeros(); bodies * bodies];
         let mut calls = 0;
-        cover.for_each_tangent_block(&scene.poses, PRESSURE, |i, j, block| {
-            tangent[i * bodies + j] += block;
-            calls += 1;
-        });
+        cover.for_each_tangent_block(
+            &scene.poses,
+            PRESSURE,
+            |_, _| true,
+            |i, j, block| {
+                tangent[i * bodies + j] += block;
+                calls += 1;
+            },
+        );
         let pairs = cover.coupled_bodies().map(|[i, j]| if i == j { 1 } else { 2 }).sum::<usize>();
         assert_eq!(calls, pairs);
         let step = 1e-4;
@@ -202,14 +207,19 @@ fn tangent_is_symmetric_up_to_the_moment_of_the_load() {
     let (scene, covers) = heap_covers();
     for cover in covers {
         let loads = loads(&cover, &scene.poses);
-        cover.for_each_tangent_block(&scene.poses, PRESSURE, |i, j, block| {
-            let mut skew = block - block.transpose();
-            if i == j {
-                let moment = Vec3::new(loads[i][3], loads[i][4], loads[i][5]);
-                add_at(&mut skew, [3, 3], &moment.cross_matrix());
-                assert!(skew.norm() < 1e-13, "body {i}: {skew}");
-            }
-        });
+        cover.for_each_tangent_block(
+            &scene.poses,
+            PRESSURE,
+            |_, _| true,
+            |i, j, block| {
+                let mut skew = block - block.transpose();
+                if i == j {
+                    let moment = Vec3::new(loads[i][3], loads[i][4], loads[i][5]);
+                    add_at(&mut skew, [3, 3], &moment.cross_matrix());
+                    assert!(skew.norm() < 1e-13, "body {i}: {skew}");
+                }
+            },
+        );
     }
 }
 
