@@ -79,7 +79,7 @@ def main():
     given = parser.parse_args()
     seeds, found = settings_of(given.records, given.scene)
     count = len(seeds)
-    print(f"{count} packings: seeds {', '.join(seeds)}\n")
+    print(f"seeds {', '.join(seeds)}\n")
     print("| setting | CPU s | " + " | ".join(f"{m}, mean (single)" for m in MEASURES) + " | q within 1 % to |")
     print("|---" * (len(MEASURES) + 3) + "|")
     with open(os.path.join(given.records, "bands.csv"), "w", newline="") as stream:
@@ -88,14 +88,15 @@ def main():
         for variant, row in found.items():
             mean, error, single = row["mean"], row["error"], row["single"]
             table.writerow([variant, f"{row['cpu_s']:.4g}"] + [f"{x:.4g}" for m in zip(mean, error, single) for x in m])
-            cells = [f"{100 * a:+.1f} ± {100 * b:.1f} ({100 * c:.1f}) %" for a, b, c in zip(mean, error, single)]
+            spread = [f" ± {100 * b:.1f} ({100 * c:.1f})" if count > 1 else "" for b, c in zip(error, single)]
+            cells = [f"{100 * a:+.1f}{apart} %" for a, apart in zip(mean, spread)]
             reach = ", ".join(f"{100 * x:.2f}" for x in row["together"])
             print(f"| {variant} | {row['cpu_s']:.0f} | " + " | ".join(cells) + f" | {reach} % |")
     plt.rcParams.update({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "bands"})
     figure, axes = plt.subplots(1, len(MEASURES), figsize=(4.0 * len(MEASURES), 3.4))
     for k, (axis, measure) in enumerate(zip(axes, MEASURES)):
         chance = 100 * found[CHANCE]["single"][k] / numpy.sqrt(count)
-        axis.axhspan(-chance, chance, color="#dddddd", zorder=0, label=f"chance over {count} packings")
+        axis.axhspan(-chance, chance, color="#dddddd", zorder=0, label=f"chance over {count} packing{'s' * (count > 1)}")
         points = []
         for variant, row in found.items():
             if variant in (REFERENCE, CHANCE):
@@ -116,7 +117,7 @@ def main():
                   label="Pareto front of the size of the mean")
         axis.axhline(0, color="black", lw=0.6)
         axis.set_xscale("log")
-        axis.margins(x=0.15)
+        axis.margins(x=0.25)
         axis.xaxis.set_major_formatter(matplotlib.ticker.ScalarFormatter())
         axis.xaxis.set_minor_locator(matplotlib.ticker.LogLocator(subs=(2, 3, 5)))
         axis.xaxis.set_minor_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
@@ -127,7 +128,7 @@ def main():
     for fidelity, (colour, marker) in LOOKS.items():
         axes[0].plot([], [], marker, color=colour, label=fidelity)
     axes[0].legend(fontsize=6, frameon=False)
-    figure.suptitle(f"{given.scene}: {count} packings, against full grains at increments of 1e-4 (bars: standard error)", fontsize=9)
+    figure.suptitle(f"{given.scene}: {count} packing{'s' * (count > 1)}, against full grains at increments of 1e-4{' (bars: standard error)' * (count > 1)}", fontsize=9)
     figure.tight_layout()
     figure.savefig(given.out)
     figure.savefig(os.path.splitext(given.out)[0] + ".png", dpi=130)
