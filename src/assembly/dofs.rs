@@ -174,14 +174,19 @@ impl Dofs {
         }
     }
 
-    /// The largest force on a body [N]: the norm over its free components, moments divided by the
-    /// rotation scale. Returns the body with it, of a full grain's nodes the grain.
+    /// The force on a body [N]: the norm over its free components, moments divided by the rotation scale.
+    pub fn force_on(&self, forces: &[f64], body: usize) -> f64 {
+        let components = self.index[body].iter().flatten();
+        components.map(|i| forces[*i as usize].powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The largest force on a body [N], as [`Self::force_on`]. Returns the body with it, of a full grain's nodes the grain.
     pub fn largest_force(&self, forces: &[f64]) -> (f64, usize) {
         let mut largest = (0.0, 0);
-        for (body, index) in self.index.iter().enumerate() {
-            let square: f64 = index.iter().flatten().map(|i| forces[*i as usize].powi(2)).sum();
-            if !(square.sqrt() <= largest.0) {
-                largest = (square.sqrt(), body);
+        for body in 0..self.index.len() {
+            let force = self.force_on(forces, body);
+            if !(force <= largest.0) {
+                largest = (force, body);
             }
         }
         if let Some(&owner) = largest.1.checked_sub(self.carriers).and_then(|inner| self.owner.get(inner)) {

@@ -6,6 +6,7 @@ use crate::solver::fall::FallEnd;
 use crate::solver::hold::Hold;
 use crate::solver::local::Parts;
 use crate::solver::newton::{Newton, NewtonEnd};
+use crate::solver::settings::Settings;
 use crate::tensor;
 
 /// How well the forces balance.
@@ -17,6 +18,13 @@ pub struct Balance {
     pub worst_body: usize,
     /// Mean contact force [N], or what stands in for it where nothing touches.
     pub reference_force: f64,
+}
+
+impl Balance {
+    /// What a Newton solve from here has to come to [N].
+    pub(super) fn target(&self, settings: &Settings, tolerance: f64) -> f64 {
+        (settings.newton_reduction * self.out_of_balance).max(0.3 * tolerance) * self.reference_force
+    }
 }
 
 /// What the search for an equilibrium came to.
@@ -215,8 +223,7 @@ impl Newton<'_> {
             if moved && balance.out_of_balance < tolerance {
                 continue;
             }
-            let target = (settings.newton_reduction * balance.out_of_balance).max(0.3 * tolerance)
-                * balance.reference_force;
+            let target = balance.target(settings, tolerance);
             let end = self
                 .solve(hold.weight, target, |n| n.balance().out_of_balance < tolerance && n.control_is_met());
             tracing::trace!(

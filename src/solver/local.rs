@@ -105,8 +105,7 @@ impl Newton<'_> {
             }
             history.push(balance.out_of_balance);
             self.counters.augmentations += 1;
-            let least = self.settings.newton_reduction * balance.out_of_balance;
-            let target = least.max(0.3 * tolerance) * balance.reference_force;
+            let target = balance.target(self.settings, tolerance);
             match self.solve(hold.weight, target, |n| n.balance().out_of_balance < CLOSER * tolerance) {
                 NewtonEnd::Solved => hold.solved(self.settings),
                 NewtonEnd::Reduced => hold.reduced(self.settings),
@@ -135,10 +134,7 @@ impl Newton<'_> {
 
     /// The bodies that are far out of balance and those around them; `None` where that would be nearly all.
     fn part_out_of_balance(&self, tolerance: f64) -> Option<Vec<bool>> {
-        let force = |carrier: usize| {
-            let components = self.dofs.of(carrier).iter().flatten();
-            components.map(|unknown| self.residual[*unknown as usize].powi(2)).sum::<f64>().sqrt()
-        };
+        let force = |carrier: usize| self.dofs.force_on(&self.residual, carrier);
         let forces: Vec<f64> = (0..self.dofs.carriers()).map(force).collect();
         let worst = forces.iter().copied().fold(0.0, f64::max);
         let mut least = (LEAST * worst).max(tolerance * self.balance().reference_force);
