@@ -60,6 +60,7 @@ def measures(results):
     sampled = [at for at in (0.05, 0.10, 0.15) if at <= strain[-1] + 1e-6]
     mean = numpy.trapezoid(q, strain) / (strain[-1] - strain[0])
     status, _ = results.status
+    crushed = column("crushed_share")[-1]
     return {
         "status, axial strain reached": f"{status}, {100 * strain[-1]:.1f} %",
         "peak q (mean over 0.2 %)": f"**{strength_found / 1e6:.2f} MPa** {at_peak}",
@@ -76,7 +77,7 @@ def measures(results):
         "ledger error / work, at the end; worst beyond 1 %": f"{abs(share('energy_error')) / 100:.0e}; {errors.max(initial=0.0):.0e}",
         "friction that gave way / work": f"{share('energy_overdrawn') / 100:.0e}",
         "cells failed; fragments": f"{column('deleted_cells')[-1]:.0f}; {column('fragments')[-1]:.0f}",
-        "rock crushed": f"{100 * column('crushed_share')[-1]:.1f} %",
+        "rock crushed": f"{100 * crushed:.1f} %" if numpy.isfinite(crushed) else "none can break",
         "increments, cut, out of balance by more than 1e-3": f"{len(work)}, {column('cuts').sum():.0f}, {(column('out_of_balance') > 1e-3).sum()}",
         "factorisations each": f"{column('factorisations').mean():.0f}",
         "deepest contact": f"{1e3 * numpy.nanmax(column('max_penetration')):.2f} mm",

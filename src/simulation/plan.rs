@@ -207,11 +207,20 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
 const LOCAL_FROM: usize = 1000;
 const LOCAL_AFTER: usize = 2;
 
+/// First hold of an increment of a specimen. Most of its increments have snaps in them, and weaker holds then stall one after the other
+/// (ARCHITECTURE.md, *The first hold*).
+const FIRST_HOLD: f64 = 1e-2;
+
 /// Solver settings of a case; what it does not mention is as usual.
 pub fn settings(case: &Case) -> Settings {
     let solver = &case.solver;
-    let large = matches!(&case.geometry, Geometry::Specimen(specimen) if specimen.grains >= LOCAL_FROM);
+    let usual = Settings::default();
+    let (first_hold, large) = match &case.geometry {
+        Geometry::Specimen(specimen) => (FIRST_HOLD, specimen.grains >= LOCAL_FROM),
+        Geometry::Scene(_) => (usual.proximal_start, false),
+    };
     Settings {
+        proximal_start: first_hold,
         force_tolerance: solver.force_tolerance,
         rough_tolerance: solver.rough_tolerance.unwrap_or(0.0),
         gap_tolerance: solver.gap_tolerance,
@@ -223,7 +232,7 @@ pub fn settings(case: &Case) -> Settings {
         local_after: large.then_some(LOCAL_AFTER),
         // Halvings that stay above the smallest increment.
         max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
-        ..Settings::default()
+        ..usual
     }
 }
 
