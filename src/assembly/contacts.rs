@@ -117,6 +117,10 @@ impl PairWork {
     pub fn key(&self) -> PairKey {
         (self.features.a, self.features.b)
     }
+    /// Whether either body is among the moving ones; without a list all are.
+    fn moves(&self, moving: &[bool]) -> bool {
+        moving.is_empty() || moving[self.a()] || moving[self.b()]
+    }
     pub fn active(&self) -> impl Iterator<Item = &ContactPoint> {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }
@@ -507,7 +511,7 @@ impl Contacts {
             corners.clear();
             corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
         }
-        let mut anew = self.moving.is_empty();
+        let mut anew = false;
         if !self.neighbours.is_valid(&model.shapes, poses) {
             anew = true;
             let begun = Instant::now();
@@ -521,18 +525,16 @@ impl Contacts {
         let committed = &committed.fields;
         let view =
             View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength };
-        let moving = &self.moving;
-        self.pairs.par_iter_mut().filter(|pair| anew || moving[pair.a()] || moving[pair.b()]).for_each(
-            |pair| {
-                let needed = elastic_reach(pair, reach);
-                if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
-                    let margin = margin(model, pair.key(), needed);
-                    pair.features =
-                        PairFeatures::list(&model.shapes, corners, poses, pair.key(), [pair.skin, margin]);
-                }
-                pair.evaluate(model, &view);
-            },
-        );
+        let moving: &[bool] = if anew { &[] } else { &self.moving };
+        self.pairs.par_iter_mut().filter(|pair| pair.moves(moving)).for_each(|pair| {
+            let needed = elastic_reach(pair, reach);
+            if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
+                let margin = margin(model, pair.key(), needed);
+                pair.features =
+                    PairFeatures::list(&model.shapes, corners, poses, pair.key(), [pair.skin, margin]);
+            }
+            pair.evaluate(model, &view);
+        });
         self.timings.book(Kernel::Contacts, start);
         for pair in &self.pairs {
             let (a, b) = (pair.a(), pair.b());
@@ -558,8 +560,7 @@ impl Contacts {
             self.membrane.update_tangents(membrane, &self.corners, poses);
         }
         let (kinematics, moving) = (&self.kinematics, &self.moving);
-        let moves = |pair: &&mut PairWork| moving.is_empty() || moving[pair.a()] || moving[pair.b()];
-        self.pairs.par_iter_mut().filter(moves).for_each(|pair| {
+        self.pairs.par_iter_mut().filter(|pair| pair.moves(moving)).for_each(|pair| {
             let PairWork { features, points, tangents, elastic_tangents, .. } = &mut *pair;
             let (a, b) = (features.a as usize, features.b as usize);
             let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();

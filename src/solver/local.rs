@@ -96,23 +96,24 @@ impl Newton<'_> {
         self.contacts.moving = part;
         self.away = vec![0.0; self.dofs.count()];
         self.update_residual();
-        let (mut hold, mut rests) = (Hold::new(self.settings), false);
+        let at_rest = |n: &Self| n.balance().out_of_balance < CLOSER * tolerance;
+        let mut hold = Hold::new(self.settings);
         for _ in 0..AUGMENTATIONS {
             let balance = self.balance();
-            rests = balance.out_of_balance < CLOSER * tolerance;
-            if rests || self.settings.stop.is_raised() {
+            if at_rest(self) || self.settings.stop.is_raised() {
                 break;
             }
             history.push(balance.out_of_balance);
             self.counters.augmentations += 1;
             let target = balance.target(self.settings, tolerance);
-            match self.solve(hold.weight, target, |n| n.balance().out_of_balance < CLOSER * tolerance) {
+            match self.solve(hold.weight, target, at_rest) {
                 NewtonEnd::Solved => hold.solved(self.settings),
                 NewtonEnd::Reduced => hold.reduced(self.settings),
                 NewtonEnd::Stalled if hold.stalled(self.settings) => {}
                 NewtonEnd::Stalled => break,
             }
         }
+        let rests = at_rest(self);
         self.contacts.moving.clear();
         (self.dofs, self.system) = (all, system);
         self.away = vec![0.0; self.dofs.count()];
