@@ -187,9 +187,10 @@ impl Newton<'_> {
                     self.gather();
                 }
             }
-            let spared =
-                parts.augmentations + damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
-            let tired = history.len().saturating_sub(spared) > settings.max_augmentations;
+            // Augmentations of all bodies.
+            let whole = history.len() - parts.augmentations;
+            let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
+            let tired = whole.saturating_sub(spared) > settings.max_augmentations;
             if converged {
                 return ended(true, balance, history, surface_energy);
             }
@@ -199,13 +200,13 @@ impl Newton<'_> {
             let balance = self.balance();
             self.counters.augmentations += 1;
             let in_pieces = settings.fall_travel.is_finite();
-            let late = exhausted || in_pieces && history.len() - parts.augmentations > PATIENCE;
+            let late = exhausted || in_pieces && whole > PATIENCE;
             let limits = if late { LATE_FALLS } else { settings.fall_bounds };
-            let due = next_fall.is_some_and(|next| history.len() - parts.augmentations > next);
+            let due = next_fall.is_some_and(|next| whole > next);
             if exhausted || due && balance.out_of_balance > limits[0] {
                 exhausted = false;
                 falls += 1;
-                let next = |after: usize| history.len() - parts.augmentations + (after.max(1) << falls);
+                let next = |after: usize| whole + (after.max(1) << falls);
                 next_fall = settings.falls_after.filter(|_| falls < MOST_FALLS).map(next);
                 let (from, steps) = (balance.out_of_balance, self.counters.falling_steps);
                 let end = self.fall(limits[1], settings.fall_steps);
@@ -218,9 +219,9 @@ impl Newton<'_> {
                 (hold, fresh) = (Hold::new(settings), false);
                 continue;
             }
-            let moved = parts.solve(self, tolerance, &mut history);
+            let rested = parts.solve(self, tolerance, &mut history);
             let balance = self.balance();
-            if moved && balance.out_of_balance < tolerance {
+            if rested && balance.out_of_balance < tolerance {
                 continue;
             }
             let target = balance.target(settings, tolerance);
@@ -235,25 +236,16 @@ impl Newton<'_> {
                 moved = self.reach(&self.away, balance.worst_body),
                 "augmentation"
             );
-            match end {
-                NewtonEnd::Stalled => {
-                    if !hold.stalled(settings) {
-                        if next_fall.is_none() || !settings.falls_when_stuck {
-                            return ended(false, balance, history, self.surface_energy());
-                        }
-                        exhausted = true;
-                    }
-                    continue;
+            if !hold.after(end, settings) {
+                if next_fall.is_none() || !settings.falls_when_stuck {
+                    return ended(false, balance, history, self.surface_energy());
                 }
-                NewtonEnd::Solved => {
-                    fresh = true;
-                    hold.solved(settings);
-                }
-                NewtonEnd::Reduced => {
-                    fresh = true;
-                    hold.reduced(settings);
-                }
+                exhausted = true;
             }
+            if end == NewtonEnd::Stalled {
+                continue;
+            }
+            fresh = true;
             on_the_way += u32::from(settings.dwells && self.was_capped);
         }
     }

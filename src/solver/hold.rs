@@ -1,5 +1,6 @@
 //! How strongly bodies are held near where an augmentation began: relaxed after a good one, tightened after a stall.
 
+use crate::solver::newton::NewtonEnd;
 use crate::solver::settings::Settings;
 
 /// In a dwell the hold stays above this share of the weight that last stalled, which fades by [`FADE`] with each solve.
@@ -28,15 +29,25 @@ impl Hold {
         if settings.dwells { settings.proximal_min.max(ABOVE * self.stalled) } else { settings.proximal_min }
     }
 
+    /// After a solve that ended so; `false` where it got nowhere and there is no stronger hold.
+    pub fn after(&mut self, end: NewtonEnd, settings: &Settings) -> bool {
+        match end {
+            NewtonEnd::Solved => self.solved(settings),
+            NewtonEnd::Reduced => self.reduced(settings),
+            NewtonEnd::Stalled => return self.stalled(settings),
+        }
+        true
+    }
+
     /// After a solve that reached its target.
-    pub fn solved(&mut self, settings: &Settings) {
+    fn solved(&mut self, settings: &Settings) {
         self.stalled *= FADE;
         self.short = 0;
         self.weight = (self.weight * settings.proximal_lower).max(self.least(settings));
     }
 
     /// After one that got some of the way.
-    pub fn reduced(&mut self, settings: &Settings) {
+    fn reduced(&mut self, settings: &Settings) {
         self.short += 1;
         if settings.dwells && self.short >= SHORT {
             self.stalled *= FADE;
@@ -45,7 +56,7 @@ impl Hold {
     }
 
     /// After one that got nowhere; `false` where there is no stronger hold.
-    pub fn stalled(&mut self, settings: &Settings) -> bool {
+    fn stalled(&mut self, settings: &Settings) -> bool {
         if self.weight >= settings.proximal_max {
             return false;
         }

@@ -6,7 +6,7 @@
 //! always one of all bodies, and that alone says when there is balance.
 
 use crate::solver::hold::Hold;
-use crate::solver::newton::{Newton, NewtonEnd};
+use crate::solver::newton::Newton;
 
 /// Bodies that begin the part are out of balance by more than this share of the worst, and by more than the tolerance.
 const LEAST: f64 = 0.03;
@@ -54,7 +54,7 @@ impl Parts {
         Parts { next, augmentations: 0, set_back: 0, in_vain: 0 }
     }
 
-    /// Solves for a part, where one is due; whether that changed anything.
+    /// Solves for a part, where one is due; whether it came to rest.
     pub fn solve(&mut self, newton: &mut Newton<'_>, tolerance: f64, history: &mut Vec<f64>) -> bool {
         if self.next.is_none_or(|next| history.len() <= next) {
             return false;
@@ -96,24 +96,22 @@ impl Newton<'_> {
         self.contacts.moving = part;
         self.away = vec![0.0; self.dofs.count()];
         self.update_residual();
-        let at_rest = |n: &Self| n.balance().out_of_balance < CLOSER * tolerance;
+        let enough = CLOSER * tolerance;
         let mut hold = Hold::new(self.settings);
         for _ in 0..AUGMENTATIONS {
             let balance = self.balance();
-            if at_rest(self) || self.settings.stop.is_raised() {
+            if balance.out_of_balance < enough || self.settings.stop.is_raised() {
                 break;
             }
             history.push(balance.out_of_balance);
             self.counters.augmentations += 1;
             let target = balance.target(self.settings, tolerance);
-            match self.solve(hold.weight, target, at_rest) {
-                NewtonEnd::Solved => hold.solved(self.settings),
-                NewtonEnd::Reduced => hold.reduced(self.settings),
-                NewtonEnd::Stalled if hold.stalled(self.settings) => {}
-                NewtonEnd::Stalled => break,
+            let end = self.solve(hold.weight, target, |n| n.balance().out_of_balance < enough);
+            if !hold.after(end, self.settings) {
+                break;
             }
         }
-        let rests = at_rest(self);
+        let rests = self.balance().out_of_balance < enough;
         self.contacts.moving.clear();
         (self.dofs, self.system) = (all, system);
         self.away = vec![0.0; self.dofs.count()];
