@@ -3,10 +3,11 @@
 //! did so at 9.7 % of strain, unseen but by the audit. What would pass through others has to stay where it is.
 
 use riprap::ladder::bodies::{body, cuboid, ground, scene};
+use riprap::model::BodyKind;
 use riprap::scene::Scene;
 use riprap::solver::audit::deepest_overlap;
 use riprap::solver::sweep::hold_back;
-use riprap::tensor::{Pose, Vec3};
+use riprap::tensor::{Pose, Rotation, Vec3};
 
 /// A block on the ground, and small ones beside it, above it and far away.
 fn model() -> Scene {
@@ -59,6 +60,23 @@ fn what_stays_stops_what_follows_it() {
     assert!(!are_apart(&scene, &to));
     hold_back(&scene.model, from, &mut to);
     assert!(are_apart(&scene, &to));
+}
+
+/// A specimen loaded beyond its strength: the plate comes on, and what lies in its way and stays there is met again and again. A pose put back is a
+/// motion of rounding only, not of nothing, where the body is turned: for want of that the search went on for ever.
+#[test]
+fn what_is_held_and_met_all_the_same_is_held_once() {
+    let mut scene = model();
+    let turn = Rotation::from_scaled_axis(Vec3::new(0.3, -0.2, 0.5));
+    for body in [2, 3] {
+        scene.committed.poses[body].rotation = turn * scene.committed.poses[body].rotation;
+    }
+    scene.model.bodies[1].kind = BodyKind::Plate;
+    let from = scene.committed.poses.clone();
+    let mut to = moved(&from, &[(1, [0.03, 0.0, 0.03]), (2, [1e-4, 0.0, 0.0]), (3, [0.0, 0.0, 1e-4])]);
+    let plate = to[1];
+    hold_back(&scene.model, &from, &mut to);
+    assert_eq!([to[1], to[2], to[3]], [plate, from[2], from[3]]);
 }
 
 #[test]

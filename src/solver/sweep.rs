@@ -31,7 +31,8 @@ pub fn hold_back(model: &Model, from: &[Pose], to: &mut [Pose]) {
             _ => a,
         };
         let mut held: Vec<usize> = sweep.blocked(CORE_FLOOR - FLOOR).map(further).collect();
-        held.retain(|&body| sweep.speeds[body] > 0.0);
+        // Once back, a body stays there, met or not.
+        held.retain(|&body| to[body] != from[body]);
         if held.is_empty() {
             return;
         }
