@@ -5,7 +5,7 @@ use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::material::{Rubber, RubberLaw};
 use crate::model::membrane::Fastening;
-use crate::model::{Body, BodyKind, Committed, Membrane, MembraneParameters, Thickness};
+use crate::model::{Body, BodyKind, Committed, Membrane, MembraneParameters, RigidWall, Thickness};
 use crate::tensor::Rotation;
 
 const ROUNDING: f64 = 1e-3;
@@ -158,4 +158,42 @@ fn no_resultant(on_bodies: Thickness) {
     }
     assert!(largest > 1.0);
     assert!(force.norm() < 1e-11 * largest && moment.norm() < 1e-12 * largest, "{force:?} {moment:?}");
+}
+
+/// A flat block that points at the wall with a corner: the wall meets the rounding before the core is there.
+#[test]
+fn the_wall_meets_a_corner_as_soon_as_its_rounding_is_there() {
+    let parts = [
+        block(BodyKind::Grain, [0.02, 0.02, 2.1 * ROUNDING]),
+        block(BodyKind::Plate, [0.2, 0.2, 0.02]),
+        block(BodyKind::Plate, [0.2, 0.2, 0.02]),
+    ];
+    let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) = parts.into_iter().unzip();
+    let corner = std::f64::consts::SQRT_2 * (0.01 - ROUNDING);
+    let (wall, carrier) = RigidWall::new(3, [1, 2], [0.01, -0.01], RADIUS);
+    let turn = Rotation::from_scaled_axis(Vec3::z() * std::f64::consts::FRAC_PI_4);
+    let model = Model {
+        wall: Some(wall),
+        ..Model::new(
+            bodies,
+            shapes,
+            ContactLaw { fade_length: 1e-3, ..ContactLaw::SAMPLE },
+            Friction::constant(0.5),
+        )
+    };
+    for overlap in [-1e-7, 1e-7, 1e-5, 0.5 * ROUNDING, 0.99 * ROUNDING] {
+        let x = RADIUS + overlap - ROUNDING - corner;
+        let poses = vec![
+            Pose::new(Vec3::new(x, 0.0, 0.5 * HEIGHT), turn),
+            Pose::new(Vec3::new(0.0, 0.0, -0.01), Rotation::identity()),
+            Pose::new(Vec3::new(0.0, 0.0, HEIGHT + 0.01), Rotation::identity()),
+            carrier,
+        ];
+        let committed = Committed::new(poses.clone());
+        let mut contacts = Contacts::default();
+        contacts.start(&model, &committed);
+        contacts.evaluate(&model, &committed, &poses).expect("far enough apart");
+        let deepest = contacts.wall.iter().map(|contact| contact.overlap).fold(0.0, f64::max);
+        assert!((deepest - overlap.max(0.0)).abs() < 1e-12, "{overlap}: {deepest}");
+    }
 }
