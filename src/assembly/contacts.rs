@@ -97,6 +97,9 @@ pub struct PairWork {
     /// Smallest distance between the cores' features [m].
     #[serde(skip)]
     pub nearest: f64,
+    /// The largest offset of its points [m].
+    #[serde(skip)]
+    offset: f64,
 }
 
 fn unlimited() -> f64 {
@@ -157,8 +160,9 @@ impl PairWork {
         self.held.clear();
         self.held.extend(self.carried.points.iter().map(Held::committed));
         self.spots.clear();
-        // Their offsets would count in the next search, and a continued run does not have them.
         self.points.clear();
+        // It would count in the next search, and a continued run does not have it.
+        self.offset = 0.0;
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
@@ -175,10 +179,11 @@ impl PairWork {
             points,
             rules,
             nearest,
+            offset,
             ..
         } = self;
         points.clear();
-        *nearest = f64::INFINITY;
+        (*nearest, *offset) = (f64::INFINITY, 0.0);
         if features.is_empty() {
             return;
         }
@@ -272,6 +277,7 @@ impl PairWork {
                     state.stiffness = 1.0 / (1.0 / state.spring + spot.compliance);
                     if let Some(held) = last {
                         state.offset = spot.compliance * held.load;
+                        *offset = offset.max(state.offset);
                         state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
                     }
                 }
@@ -356,8 +362,7 @@ fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
 
 /// How far elastic displacements and offsets may bring a contact forward [m].
 fn elastic_reach(pair: &PairWork, reach: &[f64]) -> f64 {
-    let offset = pair.points.iter().map(|p| p.state.offset).fold(0.0, f64::max);
-    reach[pair.a()] + reach[pair.b()] + offset + pair.carried.lead()
+    reach[pair.a()] + reach[pair.b()] + pair.offset + pair.carried.lead()
 }
 
 fn site_points(
@@ -630,6 +635,7 @@ impl Contacts {
                     tangents: Vec::new(),
                     elastic_tangents: Vec::new(),
                     nearest: f64::INFINITY,
+                    offset: 0.0,
                 };
                 pair.reset(model, committed);
                 pair

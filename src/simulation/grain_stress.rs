@@ -7,14 +7,14 @@ use crate::assembly::Contacts;
 use crate::model::{Body, Model};
 use crate::scene::{Scene, SceneParameters};
 use crate::tensor::{Mat3, Pose, Vec3};
-use crate::triaxial::chains::surface_moments;
+use crate::triaxial::chains::body_moments;
 use crate::triaxial::network::{outside_forces, pair_forces};
 
 /// Mean Cauchy stress of all bodies [Pa], in the configuration that `contacts` was
 /// last evaluated in, under `pressure` [Pa] on the cover.
 pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressure: f64) -> Vec<Mat3> {
     let outside = outside_forces(model, contacts, poses, pressure);
-    let moments = surface_moments(&pair_forces(contacts), &outside, &positions(model, poses));
+    let moments = body_moments(&pair_forces(contacts), &outside, &positions(model, poses));
     let mean = |(moment, body): (&Mat3, &Body)| {
         // Symmetric in balance; what is left of the moments' tolerance is averaged out.
         0.5 * (moment + moment.transpose()) / body.nominal.volume()
@@ -27,7 +27,7 @@ pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressur
 pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3) -> Vec<Mat3> {
     let poses = &scene.committed.poses;
     let places = positions(&scene.model, poses);
-    let mut moments = surface_moments(&pair_forces(scene.contacts()), &[], &places);
+    let mut moments = body_moments(&pair_forces(scene.contacts()), &[], &places);
     for (i, (moment, body)) in moments.iter_mut().zip(&scene.model.bodies).enumerate() {
         let weight = gravity * body.mass;
         *moment += (poses[i].rotation * body.centre_of_mass) * weight.transpose();

@@ -6,7 +6,7 @@
 //! grains. Stress counts compression positive.
 
 use crate::tensor::{Mat3, Vec3};
-use crate::triaxial::network::{OutsideForce, PairForce};
+use crate::triaxial::network::{OutsideForce, PairForce, surface_moments};
 
 /// Cosine of 45 degrees.
 const ALIGNED: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -22,19 +22,14 @@ pub fn body_stresses(
     let stress = |(moment, volume): (&Mat3, &Option<f64>)| {
         volume.map_or(Mat3::zeros(), |volume| -0.5 * (moment + moment.transpose()) / volume)
     };
-    surface_moments(pairs, outside, positions).iter().zip(volumes).map(stress).collect()
+    body_moments(pairs, outside, positions).iter().zip(volumes).map(stress).collect()
 }
 
 /// Sum of arm times force over the surface of each of the bodies at `positions` [N m], tension positive.
-pub fn surface_moments(pairs: &[PairForce], outside: &[OutsideForce], positions: &[Vec3]) -> Vec<Mat3> {
+pub fn body_moments(pairs: &[PairForce], outside: &[OutsideForce], positions: &[Vec3]) -> Vec<Mat3> {
     let mut moments = vec![Mat3::zeros(); positions.len()];
-    for pair in pairs {
-        for (body, sign) in [(pair.bodies[0], -1.0), (pair.bodies[1], 1.0)] {
-            moments[body] += (pair.moment - positions[body] * pair.force.transpose()) * sign;
-        }
-    }
-    for outside in outside {
-        moments[outside.body] += (outside.point - positions[outside.body]) * outside.force.transpose();
+    for (body, moment) in surface_moments(pairs, outside, |body| positions[body]) {
+        moments[body] += moment;
     }
     moments
 }

@@ -77,27 +77,35 @@ pub fn pair_forces(contacts: &Contacts) -> Vec<PairForce> {
     touching.collect()
 }
 
-/// Sum over the grains' surface forces of arm times force [N m], tension positive: over a volume it is
-/// the mean stress of what lies in it (grains and empty pores). Arms count from each grain's position,
-/// so that forces between grains enter by their branch vectors and the origin is of no matter.
+/// Bodies and the arm times force of each force on their surfaces [N m], tension positive. Arms count from each body's
+/// position, so that forces between bodies enter by their branch vectors and the origin is of no matter.
+pub fn surface_moments<'a>(
+    pairs: &'a [PairForce],
+    outside: &'a [OutsideForce],
+    position: impl Fn(usize) -> Vec3 + Copy + 'a,
+) -> impl Iterator<Item = (usize, Mat3)> + 'a {
+    let of_pair = move |pair: &PairForce| {
+        let ends = [(pair.bodies[0], -1.0), (pair.bodies[1], 1.0)];
+        let (moment, force) = (pair.moment, pair.force);
+        ends.map(|(body, sign)| (body, (moment - position(body) * force.transpose()) * sign))
+    };
+    let of_outside = move |outside: &OutsideForce| {
+        (outside.body, (outside.point - position(outside.body)) * outside.force.transpose())
+    };
+    pairs.iter().flat_map(of_pair).chain(outside.iter().map(of_outside))
+}
+
+/// Sum of [`surface_moments`] over the grains [N m]: over a volume it is the mean stress of what lies in it (grains and
+/// empty pores).
 pub fn stress_moment(
     pairs: &[PairForce],
     outside: &[OutsideForce],
     is_grain: impl Fn(usize) -> bool,
-    position: impl Fn(usize) -> Vec3,
+    position: impl Fn(usize) -> Vec3 + Copy,
 ) -> Mat3 {
-    let mut sum = Mat3::zeros();
-    for pair in pairs {
-        for (body, sign) in [(pair.bodies[0], -1.0), (pair.bodies[1], 1.0)] {
-            if is_grain(body) {
-                sum += (pair.moment - position(body) * pair.force.transpose()) * sign;
-            }
-        }
-    }
-    for outside in outside.iter().filter(|outside| is_grain(outside.body)) {
-        sum += (outside.point - position(outside.body)) * outside.force.transpose();
-    }
-    sum
+    surface_moments(pairs, outside, position)
+        .filter(|(body, _)| is_grain(*body))
+        .fold(Mat3::zeros(), |sum, (_, moment)| sum + moment)
 }
 
 /// The forces of `pressure` [Pa] on the nodes of the model's cover.
