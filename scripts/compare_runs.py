@@ -26,16 +26,14 @@ class Run:
     def __init__(self, path, results):
         self.name = os.path.splitext(os.path.basename(path))[0]
         history = results.history
-        stages = history["stage"]
-        rows = stages > stages[0]
-        if not rows.any():
-            raise ResultsError(f"{path}: has no rows behind its consolidation")
-        last = int(numpy.argmax(rows)) - 1
+        shear, consolidated = results.shear_rows()
+        if not consolidated:
+            raise ResultsError(f"{path}: has no consolidation, or no rows behind it")
+        last, rows = shear[0], shear[1:]
         first = history["factorisations"][: last + 1].sum()
-        self.strain = 100 * history["axial_strain"][rows]
-        self.q = history["deviatoric_stress"][rows] / 1e6
-        self.volume = 100 * history["volumetric_strain"][rows]
-        self.factorisations = numpy.cumsum(history["factorisations"][rows])
+        strain, q, volume = results.shear("axial_strain", "deviatoric_stress", "volumetric_strain")
+        self.strain, self.q, self.volume = 100 * strain, q / 1e6, 100 * volume
+        self.factorisations = numpy.cumsum([0, *history["factorisations"][rows]])
         self.consolidation = int(first)
         self.seconds = history["wall_time"][rows] - history["wall_time"][last]
         self.void_ratio = history["void_ratio"][last]

@@ -109,6 +109,13 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, (usize, String)
     }
     let mut curves: Vec<LaboratoryCurve> = Vec::new();
     for (line_number, cells) in rows {
+        if cells.len() > header.len() && cells.iter().skip(header.len()).any(|cell| !cell.trim().is_empty()) {
+            let counts = format!("{} cells under a header of {}", cells.len(), header.len());
+            return Err((
+                line_number,
+                format!("has {counts}; decimal commas need semicolons between the cells"),
+            ));
+        }
         let number = |column: usize| -> Result<f64, (usize, String)> {
             let Some((at, factor)) = places[column] else { return Ok(f64::NAN) };
             match cells.get(at).unwrap_or("") {
@@ -186,6 +193,7 @@ mod tests {
             ("axial_strain, axial_strain, deviatoric_stress\n1,2,3\n", 1, "two columns"),
             ("axial_strain, deviatoric_stress\n", 1, "no rows"),
             ("axial_strain, deviatoric_stress\n1,2\n1,two\n", 3, "\"two\""),
+            ("axial_strain, deviatoric_stress\n0,1,0,3\n", 2, "4 cells under a header of 2"),
         ] {
             let (at, message) = parse(text, "x").expect_err(text);
             assert!(at == line && message.contains(says), "{text:?}: {at}: {message}");

@@ -207,8 +207,8 @@ fn seconds(time: f64) -> String {
     match time {
         t if !t.is_finite() => "–".into(),
         t if t < 120.0 => format!("{t:.1} s"),
-        t if t < 7200.0 => format!("{:.0} min {:02.0} s", (t / 60.0).floor(), t % 60.0),
-        t => format!("{:.0} h {:02.0} min", (t / 3600.0).floor(), t % 3600.0 / 60.0),
+        t if t < 7200.0 => format!("{:.0} min {:02.0} s", (t / 60.0).floor(), (t % 60.0).floor()),
+        t => format!("{:.0} h {:02.0} min", (t / 3600.0).floor(), (t % 3600.0 / 60.0).floor()),
     }
 }
 

@@ -211,9 +211,12 @@ fn end_all(working: &mut [Worker<'_>]) {
     }
 }
 
-/// The last line of a log with anything in it.
+/// What a log ends with: its last message, or, without one, the last line with anything in it.
 pub fn last_line(path: &Path) -> String {
     let text = std::fs::read(path).unwrap_or_default();
     let text = String::from_utf8_lossy(&text).into_owned();
-    text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or_default().trim().to_string()
+    // A dossier may follow the message.
+    let message = text.lines().rev().find_map(|line| line.strip_prefix("riprap: "));
+    let last = || text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    message.unwrap_or_else(last).trim().to_string()
 }

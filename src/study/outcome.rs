@@ -71,8 +71,21 @@ impl Figures {
             figures.strain = shearing.axial_strain;
             figures.deviatoric_stress = shearing.deviatoric_stress;
             figures.volumetric_strain = shearing.volumetric_strain;
+            if shearing.rows.first() == Some(&0) {
+                figures.begin(run.column("secant_modulus")?.first().copied().unwrap_or(f64::NAN));
+            }
         }
         Ok(figures)
+    }
+
+    /// Puts the start before the first row, where a run of a stored specimen has none: by the `secant` modulus from it [Pa].
+    fn begin(&mut self, secant: f64) {
+        let (Some(&strain), Some(&q)) = (self.strain.first(), self.deviatoric_stress.first()) else { return };
+        if strain > 0.0 && secant.is_finite() {
+            self.strain.insert(0, 0.0);
+            self.deviatoric_stress.insert(0, q - secant * strain);
+            self.volumetric_strain.insert(0, 0.0);
+        }
     }
 
     fn nothing() -> Figures {
@@ -89,16 +102,22 @@ impl Figures {
         self.strain.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// Largest deviatoric stress up to `strain`, and the strain there.
+    /// Largest deviatoric stress up to `strain`, the one there by interpolation included, and the strain where it is met.
     pub fn peak(&self, strain: f64) -> Option<(f64, f64)> {
-        let upto = self.strain.iter().zip(&self.deviatoric_stress);
-        upto.filter(|(e, q)| **e <= strain * (1.0 + 1e-9) && q.is_finite())
-            .map(|(e, q)| (*q, *e))
+        let upto = self.strain.iter().copied().zip(self.deviatoric_stress.iter().copied());
+        let end = (strain, at_strain(&self.strain, &self.deviatoric_stress, strain));
+        upto.filter(|(e, _)| *e <= strain * (1.0 + 1e-9))
+            .chain([end])
+            .filter(|(_, q)| q.is_finite())
+            .map(|(e, q)| (q, e))
             .max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Mean deviatoric stress over the strain up to `strain`: the work of shearing over the strain [Pa].
+    /// Mean deviatoric stress over the strain up to `strain`: the work of shearing over the strain [Pa]; NaN where it did not get there.
     pub fn mean_stress_to(&self, strain: f64) -> f64 {
+        if self.strain.last().is_none_or(|last| *last < strain * (1.0 - 1e-9)) {
+            return f64::NAN;
+        }
         let mut work = 0.0;
         for (pair, q) in self.strain.windows(2).zip(self.deviatoric_stress.windows(2)) {
             let (from, to) = (pair[0], pair[1].min(strain));
@@ -207,11 +226,26 @@ mod tests {
         assert!((curve_difference(&doubled, &long, 0.01) - 1.0).abs() < 1e-12);
     }
 
+    /// Rows need not lie at the strain that all have reached, and a member may have none.
+    #[test]
+    fn the_end_counts_for_the_peak_and_nothing_is_not_zero() {
+        let rising = figures(&[0.0, 0.01, 0.02], &[0.0, 2e6, 4e6]);
+        assert_eq!(rising.peak(0.015), Some((3e6, 0.015)));
+        let none = figures(&[], &[]);
+        assert!(none.mean_stress_to(0.015).is_nan() && none.peak(0.015).is_none());
+        assert!(rising.mean_stress_to(0.021).is_nan());
+        // The start of a run of a stored specimen, by the secant from it.
+        let mut stored = figures(&[0.001, 0.002], &[3e5, 4e5]);
+        stored.begin(1e8);
+        assert_eq!((stored.strain[0], stored.volumetric_strain.len()), (0.0, 3));
+        assert!((stored.deviatoric_stress[0] - 2e5).abs() < 1e-6);
+    }
+
     #[test]
     fn the_mean_is_the_area_over_the_strain() {
         let f = figures(&[0.0, 0.01, 0.02], &[0.0, 4e6, 4e6]);
         assert!((f.mean_stress_to(0.02) - 3e6).abs() < 1e-6);
         assert!((f.mean_stress_to(0.015) - (0.5 * 4e6 * 0.01 + 4e6 * 0.005) / 0.015).abs() < 1e-6);
-        assert_eq!(f.peak(0.005), Some((0.0, 0.0)));
+        assert_eq!(f.peak(0.005), Some((2e6, 0.005)));
     }
 }

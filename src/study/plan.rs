@@ -89,6 +89,20 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
     let entries = entries_of(map, folder, faults);
     let grid = grid_of(map.get("grid"), faults);
     let seeds = seeds_of(map.get("seeds"), faults);
+    for (pointer, _) in &grid {
+        if pointer == "/seed" && !seeds.is_empty() {
+            let problem = "is overruled by $.seeds";
+            faults.push(Fault::new("$.grid", pointer, problem, "seeds in one of the two places"));
+        }
+        if common.iter().any(|(set, _)| set == pointer) {
+            faults.push(Fault::new(
+                "$.grid",
+                pointer,
+                "is in $.set too",
+                "a pointer in one of the two places",
+            ));
+        }
+    }
     let stem = raw.file.file_stem().unwrap_or(raw.file.as_os_str());
     let own_out = match map.get("out") {
         None => folder.join("results").join(stem),
@@ -286,7 +300,9 @@ fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<V
 }
 
 fn seeds_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<u64> {
-    let accepted = "a list of whole numbers, or {\"from\": 1, \"count\": 20}";
+    let accepted = format!(
+        "a list of whole numbers, or {{\"from\": 1, \"count\": 20}} with a count from 1 to {MOST_MEMBERS}"
+    );
     match value {
         None => Vec::new(),
         Some(Value::Array(items)) if !items.is_empty() => {

@@ -58,15 +58,21 @@ impl Table {
 
 /// As many digits as a comparison needs; nothing for what is not there.
 fn number(value: f64) -> String {
-    if value.is_finite() {
-        format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_string()
-    } else {
-        String::new()
+    let plain = |text: &str| text.trim_end_matches('0').trim_end_matches('.').to_string();
+    match value {
+        x if !x.is_finite() => String::new(),
+        // Without a sign of its own: a sum over nothing is -0.
+        x if x == 0.0 || x.abs() >= 0.1 => plain(&format!("{:.6}", x + 0.0)),
+        x => {
+            let text = format!("{x:.6e}");
+            let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+            format!("{}e{exponent}", plain(digits))
+        }
     }
 }
 
 fn counted(value: f64) -> String {
-    if value.is_finite() { format!("{value:.0}") } else { String::new() }
+    if value.is_finite() { format!("{:.0}", value + 0.0) } else { String::new() }
 }
 
 /// One row a value of what is varied.
@@ -214,6 +220,13 @@ mod tests {
             table.to_markdown(),
             "| a    | b, c    |\n| ---- | ------- |\n| 1\\|2 | say \"x\" |\n| 3    |         |"
         );
+    }
+
+    #[test]
+    fn small_numbers_keep_their_digits() {
+        let numbers = [-0.0, 12.5, -0.25, 2.041_234_56e-4, -3e-9, 1.0 / 3.0, f64::NAN];
+        let shown = ["0", "12.5", "-0.25", "2.041235e-4", "-3e-9", "0.333333", ""];
+        assert_eq!(numbers.map(number), shown);
     }
 
     #[test]

@@ -200,14 +200,18 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
                 return Err(missing("increment", "no stage of the case is driven by strain"));
             };
             let numbers = floats(values, || vec![4.0 * base, 2.0 * base, base])?;
-            let setting = |increment: f64| Setting {
-                label: format!("{increment:e}"),
-                size: Some(increment),
-                // Other stages in proportion.
-                overrides: driven
-                    .iter()
-                    .map(|(at, own)| (format!("/stages/{at}/increment"), json!(own * increment / base)))
-                    .collect(),
+            // Other stages, and how far increments may grow where that is given, in proportion.
+            let setting = |increment: f64| {
+                let scaled = |place: String, own: f64| (place, json!(own * increment / base));
+                let mut overrides = Vec::new();
+                for (at, own) in &driven {
+                    let largest = format!("/stages/{at}/increment_max");
+                    if let Some(given) = source.value.pointer(&largest).and_then(serde_json::Value::as_f64) {
+                        overrides.push(scaled(largest, given));
+                    }
+                    overrides.push(scaled(format!("/stages/{at}/increment"), *own));
+                }
+                Setting { label: format!("{increment:e}"), size: Some(increment), overrides }
             };
             Ok(numbers.into_iter().map(setting).collect())
         }
