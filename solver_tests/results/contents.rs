@@ -165,6 +165,7 @@ fn breakage_is_written_as_tables() {
     let broken = GrainFate {
         before: piece(0.04, 8.0),
         pieces: vec![piece(0.03, 5.0), piece(0.02, 2.0)],
+        came_apart: true,
         crushed_volume: 1.0,
         damaged_volume: 3.0,
     };

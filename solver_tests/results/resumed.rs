@@ -50,6 +50,8 @@ fn resumed_file_equals_an_uninterrupted_one() {
     assert_eq!((restart.increment, restart.rows, restart.states), (8, 8, 2));
     assert_eq!(restart.bytes, 8_usize.to_le_bytes());
     go_on(&mut writer, 9, 13);
+    writer.set_dossier(&[("advice", "smaller increments".into())]).expect("dossier");
+    writer.finish(Outcome::Stopped, "not in balance", 13).expect("end");
     drop(writer);
     let (mut writer, restart) = Writer::resume(&parts).expect("resumes");
     assert_eq!(restart.increment, 12);
@@ -74,4 +76,5 @@ fn resumed_file_equals_an_uninterrupted_one() {
     }
     assert_eq!(a.members("contacts").expect("names"), b.members("contacts").expect("names"));
     assert_eq!(a.status().expect("status"), b.status().expect("status"));
+    assert!(b.text_attribute("status", "advice").is_err(), "why it stopped before is no matter now");
 }

@@ -59,7 +59,7 @@ pub struct DamageCounts {
     pub failed_points: usize,
     /// Cells deleted or given up with a part.
     pub deleted_cells: usize,
-    /// Bodies that are parts of a grain that came apart.
+    /// Bodies that are left of grains that came apart.
     pub fragments: usize,
 }
 
@@ -96,6 +96,13 @@ impl Model {
         parts
     }
 
+    /// Whether these are, or this is, what is left of a grain that came apart.
+    pub fn came_apart(&self, parts: &[usize]) -> bool {
+        let generation =
+            |part: &usize| self.bodies[*part].damaged.as_ref().map(|it| it.ancestry().generation);
+        parts.len() > 1 || parts.iter().filter_map(generation).any(|generation| generation > 0)
+    }
+
     pub fn damage_counts(&self) -> DamageCounts {
         let mut counts = DamageCounts::default();
         for (first, parts) in self.generated.iter().zip(self.parts()) {
@@ -109,7 +116,7 @@ impl Model {
             let deleted = first.states().len() - cells;
             counts.failed_points += failed + POINT_COUNT * deleted;
             counts.deleted_cells += deleted;
-            counts.fragments += if parts.len() > 1 { parts.len() } else { 0 };
+            counts.fragments += if self.came_apart(&parts) { parts.len() } else { 0 };
         }
         counts
     }

@@ -32,7 +32,11 @@ pub fn breakage_tables(breakage: &Breakage) -> Vec<(&'static str, Vec<Column>)> 
             "share of the solid volume in deleted cells and parts given up",
             breakage.crushed_share,
         ),
-        Column::integers("fragments", "pieces of grains that came apart", vec![breakage.fragments as i64]),
+        Column::integers(
+            "fragments",
+            "pieces that are left of grains that came apart",
+            vec![breakage.fragments as i64],
+        ),
         one(
             "lognormal_mean",
             "1",

@@ -78,15 +78,15 @@ history! {
     increment: i64, "1", "accepted increment, counted from 1 over all stages";
     time: f64, "1", "stages completed plus the completed share of the present one";
     axial_strain: f64, "1", "axial strain since the start of the consolidation, from the first later stage on since its end; compression positive";
-    radial_strain: f64, "1", "radial strain since the start of the consolidation, from the first later stage on since its end; compression positive";
+    radial_strain: f64, "1", "radial strain (volumetric - axial) / 2 since the start of the consolidation, from the first later stage on since its end; compression positive";
     volumetric_strain: f64, "1", "volumetric strain since the start of the consolidation, from the first later stage on since its end; compression positive";
     axial_stress: f64, "Pa", "axial stress, compression positive";
     confining_pressure: f64, "Pa", "confining pressure, compression positive";
     deviatoric_stress: f64, "Pa", "deviatoric stress q, axial stress minus confining pressure";
     mean_stress: f64, "Pa", "mean stress p, compression positive";
     stress_ratio: f64, "1", "stress ratio q/p";
-    void_ratio: f64, "1", "void ratio, volume of voids over volume of solids, in the volume that the cover encloses";
-    void_ratio_nominal: f64, "1", "void ratio between the walls that the specimen was compacted in, carried on with the change of the cover's volume";
+    void_ratio: f64, "1", "void ratio, volume of voids over volume of solids, in the volume that the cover encloses; rock that was crushed counts as solid";
+    void_ratio_nominal: f64, "1", "void ratio between the walls that the specimen was compacted in, carried on with the change of the cover's volume; rock that was crushed counts as solid";
     axial_stress_contacts: f64, "Pa", "axial stress from contact forces (Love-Weber), compression positive";
     radial_stress_contacts: f64, "Pa", "mean radial stress from contact forces (Love-Weber) and the pressure on the cover's rims, compression positive";
     end_friction: f64, "Pa", "what friction on the end plates adds to the radial stress from contact forces";
@@ -96,7 +96,7 @@ history! {
     control_error: f64, "1", "by how much what the stage prescribes is missed, relative";
     tangent_modulus: f64, "Pa", "slope of q over the axial strain, over the stage's last 0.1 % of axial strain, at least four increments";
     secant_modulus: f64, "Pa", "change of q over that of the axial strain since the start of the stage";
-    dilatancy_angle: f64, "rad", "dilatancy angle psi, sin psi = -d/(2 - d) with the slope d of volumetric over axial strain, taken as the tangent modulus is; positive where the volume grows";
+    dilatancy_angle: f64, "rad", "dilatancy angle psi, sin psi = -d/(2 - d) with the slope d of volumetric over axial strain, taken as the tangent modulus is; positive where the volume grows; none where the specimen is unloaded";
     friction_angle: f64, "rad", "mobilised friction angle phi, sin phi = q/(2 confining pressure + q)";
     peak_friction_angle: f64, "rad", "largest mobilised friction angle since strains count";
     coordination_number: f64, "1", "contacts per grain, plates included";
@@ -115,7 +115,7 @@ history! {
     contact_force_variation: f64, "1", "standard deviation of the contact forces between grains over their mean";
     strong_fraction: f64, "1", "share of the contacts between grains that carry more than the mean force";
     chained_fraction: f64, "1", "share of the grains in force chains: at least three grains in a row that carry more than the mean, pressed along it within 45 degrees";
-    radial_strain_1: f64, "1", "radial strain of the lowest of five slices, compression positive";
+    radial_strain_1: f64, "1", "radial strain 1 - sqrt(A / A0) of the lowest of five slices by its cross-section A, compression positive";
     radial_strain_2: f64, "1", "radial strain of the second of five slices from the bottom";
     radial_strain_3: f64, "1", "radial strain of the middle one of five slices";
     radial_strain_4: f64, "1", "radial strain of the fourth of five slices from the bottom";
@@ -129,7 +129,7 @@ history! {
     plate_tilt: f64, "rad", "angle by which the top plate is tilted";
     failed_points: i64, "1", "integration points that have failed, so far";
     deleted_cells: i64, "1", "cells that have been deleted, so far";
-    fragments: i64, "1", "fragments split off by deletion, so far";
+    fragments: i64, "1", "parts that are left of grains that came apart";
     broken_grains: i64, "1", "grains of a specimen that came apart or of which nothing is left, so far";
     breakage_marsal: f64, "1", "Marsal's B_g over the sieves of the grading; specimens of rock with damage";
     breakage_hardin: f64, "1", "Hardin's relative breakage B_r; specimens of rock with damage";
@@ -158,6 +158,7 @@ history! {
     energy_damage: f64, "J", "energy dissipated by damage, crushing included, since the start";
     energy_crushing: f64, "J", "part of energy_damage: what contacts on failed rock had stored, and the work done against their forces while these are taken away, since the start";
     energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, and work of the forces that the tolerance leaves out of balance in the others, since the start";
+    energy_reshaped: f64, "J", "energy that contacts gained where breaking changed the shapes of bodies, which no work was done for, taken off energy_stabilisation, since the start";
     energy_overdrawn: f64, "J", "friction by which snaps would have spent more than they had, taken off energy_friction, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";
     energy_gap: f64, "1", "energy error of this increment over the work that ram and pressure exchanged in it";

@@ -53,6 +53,7 @@ impl Writer {
             writer.find_fixed(group)?;
         }
         writer.fixed_extents = writer.gather_fixed()?;
+        writer.drop_dossier()?;
         writer.set_status(Outcome::Running, "", restart.increment)?;
         // By itself, so that space freed here is not written to before the file has forgotten it.
         writer.commit()?;

@@ -42,6 +42,9 @@ pub enum Existing {
     Continue,
 }
 
+/// What `/status` has in every file; the rest is the dossier of a run that stopped.
+const STATUS_ATTRIBUTES: [&str; 2] = ["reason", "last_good_increment"];
+
 /// A results file being written. What is appended becomes part of the file at the next [`Writer::commit`],
 /// all of it or nothing. Dropping a writer does not commit.
 pub struct Writer {
@@ -431,6 +434,16 @@ impl Writer {
         self.dirty = true;
         for (name, text) in texts {
             self.store.text_attribute(&self.status, name, text)?;
+        }
+        Ok(())
+    }
+
+    /// Forgets what [`Writer::set_dossier`] put there.
+    pub(super) fn drop_dossier(&mut self) -> Result<()> {
+        for name in self.store.hdf5("status", self.status.attr_names())? {
+            if !STATUS_ATTRIBUTES.contains(&name.as_str()) {
+                self.store.hdf5("status", self.status.delete_attr(&name))?;
+            }
         }
         Ok(())
     }

@@ -22,14 +22,12 @@ pub struct ContactTable {
 }
 
 impl ContactTable {
-    /// `memory` is what the accepted increment left; the two bodies behind the first `grains` are plates, those behind them parts of
-    /// grains that came apart, which count on from the grains.
+    /// `memory` is what the accepted increment left; the two bodies behind the first `grains` are plates.
     pub fn of(contacts: &Contacts, memory: &Memory, grains: usize) -> Self {
         let mut table = ContactTable::default();
         let number = |body: usize| match body {
-            grain if grain < grains => grain as i64,
-            part if part >= grains + 2 => part as i64 - 2,
-            plate => grains as i64 - 1 - plate as i64,
+            plate if (grains..grains + 2).contains(&plate) => grains as i64 - 1 - plate as i64,
+            grain_or_part => grain_or_part as i64,
         };
         for (pair, point) in contacts.active() {
             let e = &point.evaluation;
@@ -70,7 +68,7 @@ impl ContactTable {
 
     pub fn columns(self) -> Vec<Column> {
         let [first, second] = self.bodies;
-        let body = "number of the grain, or of a scene's body; -1 is the bottom plate, -2 the top plate";
+        let body = "number of the grain, of a part as fragment in /VTKHDF, or of a scene's body; -1 is the bottom plate, -2 the top plate";
         vec![
             Column::integers("body_a", body, first),
             Column::integers("body_b", body, second),

@@ -75,6 +75,7 @@ impl Meter {
             let mut fate = GrainFate {
                 before: Piece { size: *size, volume },
                 pieces: vec![],
+                came_apart: model.came_apart(parts),
                 crushed_volume: 0.0,
                 damaged_volume: 0.0,
             };

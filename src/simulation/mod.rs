@@ -219,6 +219,9 @@ fn triaxial_test(
                     let seating = seat(&mut test, &mut rig, pressure, &|| observer.stop_requested());
                     profile.book_since("seating", start);
                     observer.seated(&seating);
+                    if let Some(reason) = seating.fault().filter(|_| !observer.stop_requested()) {
+                        end = StageEnd::Stopped { reason };
+                    }
                 }
                 // It was broken off.
                 Err(_) if observer.stop_requested() => end = StageEnd::Interrupted,
@@ -226,7 +229,7 @@ fn triaxial_test(
             }
         }
         if end != StageEnd::Finished {
-            // The membrane gave way: nothing was seated.
+            // The membrane gave way, or the grains did: nothing was seated.
         } else if observer.stop_requested() {
             // The seating may have been cut short: a continued run seats anew.
             end = StageEnd::Interrupted;
@@ -249,7 +252,7 @@ fn triaxial_test(
         }
         observer.stage_begun(planned);
         if !test.is_under_way() {
-            recorder.begin_stage(planned);
+            recorder.begin_stage(planned, Some(&test.measures(&rig)));
         }
         let (mut trouble, mut fault) = (None, None);
         let (start, mut output) = (Instant::now(), Duration::ZERO);

@@ -18,7 +18,7 @@ use crate::scene::Scene;
 use crate::solver::Dossier;
 use crate::specimen::Specimen;
 use crate::tensor::{Mat3, Pose};
-use crate::triaxial::{LocalStrain, Rig, StageCurve, StageEnd, StepReport, Test};
+use crate::triaxial::{LocalStrain, Measures, Rig, StageCurve, StageEnd, StepReport, Test};
 
 use super::Options;
 use super::breaking::{cell_states, grain_states};
@@ -279,10 +279,11 @@ impl Recorder {
         self.sums.last = [test.ledger.external, test.ledger.error()];
     }
 
-    pub fn begin_stage(&mut self, stage: &PlannedStage) {
+    /// Begins a stage; a test's with the measures it begins from.
+    pub fn begin_stage(&mut self, stage: &PlannedStage, from: Option<&Measures>) {
         self.at.stage = stage.index;
         self.sums.stage = StageSums { begun: self.seconds(), start: self.sums.last, ..StageSums::default() };
-        self.curve = StageCurve::default();
+        self.curve = from.map(StageCurve::starting_at).unwrap_or_default();
     }
 
     /// Takes down an accepted increment; it is in the file when this returns.
@@ -400,7 +401,7 @@ impl Recorder {
         let number = |name: &str, units: &str, long_name: &str, value: f64| {
             Column::floats(name, units, long_name, vec![value])
         };
-        let half = "secant modulus to half the rise of the deviatoric stress (E50); none of a consolidation";
+        let half = "secant modulus from the start of the stage to half the rise of the deviatoric stress to its peak (E50); none of a consolidation";
         let residual = "mean mobilised friction angle over the last tenth of the stage's axial strain, where q has lost 2 % of its peak by then";
         self.writer.write_table(
             &format!("stages/{}", stage.index),
@@ -623,6 +624,7 @@ impl Recorder {
             energy_damage: ledger.damage,
             energy_crushing: ledger.crushing,
             energy_stabilisation: ledger.stabilisation,
+            energy_reshaped: ledger.reshaped,
             energy_overdrawn: ledger.overdrawn,
             energy_membrane: ledger.membrane,
             energy_error: ledger.error(),

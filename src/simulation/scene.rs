@@ -69,7 +69,7 @@ impl Recorder {
         row: &Row,
     ) -> Result<HistoryRow> {
         if self.at.stage != stage.index || row.increment == 1 {
-            self.begin_stage(stage);
+            self.begin_stage(stage, None);
         }
         let begun = Instant::now();
         let history = history_row(row, self.seconds());

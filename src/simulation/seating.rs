@@ -9,6 +9,8 @@ use crate::triaxial::{Rig, Test};
 
 /// Each goes on from where the one before gave up.
 const MOST_ATTEMPTS: usize = 8;
+/// Forces further out of balance than this, over the mean contact force, are no specimen: its grains have flown apart.
+const APART: f64 = 100.0;
 
 /// What the seating came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +21,21 @@ pub struct Seating {
     pub factorisations: usize,
     /// Steps of falls, each an evaluation of the contacts.
     pub falling_steps: usize,
+}
+
+impl Seating {
+    /// Why no test can begin from it, if so.
+    pub fn fault(&self) -> Option<String> {
+        // Not a number either.
+        let holds_together = self.out_of_balance < APART;
+        (!holds_together).then(|| {
+            format!(
+                "the grains could not be seated: forces are out of balance by {:.0e} of the mean contact force after {} steps of falling; \
+                 a specimen with so little friction, or so few grains, comes apart before anything holds it",
+                self.out_of_balance, self.falling_steps
+            )
+        })
+    }
 }
 
 /// Seats the grains under a share of the consolidation pressure [Pa]; gives up early where `stop` says so.

@@ -39,6 +39,8 @@ pub struct GrainFate {
     pub before: Piece,
     /// What is left of it; itself, if nothing happened.
     pub pieces: Vec<Piece>,
+    /// Whether it came apart at some time, though one piece may be left. A grain that only lost cells at its corners did not.
+    pub came_apart: bool,
     /// Volume of deleted cells and of parts given up [m^3].
     pub crushed_volume: f64,
     /// Volume of living cells' points with damage above 0 [m^3].
@@ -48,12 +50,18 @@ pub struct GrainFate {
 impl GrainFate {
     /// A grain to which nothing happened.
     pub fn whole(before: Piece) -> Self {
-        GrainFate { before, pieces: vec![before], crushed_volume: 0.0, damaged_volume: 0.0 }
+        GrainFate {
+            before,
+            pieces: vec![before],
+            came_apart: false,
+            crushed_volume: 0.0,
+            damaged_volume: 0.0,
+        }
     }
 
-    /// Whether it came apart: not one piece any more. A grain that only lost cells at its corners has not.
+    /// Whether it came apart, or nothing is left of it.
     pub fn is_broken(&self) -> bool {
-        self.pieces.len() != 1
+        self.came_apart || self.pieces.is_empty()
     }
 }
 
@@ -95,7 +103,7 @@ pub struct Breakage {
     pub damaged_share: f64,
     /// Crushed volume over all.
     pub crushed_share: f64,
-    /// Pieces that are not a whole grain's only piece.
+    /// Pieces that are left of grains that came apart.
     pub fragments: usize,
     /// From the first sieve up.
     pub classes: Vec<BrokenClass>,
@@ -292,6 +300,7 @@ mod tests {
             GrainFate {
                 before: piece(0.04, 8.0),
                 pieces: vec![piece(0.03, 5.0), piece(0.02, 2.0)],
+                came_apart: true,
                 crushed_volume: 1.0,
                 damaged_volume: 3.0,
             },
@@ -420,9 +429,18 @@ mod tests {
         bad[1].crushed_volume = -1.0;
         assert!(measure(&bad, &[0.01]).is_err());
         // A grain of which nothing is left is broken.
-        let gone =
-            GrainFate { before: piece(0.01, 1.0), pieces: vec![], crushed_volume: 1.0, damaged_volume: 0.0 };
+        let gone = GrainFate {
+            pieces: vec![],
+            crushed_volume: 1.0,
+            damaged_volume: 0.0,
+            ..GrainFate::whole(piece(0.01, 1.0))
+        };
         let found = measure(&[gone, GrainFate::whole(piece(0.02, 1.0))], &[0.03]).expect("measures");
         assert_eq!((found.classes[0].broken, found.crushed_share, found.lognormal), (1, 0.5, None));
+        // One that came apart stays so when all but one of its pieces are lost.
+        let fate = &fates()[0];
+        let last = GrainFate { pieces: vec![piece(0.03, 5.0)], crushed_volume: 3.0, ..fate.clone() };
+        let found = measure(&[last, GrainFate::whole(piece(0.02, 2.0))], &[0.05]).expect("measures");
+        assert_eq!((found.classes[0].broken, found.fragments), (1, 1));
     }
 }

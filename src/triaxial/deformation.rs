@@ -69,11 +69,10 @@ impl Neighbourhood {
         Neighbourhood { reference, neighbours }
     }
 
-    /// The deformation gradient around grain `i`; `None` where its neighbours do not span space.
-    fn gradient(&self, poses: &[Pose], i: usize) -> Option<Mat3> {
+    /// The deformation gradient around grain `i`; `None` where those of its neighbours that are there do not span space.
+    fn gradient(&self, poses: &[Pose], is_there: impl Fn(usize) -> bool, i: usize) -> Option<Mat3> {
         let (mut moved, mut spread) = (Mat3::zeros(), Mat3::zeros());
-        for &j in &self.neighbours[i] {
-            let j = j as usize;
+        for j in self.neighbours[i].iter().map(|&j| j as usize).filter(|&j| is_there(j)) {
             let before: Vec3 = self.reference[j].position - self.reference[i].position;
             let now: Vec3 = poses[j].position - poses[i].position;
             moved += now * before.transpose();
@@ -92,11 +91,14 @@ impl Neighbourhood {
         self.reference[..self.neighbours.len()].iter().map(|pose| pose.position).collect()
     }
 
-    /// What happened around each grain.
-    pub fn local_strains(&self, poses: &[Pose]) -> Vec<LocalStrain> {
+    /// What happened around each grain; not a number of those of which nothing is left.
+    pub fn local_strains(&self, poses: &[Pose], is_there: impl Fn(usize) -> bool) -> Vec<LocalStrain> {
         let around = |i: usize| {
+            if !is_there(i) {
+                return LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
+            }
             let rotation = (poses[i].rotation * self.reference[i].rotation.inverse()).angle();
-            let Some(f) = self.gradient(poses, i) else {
+            let Some(f) = self.gradient(poses, &is_there, i) else {
                 return LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation };
             };
             let strain = 0.5 * (f.transpose() * f - Mat3::identity());
@@ -113,12 +115,15 @@ impl Neighbourhood {
 
 impl Unevenness {
     pub fn of(strains: &[LocalStrain]) -> Self {
-        let shear: Vec<f64> = strains.iter().map(|s| s.shear).filter(|s| s.is_finite()).collect();
+        let finite = |of: fn(&LocalStrain) -> f64| -> Vec<f64> {
+            strains.iter().map(of).filter(|value| value.is_finite()).collect()
+        };
+        let (shear, rotation) = (finite(|s| s.shear), finite(|s| s.rotation));
         let (n, sum) = (shear.len() as f64, shear.iter().sum::<f64>());
         let squares: f64 = shear.iter().map(|s| s * s).sum();
         let dead = shear.iter().filter(|s| **s < DEAD * sum / n).count() as f64;
         Unevenness {
-            mean_rotation: strains.iter().map(|s| s.rotation).sum::<f64>() / strains.len() as f64,
+            mean_rotation: rotation.iter().sum::<f64>() / rotation.len() as f64,
             localisation: 1.0 - sum * sum / (n * squares),
             dead_fraction: dead / n,
         }
@@ -158,7 +163,7 @@ mod tests {
         let turn = Rotation::from_scaled_axis(Vec3::new(0.2, -0.1, 0.2));
         let after: Vec<Pose> =
             before.iter().map(|p| Pose::new(turn * (f * p.position), turn * p.rotation)).collect();
-        let strains = neighbourhood.local_strains(&after);
+        let strains = neighbourhood.local_strains(&after, |_| true);
         let e = [0.5 * (1.005f64.powi(2) - 1.0), 0.5 * (0.98f64.powi(2) - 1.0)];
         let shear = 2.0 / 3.0 * (e[0] - e[1]).abs();
         for strain in &strains {
@@ -169,6 +174,14 @@ mod tests {
         let even = Unevenness::of(&strains);
         assert!(even.localisation.abs() < 1e-12 && even.dead_fraction == 0.0);
         assert!((even.mean_rotation - 0.3).abs() < 1e-12);
+        // One of which nothing is left stays where it was last seen, and is neither asked nor looked at.
+        let mut left = after;
+        left[5] = before[5];
+        let strains = neighbourhood.local_strains(&left, |i| i != 5);
+        let found = Unevenness::of(&strains);
+        assert!(strains[5].shear.is_nan() && strains[5].rotation.is_nan());
+        assert!(strains.iter().all(|s| s.shear.is_nan() || (s.shear - shear).abs() < 1e-12));
+        assert!(found.localisation.abs() < 1e-12 && (found.mean_rotation - 0.3).abs() < 1e-12);
     }
 
     /// The upper half slides as a block: grains at the cut see the shear, the others none.
@@ -181,7 +194,7 @@ mod tests {
             Pose::new(p.position + Vec3::new(shift, 0.0, 0.0), p.rotation)
         };
         let after: Vec<Pose> = before.iter().map(slide).collect();
-        let strains = neighbourhood.local_strains(&after);
+        let strains = neighbourhood.local_strains(&after, |_| true);
         let mean = |level: i32| {
             let at = |p: &Pose| (p.position.z / 0.05).round() as i32 == level;
             let of: Vec<f64> =

@@ -12,6 +12,8 @@ pub struct Ledger {
     pub friction: f64,
     /// Set free by damage, deleted cells and parts that were given up, and what crushing took.
     pub damage: f64,
+    /// What contacts gained where breaking changed the shapes of bodies; taken off `stabilisation`, which it would come back as.
+    pub reshaped: f64,
     /// Of the damage what contacts on failed rock had stored, and the work against their forces while these were taken away.
     pub crushing: f64,
     /// Stored in a rubber membrane's sheet, less what was stored at the start.
@@ -91,6 +93,7 @@ mod tests {
             friction: 0.8,
             damage: 0.1,
             crushing: 0.05,
+            reshaped: 0.0,
             membrane: 0.3,
             stabilisation: 0.05,
             overdrawn: 0.0,

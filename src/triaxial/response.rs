@@ -18,7 +18,7 @@ pub struct Response {
     /// Change of the deviatoric stress since the start of the stage over that of the axial strain [Pa].
     pub secant_modulus: f64,
     /// From the slope `d` of the volumetric over the axial strain, taken as the tangent is:
-    /// `sin psi = -d / (2 - d)` (Schanz & Vermeer 1996, Geotechnique 46:145); positive where the volume grows.
+    /// `sin psi = -d / (2 - d)` (Schanz & Vermeer 1996, Geotechnique 46:145); positive where the volume grows. Of compression only.
     pub dilatancy_angle: f64,
     /// Mobilised: `sin phi = q / (2 confining + q)`.
     pub friction_angle: f64,
@@ -74,7 +74,8 @@ impl Curve {
         if friction_angle > self.peak {
             self.peak = friction_angle;
         }
-        let slope = self.slope(|s| s.volumetric_strain);
+        let compresses = self.recent.front().is_some_and(|first| axial_strain > first.axial_strain);
+        let slope = if compresses { self.slope(|s| s.volumetric_strain) } else { f64::NAN };
         Response {
             tangent_modulus: self.tangent_modulus(),
             secant_modulus: self.secant_modulus(),

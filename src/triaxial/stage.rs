@@ -17,7 +17,7 @@ pub enum Path {
     Stress { axial: f64, radial: f64 },
     /// The deviatoric stress goes linearly to this [Pa] at constant pressure; the top plate is loaded.
     Shear { deviatoric_stress: f64 },
-    /// The top plate is driven by this axial strain (negative: away), of the height at the start of the stage.
+    /// The top plate is driven by this axial strain (negative: away), of the height that strains count from.
     Strain { axial_strain: f64, lateral: Lateral },
     /// The top plate is driven back to where the last drive the other way began.
     Return { lateral: Lateral },

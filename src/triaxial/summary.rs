@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::triaxial::measures::Measures;
 use crate::triaxial::test::Row;
 
 /// A stage summed up; not a number where it has no such point.
@@ -16,7 +17,7 @@ pub struct StageSummary {
     pub residual_friction_angle: f64,
     /// First tangent modulus of the stage [Pa].
     pub initial_modulus: f64,
-    /// Secant modulus to half the rise of the deviatoric stress, E50 [Pa].
+    /// Secant modulus from the start of the stage to half the rise of the deviatoric stress to its peak, E50 [Pa].
     pub half_modulus: f64,
     pub largest_dilatancy_angle: f64,
 }
@@ -34,6 +35,8 @@ struct Point {
 /// The curve of a stage in the making.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageCurve {
+    /// Axial strain and deviatoric stress [Pa] before the first increment.
+    start: Option<[f64; 2]>,
     points: Vec<Point>,
 }
 
@@ -42,6 +45,12 @@ const LOST: f64 = 0.02;
 const LAST_PART: f64 = 0.1;
 
 impl StageCurve {
+    /// The curve of a stage that begins with these measures.
+    pub fn starting_at(measures: &Measures) -> Self {
+        let start = Some([measures.axial_strain, measures.deviatoric_stress]);
+        StageCurve { start, points: Vec::new() }
+    }
+
     pub fn push(&mut self, row: &Row) {
         self.points.push(Point {
             axial_strain: row.measures.axial_strain,
@@ -83,14 +92,18 @@ impl StageCurve {
     }
 
     fn half_modulus(&self) -> Option<f64> {
-        let first = self.points.first()?;
+        let start = self.start?;
         let peak = self.points.iter().map(|p| p.deviatoric_stress).fold(f64::NAN, f64::max);
-        let half = 0.5 * (first.deviatoric_stress + peak);
-        let pair = self.points.windows(2).find(|w| w[1].deviatoric_stress >= half)?;
-        let rise = pair[1].deviatoric_stress - pair[0].deviatoric_stress;
-        let share = if rise > 0.0 { (half - pair[0].deviatoric_stress) / rise } else { 1.0 };
-        let strain = pair[0].axial_strain + share * (pair[1].axial_strain - pair[0].axial_strain);
-        Some((half - first.deviatoric_stress) / (strain - first.axial_strain)).filter(|e| e.is_finite())
+        let half = 0.5 * (start[1] + peak);
+        let mut before = start;
+        for now in self.points.iter().map(|p| [p.axial_strain, p.deviatoric_stress]) {
+            if now[1] >= half && now[1] > before[1] {
+                let strain = before[0] + (half - before[1]) / (now[1] - before[1]) * (now[0] - before[0]);
+                return Some((half - start[1]) / (strain - start[0])).filter(|e| e.is_finite());
+            }
+            before = now;
+        }
+        None
     }
 }
 
@@ -106,7 +119,9 @@ mod tests {
             tangent_modulus: 1e8,
             dilatancy_angle: 0.1,
         };
-        StageCurve { points: points.iter().map(point).collect() }
+        // The start is no row.
+        let start = points.first().map(|&(strain, q)| [strain, q]);
+        StageCurve { start, points: points.iter().skip(1).map(point).collect() }
     }
 
     #[test]
@@ -121,6 +136,25 @@ mod tests {
         assert!((s.peak_friction_angle - (2.0f64 / 3.0).asin()).abs() < 1e-12);
         assert!((s.residual_friction_angle - 0.5f64.asin()).abs() < 1e-12);
         assert!((s.half_modulus / 4e7 - 1.0).abs() < 1e-9 && s.initial_modulus == 1e8);
+    }
+
+    /// Of a hyperbola E50 is the secant to half its last stress, in long increments too.
+    #[test]
+    fn half_modulus_counts_from_the_start_of_the_stage() {
+        let q = |strain: f64| 2e6 * strain / (2e-3 + strain);
+        for increments in [10, 1000] {
+            let strains = (0..=increments).map(|k| 0.05 * f64::from(k) / f64::from(increments));
+            let points: Vec<(f64, f64)> = strains.map(|e| (e, q(e))).collect();
+            // The strain of half q is 2e-3 x / (1 - x) with x = 0.5 * 0.05 / 0.052.
+            let half = 0.5 * q(0.05);
+            let exact = half / (2e-3 * half / (2e6 - half));
+            // Within the first increment of the coarse curve what is known is its chord.
+            let expected = if increments == 10 { q(5e-3) / 5e-3 } else { exact };
+            let found = curve(&points).summary().half_modulus;
+            assert!((found / expected - 1.0).abs() < 2e-3, "{increments}: {found:e} {expected:e}");
+        }
+        // An unloading has no rise.
+        assert!(curve(&[(0.02, 4e5), (0.019, 2e5), (0.018, 1e5)]).summary().half_modulus.is_nan());
     }
 
     #[test]

@@ -5,7 +5,7 @@ mod trial;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::{Counters, DamageCounts};
+use crate::model::{BodyKind, Counters, DamageCounts};
 use crate::solver::{
     DamageSettings, Dossier, Energies, FALL_REBASE, Increment, IncrementReport, Pace, Settings, advance,
 };
@@ -358,7 +358,9 @@ impl Test {
                 m.confining_pressure,
             );
             self.peak_friction_angle = way.curve.peak();
-            let local_strains = self.zero.neighbourhood.local_strains(&rig.model.frames(&report.poses));
+            let is_there = |grain: usize| rig.model.bodies[grain].kind != BodyKind::Gone;
+            let frames = rig.model.frames(&report.poses);
+            let local_strains = self.zero.neighbourhood.local_strains(&frames, is_there);
             let mut counters = report.counters;
             counters.add(&way.spent);
             let row = Row {
@@ -418,6 +420,11 @@ impl Test {
     }
 
     /// Resolves a stage against the present state; `None` where there is nothing to do.
+    /// The measures of the committed state.
+    pub fn measures(&self, rig: &Rig) -> Measures {
+        Measures::of(rig, &self.state(rig, &rig.committed.poses, rig.pressure, self.ram), &self.zero)
+    }
+
     fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<UnderWay> {
         let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let drive = Drive::new(stage, origin, self.zero.height, self.turning);

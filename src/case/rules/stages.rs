@@ -124,7 +124,19 @@ fn check_pressures(stage: &Value, path: &str, walker: &mut Walker) {
     walker.fault(Fault::new(path, found, problem, accepted));
 }
 
+/// More increments in one stage are a slip of the pen.
+const MOST_INCREMENTS: f64 = 1e7;
+
 fn check_increment(stage: &Value, path: &str, walker: &mut Walker) {
+    if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain"))
+        && increment > 0.0
+        && strain / increment > MOST_INCREMENTS
+    {
+        let problem =
+            format!("makes more than {MOST_INCREMENTS:.0e} increments of the stage's axial_strain {strain}");
+        let accepted = format!("at least {:e}", strain / MOST_INCREMENTS);
+        walker.fault(Fault::new(format!("{path}.increment"), increment, problem, accepted));
+    }
     if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain"))
         && increment > strain
     {

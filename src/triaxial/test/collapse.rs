@@ -161,8 +161,12 @@ impl Test {
             let (after, rest) = self.touching(rig, way);
             let touching = [&before, &after];
             way.remnants = Remnants::new(&rig.model, &rig.committed.poses, &fractures, touching, steps);
-            self.ledger.crushing += stored - rest;
-            lost += stored - rest;
+            let (released, gained) = ((stored - rest).max(0.0), (rest - stored).max(0.0));
+            self.ledger.crushing += released;
+            lost += released;
+            self.ledger.reshaped += gained;
+            self.ledger.stabilisation -= gained;
+            self.ledger.elastic += gained;
         }
         self.ledger.damage += lost;
         self.ledger.elastic -= lost;
