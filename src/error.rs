@@ -51,7 +51,7 @@ pub enum Error {
     #[error("cannot {action} {}: {source}", .path.display())]
     Io { action: &'static str, path: PathBuf, source: std::io::Error },
     /// A results file is missing something, damaged, or in use.
-    #[error("{}: {dataset}: {message}", .file.display())]
+    #[error("{}: {}{message}", .file.display(), inside(.dataset))]
     Results { file: PathBuf, dataset: String, message: String },
     /// A mesh file or generated mesh cannot be used.
     #[error("mesh {name}: {message}")]
@@ -81,3 +81,7 @@ fn list_faults(file: &Path, faults: &[Fault]) -> String {
 }
 
 pub type Result<T, E = Error> = std::result::Result<T, E>;
+/// A place in a results file before a message; nothing where it is the file as a whole.
+fn inside(dataset: &str) -> String {
+    if dataset == "/" { String::new() } else { format!("{dataset}: ") }
+}

@@ -83,6 +83,7 @@ pub fn check(arguments: &Check) -> Ended {
         Err(Failure { error: error @ Error::Case { .. }, .. }) => return Err(failed(error)),
         Err(failure) => return Err(failure),
     };
+    simulation::check_start(&case, &source).map_err(failed)?;
     if arguments.full {
         say(&format!("{:#}", case.completed()));
     } else {
@@ -93,7 +94,6 @@ pub fn check(arguments: &Check) -> Ended {
             say(&drawn.to_string());
         }
     }
-    simulation::check_start(&case, &source).map_err(failed)?;
     let faults = unsupported(&case);
     if !faults.is_empty() {
         complain("sound, but riprap cannot run all of it yet:");

@@ -1,5 +1,5 @@
-//! Where the work goes: shares of the energies in the external work over axial strain (the source's Figure 9) or, for
-//! scenes, over progress.
+//! Where the work goes: shares of the energies in the external work over axial strain (the source's Figure 9), over
+//! the strain travelled where a test unloads, or, for scenes, over progress.
 
 use crate::error::Result;
 
@@ -23,8 +23,10 @@ const STARTED: f64 = 1e-4;
 /// The stack of one run over its abscissa.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stack {
-    /// Axial strain [%] or progress.
+    /// Axial strain, or that travelled [%], or progress; never falls.
     pub abscissa: Vec<f64>,
+    /// Whether strains of unloading count as well, since the strain itself goes back there.
+    pub travelled: bool,
     /// Upper ends of the parts [%], in the order of [`PARTS`]: each adds to the one below.
     pub tops: [Vec<f64>; 5],
     /// What negative parts would take away and the stack does not show [%], at worst.
@@ -37,11 +39,12 @@ pub struct Stack {
 
 /// Shares of the parts in the external work.
 pub fn stack(run: &Run) -> Result<Stack> {
-    let (rows, abscissa) = match run.is_scene() {
-        true => ((0..run.rows).collect(), run.column("time")?),
+    let (rows, (abscissa, travelled)) = match run.is_scene() {
+        true => ((0..run.rows).collect(), (run.column("time")?, false)),
         false => {
             let shearing = run.shearing()?;
-            (shearing.rows, shearing.axial_strain.iter().map(|strain| 100.0 * strain).collect())
+            let strain: Vec<f64> = shearing.axial_strain.iter().map(|strain| 100.0 * strain).collect();
+            (shearing.rows, forwards(strain))
         }
     };
     let external = run.column("energy_external")?;
@@ -49,7 +52,24 @@ pub fn stack(run: &Run) -> Result<Stack> {
     let [elastic, friction, damage, stabilisation, membrane] = parts;
     let parts = [elastic?, friction?, damage?, stabilisation?, membrane?];
     let error = run.column("energy_error")?;
-    Ok(stacked(&rows, &abscissa, &external, &parts, &error))
+    Ok(Stack { travelled, ..stacked(&rows, &abscissa, &external, &parts, &error) })
+}
+
+/// A strain that goes back, by more than a loaded plate's trembling, as the strain travelled; whether it was.
+fn forwards(strain: Vec<f64>) -> (Vec<f64>, bool) {
+    const BACK: f64 = 1e-3;
+    let span = |values: &[f64]| values.iter().copied().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let back: f64 = strain.windows(2).map(|pair| (pair[0] - pair[1]).max(0.0)).sum();
+    let goes_back = back > BACK * span(&strain);
+    let mut way = 0.0;
+    let mut path = Vec::with_capacity(strain.len());
+    let mut before = 0.0;
+    for now in strain {
+        way = if goes_back { way + (now - before).abs() } else { now.max(way) };
+        before = now;
+        path.push(way);
+    }
+    (path, goes_back)
 }
 
 fn stacked(
@@ -97,7 +117,11 @@ pub fn chart(runs: &[&Run]) -> Result<Option<Chart>> {
         if stack.abscissa.len() < 2 {
             continue;
         }
-        let x = if run.is_scene() { "progress [stages]" } else { "axial strain [%]" };
+        let x = match (run.is_scene(), stack.travelled) {
+            (true, _) => "progress [stages]",
+            (false, true) => "axial strain travelled, unloading included [%]",
+            (false, false) => "axial strain [%]",
+        };
         let mut panel = Panel::new(Axis::new(x), Axis::new("share of the external work [%]").from(0.0));
         if runs.len() > 1 {
             panel.title = run.label.clone();
@@ -149,6 +173,14 @@ pub fn remark(stack: &Stack) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn strains_that_go_back_are_travelled() {
+        assert_eq!(forwards(vec![0.0, 1.0, 2.0]), (vec![0.0, 1.0, 2.0], false));
+        // A loaded plate that trembles stays where it is.
+        assert!(!forwards(vec![0.0, 2.0, 1.9999, 3.0]).1);
+        assert_eq!(forwards(vec![0.0, 1.0, 0.5, 2.0]), (vec![0.0, 1.0, 1.5, 3.0], true));
+    }
 
     #[test]
     fn shares_add_up_to_what_is_booked() {

@@ -168,8 +168,10 @@ impl fmt::Display for Summary {
         writeln!(f, "  mesh        {} cells{of_grains}, {} points", self.cells, self.points)?;
         write!(f, "  increments  {}", self.increments)?;
         match self.restart_increment {
-            Some(increment) => writeln!(f, " (--resume continues after {increment})")?,
-            None => writeln!(f)?,
+            Some(increment) if self.status != "finished" => {
+                writeln!(f, " (--resume continues after {increment})")?
+            }
+            Some(_) | None => writeln!(f)?,
         }
         writeln!(f, "  states      {}", self.states.len())?;
         if let Some(peak) = &self.peak {
