@@ -190,6 +190,7 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/stages/1/axial_strain", "15", "$.stages[1].axial_strain", "15", &["must be at most 0.5"]),
     (SPECIMEN, "/stages/1/axial_strain", "5e-5", "$.stages[1].increment", "0.0001", &["exceeds the stage's axial_strain"]),
     (SPECIMEN, "/stages/1/increment", "0.2", "$.stages[1].increment", "0.2", &["exceeds the stage's axial_strain 0.15"]),
+    (SPECIMEN, "/stages/1/increment", "1e-9", "$.stages[1].increment", "1e-9", &["makes more than 1e7 increments", "at least 1.5e-8"]),
     // Specimen.
     (SPECIMEN, "/specimen", "", "$", "neither", &["has neither a specimen nor a scene"]),
     (SPECIMEN, "/scene", "{\"bodies\": [{\"name\": \"a\", \"shape\": {\"sphere\": 1}}]}", "$.scene", "both", &["stands beside a specimen"]),

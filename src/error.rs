@@ -81,6 +81,7 @@ fn list_faults(file: &Path, faults: &[Fault]) -> String {
 }
 
 pub type Result<T, E = Error> = std::result::Result<T, E>;
+
 /// A place in a results file before a message; nothing where it is the file as a whole.
 fn inside(dataset: &str) -> String {
     if dataset == "/" { String::new() } else { format!("{dataset}: ") }

@@ -19,7 +19,7 @@ pub fn touch_wall_into(
     found.clear();
     let radius = wall.radius(poses);
     for (body, shape) in model.shapes.iter().enumerate() {
-        let reach = poses[body].position.xy().norm() + shape.bounding_radius + shape.rounded.radius;
+        let reach = poses[body].position.xy().norm() + shape.outer_radius();
         if model.bodies[body].kind == BodyKind::Plate || reach < radius {
             continue;
         }

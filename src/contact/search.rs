@@ -50,10 +50,14 @@ impl ContactShape {
         self
     }
 
+    /// Distance of the farthest point of its rounded surface from the reference point [m].
+    pub fn outer_radius(&self) -> f64 {
+        self.bounding_radius + self.rounded.radius
+    }
+
     /// By how much a soft contact may press the body in [m]: its rounding, of round ones a fiftieth of the diameter.
     pub fn yielding(&self) -> f64 {
-        let radius = self.rounded.radius;
-        radius.min(0.04 * (self.bounding_radius + radius))
+        self.rounded.radius.min(0.04 * self.outer_radius())
     }
 
     fn is_point(&self) -> bool {

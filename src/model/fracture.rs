@@ -342,7 +342,7 @@ impl Model {
         let mut rounded = hulls::rounded(&nominal, radius)?;
         for (other, body) in self.bodies.iter().enumerate() {
             let shape = &self.shapes[other];
-            let reach = nominal.bounding_radius() + shape.bounding_radius + shape.rounded.radius;
+            let reach = nominal.bounding_radius() + shape.outer_radius();
             let far = (poses[other].position - poses[index].position).norm() > reach;
             let plate = body.kind == BodyKind::Plate;
             if other == index

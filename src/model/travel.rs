@@ -33,11 +33,10 @@ impl Travel {
 }
 
 fn own((shape, body): (&ContactShape, &Body)) -> f64 {
-    let radius = shape.rounded.radius;
-    let diameter = 2.0 * (shape.bounding_radius + radius);
+    let diameter = 2.0 * shape.outer_radius();
     let least = match body.kind {
         BodyKind::Fixed | BodyKind::Plate => 0.0,
         BodyKind::Grain | BodyKind::Placed | BodyKind::Gone => SHARE[0] * diameter,
     };
-    radius.clamp(least, SHARE[1] * diameter)
+    shape.rounded.radius.clamp(least, SHARE[1] * diameter)
 }

@@ -109,12 +109,10 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, (usize, String)
     }
     let mut curves: Vec<LaboratoryCurve> = Vec::new();
     for (line_number, cells) in rows {
-        if cells.len() > header.len() && cells.iter().skip(header.len()).any(|cell| !cell.trim().is_empty()) {
-            let counts = format!("{} cells under a header of {}", cells.len(), header.len());
-            return Err((
-                line_number,
-                format!("has {counts}; decimal commas need semicolons between the cells"),
-            ));
+        let (count, columns) = (cells.len(), header.len());
+        if cells.iter().skip(columns).any(|cell| !cell.trim().is_empty()) {
+            let problem = format!("has {count} cells under a header of {columns}");
+            return Err((line_number, problem + "; decimal commas need semicolons between the cells"));
         }
         let number = |column: usize| -> Result<f64, (usize, String)> {
             let Some((at, factor)) = places[column] else { return Ok(f64::NAN) };

@@ -506,9 +506,8 @@ impl Recorder {
             fragment: &carriers.iter().map(|body| body.map_or(-1, |body| body as i32)).collect::<Vec<_>>(),
             stress: &self.points.cell_stresses(&state.stress, &carriers),
         })?;
-        let none = LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
         let grain = |(index, pose): (usize, &Pose)| {
-            let local = state.local_strains.get(index).unwrap_or(&none);
+            let local = state.local_strains.get(index).unwrap_or(&LocalStrain::UNKNOWN);
             let breaking = state.grains.get(index).copied().unwrap_or_default();
             GrainRow {
                 position: pose.position,

@@ -70,3 +70,17 @@ fn attempts(seating: &mut Seating, test: &mut Test, rig: &mut Rig, pressure: f64
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_grains_that_flew_apart_are_no_specimen() {
+        let seating = |out_of_balance| Seating { out_of_balance, factorisations: 1, falling_steps: 240_000 };
+        // One that gave up short of its tolerance may still be consolidated; low friction as met; nothing known.
+        assert!(seating(0.5).fault().is_none());
+        assert!(seating(6.2e12).fault().is_some_and(|reason| reason.contains("6e12")));
+        assert!(seating(f64::NAN).fault().is_some() && seating(f64::INFINITY).fault().is_some());
+    }
+}

@@ -220,3 +220,20 @@ pub fn last_line(path: &Path) -> String {
     let last = || text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or_default();
     message.unwrap_or_else(last).trim().to_string()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_ends_with_its_message_not_with_the_dossier_below() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let ends = |text: &str| {
+            std::fs::write(file.path(), text).expect("written");
+            last_line(file.path())
+        };
+        assert_eq!(ends("riprap: one\nriprap: stopped\nworst body   3\nto try   less\n"), "stopped");
+        assert_eq!(ends("Killed\n\n"), "Killed");
+        assert_eq!(ends(""), "");
+    }
+}

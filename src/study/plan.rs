@@ -552,6 +552,10 @@ mod tests {
             &["$.seeds[2]: is there twice", "$.seeds[3]: is no seed"],
         );
         faulty(r#"{"case": "rock.json", "seeds": {"count": 0}}"#, &["$.seeds: are no seeds"]);
+        faulty(
+            r#"{"case": "rock.json", "seeds": [3], "set": {"/contact/friction": 0.5}, "grid": {"/seed": [1], "/contact/friction": [0.6]}}"#,
+            &["$.grid: is overruled by $.seeds", "$.grid: is in $.set too"],
+        );
         faulty(r#"{"cases": ["rock.json", "rock.json"]}"#, &["$.cases[1]: has the name of $.cases[0]"]);
         faulty(r#"{"cases": [{"set": {}}]}"#, &["$.cases[0].case: is missing"]);
         let unused = r#"{"case": "rock.json", "cases": ["rock.json", {"name": "b", "case": "rock.json"}]}"#;

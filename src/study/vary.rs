@@ -316,6 +316,23 @@ mod tests {
     }
 
     #[test]
+    fn how_far_increments_may_grow_is_varied_with_them() {
+        let text = include_str!("../../cases/stages/shear.json");
+        let raw = RawCase::parse(Path::new("shear.json"), text).unwrap();
+        let case = raw.check().unwrap();
+        let settings = Vary::Increment.settings(&raw, &case, &["1e-4".into(), "2.5e-5".into()]).unwrap();
+        for (setting, increments) in settings.iter().zip([[1e-4, 4e-4], [2.5e-5, 1e-4]]) {
+            let mut other = raw.clone();
+            other.set(&setting.overrides);
+            let StageCase::Shear { increment, increment_max, .. } = other.check().unwrap().stages[1] else {
+                panic!("a shear")
+            };
+            let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+            assert!(near(increment, increments[0]) && near(increment_max, increments[1]), "{setting:?}");
+        }
+    }
+
+    #[test]
     fn penalties_of_a_condensed_scene_are_varied() {
         let text = include_str!("../../cases/scenes/hertz.json");
         let raw = RawCase::parse(Path::new("hertz.json"), text).unwrap();

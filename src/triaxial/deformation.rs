@@ -35,6 +35,12 @@ pub struct LocalStrain {
     pub rotation: f64,
 }
 
+impl LocalStrain {
+    /// Where there is nothing to say.
+    pub const UNKNOWN: LocalStrain =
+        LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
+}
+
 /// How unevenly the specimen deforms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unevenness {
@@ -95,11 +101,11 @@ impl Neighbourhood {
     pub fn local_strains(&self, poses: &[Pose], is_there: impl Fn(usize) -> bool) -> Vec<LocalStrain> {
         let around = |i: usize| {
             if !is_there(i) {
-                return LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation: f64::NAN };
+                return LocalStrain::UNKNOWN;
             }
             let rotation = (poses[i].rotation * self.reference[i].rotation.inverse()).angle();
             let Some(f) = self.gradient(poses, &is_there, i) else {
-                return LocalStrain { shear: f64::NAN, volumetric: f64::NAN, rotation };
+                return LocalStrain { rotation, ..LocalStrain::UNKNOWN };
             };
             let strain = 0.5 * (f.transpose() * f - Mat3::identity());
             let deviator = strain - Mat3::from_diagonal_element(strain.trace() / 3.0);

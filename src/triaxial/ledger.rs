@@ -12,8 +12,6 @@ pub struct Ledger {
     pub friction: f64,
     /// Set free by damage, deleted cells and parts that were given up, and what crushing took.
     pub damage: f64,
-    /// What contacts gained where breaking changed the shapes of bodies; taken off `stabilisation`, which it would come back as.
-    pub reshaped: f64,
     /// Of the damage what contacts on failed rock had stored, and the work against their forces while these were taken away.
     pub crushing: f64,
     /// Stored in a rubber membrane's sheet, less what was stored at the start.
@@ -22,6 +20,8 @@ pub struct Ledger {
     /// stands in for motion and its damping. Known by balance only: what these increments leave over. Of the others, the work of the
     /// forces that the tolerance leaves out of balance.
     pub stabilisation: f64,
+    /// What contacts gained where breaking changed the shapes of bodies; taken off `stabilisation`, as which it would come back.
+    pub reshaped: f64,
     /// Friction by which snaps would have spent more than they had, were it slip times the mean of the forces at both ends; taken off `friction`.
     pub overdrawn: f64,
 }
@@ -93,9 +93,9 @@ mod tests {
             friction: 0.8,
             damage: 0.1,
             crushing: 0.05,
-            reshaped: 0.0,
             membrane: 0.3,
             stabilisation: 0.05,
+            reshaped: 0.0,
             overdrawn: 0.0,
         };
         assert!((ledger.error() - 0.05).abs() < 1e-15);

@@ -156,6 +156,18 @@ mod tests {
         assert!(r.dilatancy_angle.abs() < 1e-12);
     }
 
+    /// The volume grows as the load goes; that says nothing of how rock dilates in shear.
+    #[test]
+    fn an_unloading_has_no_dilatancy_angle() {
+        let mut curve = Curve::new(f64::NEG_INFINITY);
+        for step in 0..10 {
+            let strain = 0.01 - 1e-4 * f64::from(step);
+            let r = curve.push(strain, 0.3 * strain, 1e8 * strain, 1e5);
+            assert!(r.dilatancy_angle.is_nan(), "{r:?}");
+            assert!(step == 0 || (r.tangent_modulus / 1e8 - 1.0).abs() < 1e-9, "{r:?}");
+        }
+    }
+
     #[test]
     fn a_single_point_has_no_slope() {
         let r = Curve::new(f64::NEG_INFINITY).push(0.0, 0.0, 0.0, 1e5);

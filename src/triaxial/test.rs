@@ -419,12 +419,12 @@ impl Test {
         text + "; a loaded plate cannot pass a peak: a stage that prescribes axial_strain can. Last: "
     }
 
-    /// Resolves a stage against the present state; `None` where there is nothing to do.
     /// The measures of the committed state.
     pub fn measures(&self, rig: &Rig) -> Measures {
         Measures::of(rig, &self.state(rig, &rig.committed.poses, rig.pressure, self.ram), &self.zero)
     }
 
+    /// Resolves a stage against the present state; `None` where there is nothing to do.
     fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<UnderWay> {
         let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let drive = Drive::new(stage, origin, self.zero.height, self.turning);

@@ -9,6 +9,8 @@ use super::number;
 
 /// Stages in which the confining pressure follows from something else.
 const FLOATING: [&str; 3] = ["oedometer", "constant_volume", "constant_p"];
+/// More increments in one stage are a slip of the pen.
+const MOST_INCREMENTS: f64 = 1e7;
 
 /// `pressure` of a consolidation means both pressures; later stages hold the one reached. The largest
 /// increment is `growth` times the nominal one, where the stage does not say.
@@ -124,29 +126,19 @@ fn check_pressures(stage: &Value, path: &str, walker: &mut Walker) {
     walker.fault(Fault::new(path, found, problem, accepted));
 }
 
-/// More increments in one stage are a slip of the pen.
-const MOST_INCREMENTS: f64 = 1e7;
-
 fn check_increment(stage: &Value, path: &str, walker: &mut Walker) {
-    if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain"))
-        && increment > 0.0
-        && strain / increment > MOST_INCREMENTS
-    {
-        let problem =
-            format!("makes more than {MOST_INCREMENTS:.0e} increments of the stage's axial_strain {strain}");
-        let accepted = format!("at least {:e}", strain / MOST_INCREMENTS);
-        walker.fault(Fault::new(format!("{path}.increment"), increment, problem, accepted));
-    }
-    if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain"))
-        && increment > strain
-    {
-        let problem = format!("exceeds the stage's axial_strain {strain}");
-        walker.fault(Fault::new(
-            format!("{path}.increment"),
-            increment,
-            problem,
-            format!("at most {strain}"),
-        ));
+    if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain")) {
+        let mut fault = |problem: String, accepted: String| {
+            walker.fault(Fault::new(format!("{path}.increment"), increment, problem, accepted));
+        };
+        if increment > strain {
+            fault(format!("exceeds the stage's axial_strain {strain}"), format!("at most {strain}"));
+        } else if increment > 0.0 && strain / increment > MOST_INCREMENTS {
+            let problem = format!(
+                "makes more than {MOST_INCREMENTS:.0e} increments of the stage's axial_strain {strain}"
+            );
+            fault(problem, format!("at least {:e}", strain / MOST_INCREMENTS));
+        }
     }
     if let (Some(increment), Some(largest)) = (number(stage, "increment"), number(stage, "increment_max"))
         && largest < increment
