@@ -179,6 +179,8 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/rock/poissons_ratio", "{\"mean\": 0.2, \"weibull_shape\": 2}", "$.rock.poissons_ratio", "weibull", &["one cell in a million", "below 0.495"]),
     (SPECIMEN, "/rock/youngs_modulus/law", "\"lognormal\"", "$.rock.youngs_modulus.weibull_shape", "20.0", &["does not belong to the law \"lognormal\""]),
     (SPECIMEN, "/rock/youngs_modulus/weibull_shape", "-3", "$.rock.youngs_modulus.weibull_shape", "-3", &["must be at least 0.5"]),
+    (SPECIMEN, "/rock/damage", "false", "$.rock.damage", "false", &["is a true/false", "null, or an object with the keys exponent"]),
+    (SPECIMEN, "/stages/0/kind", "\"Shear\"", "$.stages[0].kind", "\"Shear\"", &["did you mean \"shear\"?"]),
     (SPECIMEN, "/rock/damage/exponent", "1", "$.rock.damage.exponent", "1", &["must be above 1"]),
     (SPECIMEN, "/rock/tensile_strength", "\"300 MPa\"", "$.rock.tensile_strength", "300 MPa", &["exceeds the compressive strength 250000000"]),
     (SPECIMEN, "/rock/tensile_strength", "", "$.rock.tensile_strength", "nothing", &["damage needs it"]),

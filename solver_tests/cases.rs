@@ -137,6 +137,35 @@ fn the_full_size_has_about_the_grains_of_the_source() {
     assert_eq!(estimate.cells, 38 * estimate.grains);
 }
 
+/// Tolerance: a factor of two; "about" is what the estimate says of itself.
+#[test]
+fn cells_of_bodies_are_about_those_of_their_meshes() {
+    let bodies = [
+        ("box", r#"{"box": [0.1, 0.2, 0.3]}"#),
+        ("sphere", r#"{"sphere": 0.1}"#),
+        ("cylinder", r#"{"cylinder": {"radius": 0.1, "length": 0.3, "sides": 12}}"#),
+        (
+            "wedge",
+            r#"{"polyhedron": [[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.3], [0.2, 0, 0.3], [0, 0.2, 0.3]]}"#,
+        ),
+        ("grain", r#"{"grain": [0.04, 0.06]}"#),
+    ];
+    for (name, shape) in bodies {
+        let text = format!(
+            r#"{{"scene": {{"bodies": [{{"name": "a", "shape": {shape}}}]}}, "contact": {{"friction": 0.5}},
+                "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}},
+                "stages": [{{"kind": "hold"}}], "solver": {{"fidelity": "condensed"}}}}"#
+        );
+        let raw = riprap::case::RawCase::parse(Path::new("scene.json"), &text);
+        let case = raw.and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}"));
+        let built = riprap::simulation::scene::parameters(&case, Path::new("")).expect("bodies");
+        let cells = built.bodies[0].grain.as_ref().expect("a condensed body").mesh().cells.len();
+        println!("{name}: {} for {cells}", case.estimate().cells);
+        let share = case.estimate().cells as f64 / cells as f64;
+        assert!((0.5..=2.0).contains(&share), "{name}: {} for {cells}", case.estimate().cells);
+    }
+}
+
 /// The part of JSON Schema that the case's schema uses, `pattern` (an editor's business) apart.
 fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
     let refuse = |what: &str| Err(format!("{path}: {what}: {value}"));

@@ -253,6 +253,10 @@ fn check_looks_at_what_a_case_starts_from() {
     let place = Place::new();
     let (_, stderr) = place.ends_with(1, &["check", "tiny.json", "--set", "/start_from=nothere.h5"]);
     assert!(stderr.contains("$.start_from") && stderr.contains("names no file"), "{stderr}");
+    // Along with what else is wrong.
+    let with = ["--set", "/start_from=nothere.h5", "--set", "/contact/friction=-1"];
+    let (_, stderr) = place.ends_with(1, &[&["check", "tiny.json"][..], &with].concat());
+    assert!(stderr.contains("$.start_from") && stderr.contains("$.contact.friction"), "{stderr}");
 }
 
 #[cfg(target_os = "linux")]
@@ -395,6 +399,30 @@ fn lines_for_machines_and_the_exported_table_hold_the_history() {
     let table = std::fs::read_to_string(place.path(stdout.trim())).expect("the table");
     assert!(table.starts_with("stage [1],increment [1],"), "{table}");
     assert_eq!(table.lines().count(), 1 + told.len());
+}
+
+#[test]
+fn what_bodies_of_a_scene_did_is_exported() {
+    let place = Place::new();
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/scenes/push.json");
+    place.ends_with(0, &["run", case, "--out", "push.h5", "--quiet"]);
+    let (stdout, _) = place.ends_with(0, &["export", "push.h5", "--csv", "."]);
+    assert!(stdout.lines().any(|line| line.ends_with("push.csv")), "{stdout}");
+    let table = std::fs::read_to_string(place.path("push_bodies.csv")).expect("the table");
+    let reader = open(&place.path("push.h5"));
+    let bodies = reader.members("bodies").expect("bodies");
+    let rows = reader.increments().expect("rows");
+    let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 1 + bodies.len() * rows);
+    let x = lines[0].iter().position(|name| *name == "displacement_x [m]").expect("a column");
+    for (number, body) in bodies.iter().enumerate() {
+        let moved = reader.floats(&format!("bodies/{body}/displacement")).expect("numbers");
+        for row in 0..rows {
+            let line = &lines[1 + number * rows + row];
+            assert_eq!((line.len(), line[0]), (lines[0].len(), body.as_str()));
+            assert_eq!(line[x].parse::<f64>().expect("a number").to_bits(), moved[3 * row].to_bits());
+        }
+    }
 }
 
 /// The first interrupt finishes the increment at hand and leaves a whole file.

@@ -10,6 +10,11 @@ use serde::{Deserialize, Serialize};
 use crate::contact::face::FaceContact;
 use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
 
+/// Cells across a deformable body's smallest extent where no `mesh_size` is given.
+const CELLS_ACROSS: f64 = 3.0;
+/// Cells of a random grain whose case gives no `mesh_size`: those of a specimen's.
+pub const GRAIN_CELLS: usize = 38;
+
 /// A checked case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
@@ -210,6 +215,15 @@ impl ShapeCase {
             }
             ShapeCase::Mesh(_) => None,
         }
+    }
+}
+
+impl BodyCase {
+    /// Edge length of the cells of a body that deforms, about, by default a third of its smallest extent [m]; `None` for a mesh, which
+    /// has its own.
+    pub fn cell_size(&self) -> Option<f64> {
+        let extent = self.shape.smallest_extent()?;
+        Some(self.mesh_size.unwrap_or(extent / CELLS_ACROSS))
     }
 }
 

@@ -42,7 +42,14 @@ impl Walker {
     pub fn walk(&mut self, form: &Form, value: &Value, path: &str) -> Option<Value> {
         match (form, value) {
             (Form::Nullable(_), Value::Null) => Some(Value::Null),
-            (Form::Nullable(form), value) => self.walk(form, value, path),
+            (Form::Nullable(form), value) => {
+                let known = self.faults.len();
+                let walked = self.walk(form, value, path);
+                for fault in self.faults[known..].iter_mut().filter(|fault| fault.path == path) {
+                    fault.accepted.insert_str(0, "null, or ");
+                }
+                walked
+            }
             (Form::Quantity(dimension, range), value) => match quantity::read(value, *dimension) {
                 Err(problem) => self.refuse(form, value, path, problem),
                 Ok(x) => match range.problem(x, *dimension) {
@@ -345,6 +352,9 @@ pub fn shown(value: &Value) -> String {
 pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let slip = |candidate: &str| {
         let (word, candidate) = (word.to_lowercase(), candidate.to_lowercase());
+        if word == candidate {
+            return 1.0;
+        }
         if word.len() >= 4 && (candidate.contains(&word) || word.contains(&candidate)) {
             return 0.9;
         }

@@ -192,7 +192,7 @@ pub struct Export {
     /// The results file
     #[arg(value_name = "FILE.h5")]
     pub file: PathBuf,
-    /// Writes the history as CSV, units in the header, into this directory
+    /// Writes the history, and that of a scene's bodies, as CSV, units in the header, into this directory
     #[arg(long, value_name = "DIR", required_unless_present = "vtu")]
     pub csv: Option<PathBuf>,
     /// Writes the saved states as .vtu files and a .pvd that lists them into this directory; points are moved

@@ -8,8 +8,8 @@ use crate::error::Error;
 use crate::ladder::{Finding, RUNGS, Rung};
 use crate::linalg;
 use crate::report::write_report;
-use crate::results::{Existing, Reader, Summary, write_history_csv, write_vtu_series};
-use crate::simulation::{self, End, Options, Outcome, expected_draws, generate_specimen};
+use crate::results::{Existing, Reader, Summary, write_bodies_csv, write_history_csv, write_vtu_series};
+use crate::simulation::{self, End, Options, Outcome, expected_draws, generate_specimen, missing_start};
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
@@ -18,6 +18,8 @@ use super::{complain, interrupt, note, say};
 
 /// Stack of a worker thread [bytes], as much as the main thread usually has: the run is on one of them.
 const STACK: usize = 8 << 20;
+
+type Table = std::io::BufWriter<std::fs::File>;
 
 pub type Ended = Result<Ending, Failure>;
 
@@ -117,12 +119,19 @@ pub fn export(arguments: &Export) -> Ended {
     let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
     if let Some(folder) = &arguments.csv {
         std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
-        let target = folder.join(format!("{stem}.csv"));
-        let file = std::fs::File::create(&target).map_err(|e| Error::io("write", &target, e))?;
-        let mut output = std::io::BufWriter::new(file);
-        write_history_csv(&reader, &mut output, &target)?;
-        std::io::Write::flush(&mut output).map_err(|e| Error::io("write", &target, e))?;
-        say(&target.display().to_string());
+        let write = |name: String, table: fn(&Reader, &mut Table, &Path) -> crate::error::Result<()>| {
+            let target = folder.join(name);
+            let file = std::fs::File::create(&target).map_err(|e| Error::io("write", &target, e))?;
+            let mut output = std::io::BufWriter::new(file);
+            table(&reader, &mut output, &target)?;
+            std::io::Write::flush(&mut output).map_err(|e| Error::io("write", &target, e))?;
+            say(&target.display().to_string());
+            Ok::<(), Error>(())
+        };
+        write(format!("{stem}.csv"), write_history_csv)?;
+        if !reader.members("bodies")?.is_empty() {
+            write(format!("{stem}_bodies.csv"), write_bodies_csv)?;
+        }
     }
     if let Some(folder) = &arguments.vtu {
         say(&write_vtu_series(&reader, folder, &stem)?.display().to_string());
@@ -185,7 +194,15 @@ pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Cas
     }
     source.set(&overrides);
     source.faults.extend(faults);
-    let case = source.check()?;
+    let case = source.check().map_err(|error| match error {
+        // What it starts from is looked for once the case is sound, and named along with what is not.
+        Error::Case { file, mut faults } => {
+            let named = faults.iter().any(|fault| fault.path == "$.start_from");
+            faults.extend(missing_start(&source).filter(|_| !named));
+            Error::Case { file, faults }
+        }
+        other => other,
+    })?;
     Ok((source, case))
 }
 

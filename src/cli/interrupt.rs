@@ -21,7 +21,11 @@ static SIGNAL: LazyLock<StopSignal> = LazyLock::new(StopSignal::new);
 /// process at once, as they do by default.
 pub fn listen() {
     let heard = ctrlc::set_handler(|| {
-        if REQUESTS.fetch_add(1, Ordering::SeqCst) > 0 || NOTHING_TO_KEEP.load(Ordering::SeqCst) {
+        let nothing_to_keep = NOTHING_TO_KEEP.load(Ordering::SeqCst);
+        if nothing_to_keep {
+            note("\ninterrupted before there was a specimen: nothing is kept");
+        }
+        if REQUESTS.fetch_add(1, Ordering::SeqCst) > 0 || nothing_to_keep {
             std::process::exit(Ending::Interrupted as i32);
         }
         // In a thread of its own, so that a second Ctrl-C is heard meanwhile.

@@ -24,14 +24,14 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
     bottom.weight = 0.72;
     let mut drawn = false;
     for (number, run) in runs.iter().enumerate().filter(|(_, run)| !run.is_scene()) {
-        let shearing = run.shearing()?;
+        let curve = run.shearing()?.curve();
         let stroke = Stroke::of(number);
-        let q = joined(&shearing.axial_strain, 100.0, &shearing.deviatoric_stress, 1e-6);
-        let volume = joined(&shearing.axial_strain, 100.0, &shearing.volumetric_strain, 100.0);
+        let q = joined(&curve.axial_strain, 100.0, &curve.deviatoric_stress, 1e-6);
+        let volume = joined(&curve.axial_strain, 100.0, &curve.volumetric_strain, 100.0);
         drawn |= q.iter().filter(|p| p[0].is_finite() && p[1].is_finite()).count() > 1;
         top.layers.push(Layer::Curve { label: run.label.clone(), points: q.clone(), stroke });
         bottom.layers.push(Layer::Curve { label: run.label.clone(), points: volume, stroke });
-        if let Some(peak) = shearing.peak() {
+        if let Some(peak) = curve.peak() {
             let (label, points) = (String::new(), vec![q[peak]]);
             top.layers.push(Layer::Points { label, points, colour: stroke.colour, radius: 3.6 });
             if runs.len() == 1 && laboratory.is_empty() {

@@ -12,6 +12,9 @@ use super::chart::{Arrangement, Chart, Layer, Panel};
 use super::palette::{BLACK, BLUE, FULL, GREEN, Stroke, VERMILLION};
 use super::run::Run;
 
+const BEFORE: &str = "before the test, square openings";
+const AFTER: &str = "after the test, square openings";
+
 /// Sieve size [m] and the share of the mass that passes, from the finest to the coarsest.
 pub type Grading = Vec<[f64; 2]>;
 
@@ -31,7 +34,7 @@ pub fn gradings(run: &Run) -> Result<Vec<(&'static str, Grading)>> {
         let (sizes, masses) = (reader.floats("grains/sieve_size")?, reader.floats("grains/mass")?);
         found.push(("achieved", passing(&sizes, &masses)));
     }
-    for (name, title) in [("passing_before", "before the test"), ("passing_after", "after the test")] {
+    for (name, title) in [("passing_before", BEFORE), ("passing_after", AFTER)] {
         if let Some(points) = broken(reader, name)? {
             found.push((title, points));
         }
@@ -98,8 +101,8 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
         let stroke = match name {
             "asked" => Stroke { width: 4.0, ..Stroke::thin(super::palette::GREY) },
             "achieved" => Stroke { colour: BLUE, width: 1.6, dash: FULL },
-            "before the test" => Stroke { colour: GREEN, width: 2.0, dash: super::palette::DASHED },
-            "after the test" => Stroke { colour: VERMILLION, width: 2.0, dash: FULL },
+            BEFORE => Stroke { colour: GREEN, width: 2.0, dash: super::palette::DASHED },
+            AFTER => Stroke { colour: VERMILLION, width: 2.0, dash: FULL },
             _ => Stroke::thin(BLACK),
         };
         let points = points.iter().map(|[size, share]| [1e3 * size, 100.0 * share]).collect();

@@ -25,7 +25,7 @@ mod surface;
 
 pub use axis::{Axis, short};
 pub use laboratory::{LaboratoryCurve, read_laboratory};
-pub use run::{Run, Shearing};
+pub use run::{Curve, Run, Shearing};
 
 use std::path::{Path, PathBuf};
 
@@ -138,8 +138,8 @@ impl Output<'_> {
         } else {
             if let Some(chart) = grading::chart(run)? {
                 let svg = self.chart(&format!("grading_{}", run.stem), &chart)?;
-                let caption =
-                    "Sieve size: the intermediate diameter of the ellipsoid that a grain is drawn on.";
+                let caption = "Sieve size: the intermediate diameter of the ellipsoid that a grain is drawn on; where grains broke, \
+                     the square opening that a grain or a part of one goes through.";
                 page.sections.push(Section::Chart(svg, caption.into()));
             }
             let fabrics = fabric::fabrics(run)?;

@@ -34,6 +34,9 @@ pub struct Shearing {
     pub volumetric_strain: Vec<f64>,
     /// [Pa]
     pub deviatoric_stress: Vec<f64>,
+    /// Deviatoric stress before the first row [Pa], where strains begin there: of a run that starts from the
+    /// consolidated specimen of another one, by the secant modulus of its first row.
+    pub start: Option<f64>,
 }
 
 impl Run {
@@ -111,18 +114,77 @@ impl Run {
                 }
             }
         }
-        Ok(Shearing { rows, axial_strain, volumetric_strain, deviatoric_stress: part("deviatoric_stress")? })
+        let deviatoric_stress = part("deviatoric_stress")?;
+        let start = match (first, axial_strain.first(), deviatoric_stress.first()) {
+            (Some(0), Some(strain), Some(q)) => {
+                let secant = self.column("secant_modulus")?.first().copied().unwrap_or(f64::NAN);
+                Some(q - secant * strain).filter(|q| q.is_finite() && *strain != 0.0)
+            }
+            _ => None,
+        };
+        Ok(Shearing { rows, axial_strain, volumetric_strain, deviatoric_stress, start })
     }
 }
 
+/// Columns of equal length: axial strain, volumetric strain, deviatoric stress [Pa].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Curve {
+    pub axial_strain: Vec<f64>,
+    pub volumetric_strain: Vec<f64>,
+    pub deviatoric_stress: Vec<f64>,
+}
+
 impl Shearing {
+    /// The curve from where strains are zero, which need not be a row.
+    pub fn curve(&self) -> Curve {
+        let from = |start: Option<f64>, rows: &[f64]| start.into_iter().chain(rows.iter().copied()).collect();
+        let zero = self.start.map(|_| 0.0);
+        Curve {
+            axial_strain: from(zero, &self.axial_strain),
+            volumetric_strain: from(zero, &self.volumetric_strain),
+            deviatoric_stress: from(self.start, &self.deviatoric_stress),
+        }
+    }
+
     /// Row of the largest deviatoric stress.
     pub fn peak(&self) -> Option<usize> {
-        let finite = self.deviatoric_stress.iter().enumerate().filter(|(_, q)| q.is_finite());
-        finite.max_by(|a, b| a.1.total_cmp(b.1)).map(|(at, _)| at)
+        largest(&self.deviatoric_stress)
     }
+}
+
+impl Curve {
+    /// Place of the largest deviatoric stress.
+    pub fn peak(&self) -> Option<usize> {
+        largest(&self.deviatoric_stress)
+    }
+}
+
+fn largest(values: &[f64]) -> Option<usize> {
+    let finite = values.iter().enumerate().filter(|(_, value)| value.is_finite());
+    finite.max_by(|a, b| a.1.total_cmp(b.1)).map(|(at, _)| at)
 }
 
 fn stem_of(path: &Path) -> String {
     path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_begins_where_strains_are_zero() {
+        let rows = Shearing {
+            rows: vec![0, 1],
+            axial_strain: vec![0.001, 0.002],
+            volumetric_strain: vec![0.0005, 0.0008],
+            deviatoric_stress: vec![3e5, 4e5],
+            start: None,
+        };
+        assert_eq!(rows.curve().axial_strain, rows.axial_strain);
+        let curve = Shearing { start: Some(2e5), ..rows }.curve();
+        assert_eq!(curve.axial_strain, [0.0, 0.001, 0.002]);
+        assert_eq!(curve.volumetric_strain, [0.0, 0.0005, 0.0008]);
+        assert_eq!(curve.deviatoric_stress, [2e5, 3e5, 4e5]);
+    }
 }

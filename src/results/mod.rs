@@ -30,7 +30,7 @@ mod writer;
 
 pub use bodies::{BODY_QUANTITIES, BodyRow};
 pub use breakage::breakage_tables;
-pub use export::write_history_csv;
+pub use export::{write_bodies_csv, write_history_csv};
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
 pub use grains::{GRAIN_QUANTITIES, GrainRow};
 pub use history::{HISTORY, HistoryRow, Quantity, Value};

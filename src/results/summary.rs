@@ -56,6 +56,12 @@ pub struct Summary {
     pub group_bytes: Vec<(String, u64)>,
 }
 
+/// Names that are numbers, in their order.
+fn in_order(mut names: Vec<String>) -> Vec<String> {
+    names.sort_by_key(|name| name.parse::<u64>().unwrap_or(u64::MAX));
+    names
+}
+
 /// The peak of the stress-strain curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Peak {
@@ -125,7 +131,7 @@ impl Summary {
             },
             bodies: reader.members("bodies")?,
             states,
-            contact_states: reader.members("contacts")?,
+            contact_states: in_order(reader.members("contacts")?),
             last,
             peak: peak(reader, increments)?,
             group_bytes: group_bytes(reader)?,
@@ -235,4 +241,15 @@ fn size(bytes: u64) -> String {
         value /= 1000.0;
     }
     format!("{value:.3} GB")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_are_listed_in_order() {
+        let names = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+        assert_eq!(in_order(names(&["0", "1", "10", "11", "2"])), names(&["0", "1", "2", "10", "11"]));
+    }
 }

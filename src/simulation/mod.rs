@@ -30,6 +30,7 @@ pub use observer::{Observer, Resumption, SpecimenReport, StageReport, Step};
 pub use plan::{PlannedStage, planned_stages};
 pub use profile::Profile;
 pub use seating::Seating;
+pub use start::missing as missing_start;
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};

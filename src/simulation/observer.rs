@@ -161,7 +161,8 @@ pub struct StageReport<'a> {
     pub factorisations: i64,
     /// Increments whose energy closed worse than the case's `energy_tolerance`.
     pub poorly_closed: usize,
-    /// Energy that no row of the ledger accounts for, over the external work of the stage.
+    /// Energy that no row of the ledger accounts for, over the external work of the stage, or a thousandth of that of the whole run
+    /// so far where a stage does less.
     pub energy_error: f64,
     pub wall_time: Duration,
     /// The share of it that went into stresses, contact tables, restart points and the file.

@@ -34,6 +34,9 @@ use super::profile::Profile;
 use super::restart::{RestartKeeper, encode_into};
 use super::specimen_table;
 
+/// A stage of less work than this share of all so far closes its energy against that share.
+const LITTLE_WORK: f64 = 1e-3;
+
 /// Running sums of the run.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Sums {
@@ -435,7 +438,7 @@ impl Recorder {
 
     pub fn stage_report<'a>(&self, stage: &'a PlannedStage, end: &'a StageEnd) -> StageReport<'a> {
         let (sums, last) = (&self.sums.stage, self.sums.last);
-        let work = last[0] - sums.start[0];
+        let work = (last[0] - sums.start[0]).abs().max(LITTLE_WORK * last[0].abs());
         StageReport {
             stage,
             end,

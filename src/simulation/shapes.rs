@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::case::{BodyCase, Case, ShapeCase};
+use crate::case::{BodyCase, Case, GRAIN_CELLS, ShapeCase};
 use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
 use crate::mesh::file::read_mesh;
@@ -10,12 +10,8 @@ use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sph
 use crate::specimen::shape::{ShapeLaw, grain};
 use crate::tensor::{Rotation, Vec3};
 
-/// Cells of a random grain whose case gives no `mesh_size`: those of a specimen's.
-const GRAIN_CELLS: usize = 38;
 /// Cells of a polyhedron whose case gives no `mesh_size`, where it is only shown.
 const CELLS: usize = 24;
-/// Cells across a deformable body's smallest extent where no `mesh_size` is given.
-const CELLS_ACROSS: f64 = 3.0;
 /// Growth of the cells with the distance from where a mesh is refined.
 const REFINED_GROWTH: f64 = 0.6;
 /// Vertices of a random grain and their least distance: the defaults of specimens.
@@ -64,8 +60,8 @@ fn laid(shape: &Polyhedron) -> Result<Polyhedron> {
 /// # Errors
 /// `Error::Mesh` naming the body, `Error::Io` where a file cannot be read.
 pub fn body_mesh(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Result<Mesh> {
-    let extent = body.shape.smallest_extent().unwrap_or(f64::INFINITY);
-    let size = body.mesh_size.unwrap_or(extent / CELLS_ACROSS);
+    // A mesh file has its own cells.
+    let size = body.cell_size().unwrap_or(f64::INFINITY);
     let named = |error| match error {
         Error::Mesh { message, .. } => Error::Mesh { name: body.name.clone(), message },
         other => other,

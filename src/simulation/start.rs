@@ -51,6 +51,14 @@ fn beside(source: &RawCase, name: &str) -> PathBuf {
     source.file.parent().unwrap_or(Path::new("")).join(name)
 }
 
+/// The fault of a case, sound or not, that names a file to start from where there is none.
+pub fn missing(source: &RawCase) -> Option<Fault> {
+    let name = source.value["start_from"].as_str().filter(|name| !beside(source, name).is_file())?;
+    let problem = "names no file";
+    let accepted = "a results file, relative to the case file, of a run that has consolidated its specimen";
+    Some(Fault::new("$.start_from", format!("\"{name}\""), problem, accepted))
+}
+
 /// Reads the start of a case; `None` where it has none.
 ///
 /// # Errors
@@ -59,13 +67,10 @@ fn beside(source: &RawCase, name: &str) -> PathBuf {
 pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     let Some(name) = &case.start_from else { return Ok(None) };
     let refused = |faults: Vec<Fault>| Err(Error::Case { file: source.file.clone(), faults });
-    let file = beside(source, name);
-    if !file.is_file() {
-        let problem = "names no file";
-        let accepted =
-            "a results file, relative to the case file, of a run that has consolidated its specimen";
-        return refused(vec![Fault::new("$.start_from", format!("\"{name}\""), problem, accepted)]);
+    if let Some(fault) = missing(source) {
+        return refused(vec![fault]);
     }
+    let file = beside(source, name);
     let reader = Reader::open(&file)?;
     let kept = reader.text("case/completed")?;
     let kept: Value = serde_json::from_str(&kept).map_err(|e| Error::Results {

@@ -67,25 +67,12 @@ impl Figures {
                 figures.bodies.push((body.clone(), far));
             }
         } else {
-            let shearing = run.shearing()?;
-            figures.strain = shearing.axial_strain;
-            figures.deviatoric_stress = shearing.deviatoric_stress;
-            figures.volumetric_strain = shearing.volumetric_strain;
-            if shearing.rows.first() == Some(&0) {
-                figures.begin(run.column("secant_modulus")?.first().copied().unwrap_or(f64::NAN));
-            }
+            let curve = run.shearing()?.curve();
+            figures.strain = curve.axial_strain;
+            figures.deviatoric_stress = curve.deviatoric_stress;
+            figures.volumetric_strain = curve.volumetric_strain;
         }
         Ok(figures)
-    }
-
-    /// Puts the start before the first row, where a run of a stored specimen has none: by the `secant` modulus from it [Pa].
-    fn begin(&mut self, secant: f64) {
-        let (Some(&strain), Some(&q)) = (self.strain.first(), self.deviatoric_stress.first()) else { return };
-        if strain > 0.0 && secant.is_finite() {
-            self.strain.insert(0, 0.0);
-            self.deviatoric_stress.insert(0, q - secant * strain);
-            self.volumetric_strain.insert(0, 0.0);
-        }
     }
 
     fn nothing() -> Figures {
@@ -234,11 +221,6 @@ mod tests {
         let none = figures(&[], &[]);
         assert!(none.mean_stress_to(0.015).is_nan() && none.peak(0.015).is_none());
         assert!(rising.mean_stress_to(0.021).is_nan());
-        // The start of a run of a stored specimen, by the secant from it.
-        let mut stored = figures(&[0.001, 0.002], &[3e5, 4e5]);
-        stored.begin(1e8);
-        assert_eq!((stored.strain[0], stored.volumetric_strain.len()), (0.0, 3));
-        assert!((stored.deviatoric_stress[0] - 2e5).abs() < 1e-6);
     }
 
     #[test]

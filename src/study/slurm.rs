@@ -20,7 +20,10 @@ pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>) -> String {
         format!("#SBATCH --cpus-per-task={}", plan.threads),
         // Ctrl-C's signal two minutes before the time is up: the run ends cleanly.
         "#SBATCH --signal=B:INT@120".to_string(),
-        format!("#SBATCH --output={}", quoted(&plan.out.join("slurm-%A_%a.log").to_string_lossy())),
+        format!(
+            "#SBATCH --output={}",
+            quoted(&absolute(&plan.out).join("slurm-%A_%a.log").to_string_lossy())
+        ),
     ];
     for (option, value) in
         [("time", &plan.slurm.time), ("mem", &plan.slurm.memory), ("partition", &plan.slurm.partition)]
@@ -119,6 +122,11 @@ mod tests {
         ] {
             assert!(script.contains(part), "{script}\nhas no {part}");
         }
+        // The array may be submitted from anywhere.
+        let plan = Plan { out: "out".into(), ..plan };
+        let folder = absolute(Path::new("out"));
+        let log = format!("#SBATCH --output={}/slurm-%A_%a.log\n", quoted(&folder.to_string_lossy()));
+        assert!(self::script(&plan, Path::new("/bin/riprap"), None).contains(&log) && folder.is_absolute());
         let (_, behind) = script.split_once("\nexec ").unwrap_or_default();
         assert!(!behind.contains("#SBATCH"), "Slurm reads options up to the first command");
     }

@@ -437,7 +437,7 @@ impl Test {
         let mut curve = Curve::new(self.peak_friction_angle);
         let start = Measures::of(rig, &origin, &self.zero);
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
-        let watch = Watch::new(&stage.until, origin.deviatoric_stress);
+        let watch = Watch::new(&stage.until, origin.deviatoric_stress, origin.pressure);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
         Some(UnderWay {
             drive,

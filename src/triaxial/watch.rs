@@ -7,7 +7,8 @@ use crate::triaxial::stage::{Stage, StageEnd, Until};
 
 /// Trials of an increment that is to land.
 const LANDING_TRIALS: usize = 8;
-/// A landing may miss its deviatoric stress by this share of the distance covered by the stage.
+/// A landing may miss its deviatoric stress by this share of the distance covered by the stage, or of the confining
+/// pressure: the balance of forces says no more.
 const LANDING_TOLERANCE: f64 = 1e-3;
 
 /// Share of a stage that is not over, at most.
@@ -20,6 +21,8 @@ pub(super) struct Watch {
     start: f64,
     before: f64,
     peak: f64,
+    /// Confining pressure at the start [Pa].
+    pressure: f64,
     /// The largest share that the next increment may have, to land.
     pub(super) limit: Option<f64>,
     trials: usize,
@@ -27,18 +30,19 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(until: &Until, deviatoric_stress: f64) -> Self {
-        let arrived =
-            until.deviatoric_stress.is_some_and(|to| (to - deviatoric_stress).abs() <= 1e-9 * to.abs());
-        Watch {
+    pub(super) fn new(until: &Until, deviatoric_stress: f64, pressure: f64) -> Self {
+        let mut watch = Watch {
             until: *until,
             start: deviatoric_stress,
             before: deviatoric_stress,
             peak: deviatoric_stress,
+            pressure: pressure.max(0.0),
             limit: None,
             trials: 0,
-            done: arrived,
-        }
+            done: false,
+        };
+        watch.done = watch.is_near(deviatoric_stress);
+        watch
     }
 
     /// Why a path of that axial strain cannot lead to the deviatoric stress that it has to.
@@ -54,7 +58,8 @@ impl Watch {
 
     fn is_near(&self, deviatoric_stress: f64) -> bool {
         self.until.deviatoric_stress.is_some_and(|to| {
-            (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * (to - self.start).abs().max(to.abs())
+            let scale = (to - self.start).abs().max(to.abs()).max(self.pressure);
+            (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * scale
         })
     }
 
@@ -132,7 +137,7 @@ mod tests {
     fn a_stage_is_over_where_it_lands() {
         let until = |must| Until { deviatoric_stress: Some(0.0), must, ..Until::default() };
         for (must, shares) in [(true, [0.25, 0.99895, 1.0]), (false, [0.1, 0.1, 1.0])] {
-            let mut watch = Watch::new(&until(must), 2e6);
+            let mut watch = Watch::new(&until(must), 2e6, 8e5);
             for (deviatoric_stress, share) in [1.5e6, 2.1e3, 1e3].into_iter().zip(shares) {
                 watch.accept(&Measures { deviatoric_stress, ..Measures::default() });
                 let found = watch.progress(0.1);
@@ -144,7 +149,7 @@ mod tests {
     /// Stresses of increments in turn; whether the stage is over behind the last.
     fn is_over(drop_after_peak: f64, stresses: &[f64]) -> bool {
         let until = Until { drop_after_peak: Some(drop_after_peak), ..Until::default() };
-        let mut watch = Watch::new(&until, stresses[0]);
+        let mut watch = Watch::new(&until, stresses[0], 0.0);
         for &deviatoric_stress in &stresses[1..] {
             watch.accept(&Measures { deviatoric_stress, ..Measures::default() });
         }
@@ -154,9 +159,18 @@ mod tests {
     #[test]
     fn nothing_unloads_upwards() {
         let until = Until { deviatoric_stress: Some(5e6), must: true, ..Until::default() };
-        assert!(Watch::new(&until, 2e6).contradicts(-0.1).is_some());
+        assert!(Watch::new(&until, 2e6, 8e5).contradicts(-0.1).is_some());
         for (start, strain) in [(2e6, 0.1), (6e6, -0.1), (5e6, -0.1)] {
-            assert_eq!(Watch::new(&until, start).contradicts(strain), None, "{start} {strain}");
+            assert_eq!(Watch::new(&until, start, 8e5).contradicts(strain), None, "{start} {strain}");
+        }
+    }
+
+    /// As a second unloading behind one that landed a little beside its target.
+    #[test]
+    fn who_is_there_already_goes_nowhere() {
+        let until = Until { deviatoric_stress: Some(0.0), must: true, ..Until::default() };
+        for (start, done) in [(100.0, true), (-700.0, true), (900.0, false), (2e6, false)] {
+            assert_eq!(Watch::new(&until, start, 8e5).done, done, "{start}");
         }
     }
 
