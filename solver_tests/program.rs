@@ -401,6 +401,30 @@ fn lines_for_machines_and_the_exported_table_hold_the_history() {
     assert_eq!(table.lines().count(), 1 + told.len());
 }
 
+/// One that is there already goes nowhere, and a reloading still goes to where the first began.
+#[test]
+fn a_second_unloading_to_the_same_stress_changes_nothing() {
+    let place = Place::new();
+    let case = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/stages/unload_reload.json");
+    let run = |out: &str, unloadings: &str| {
+        let stages = format!(
+            r#"/stages=[{{"kind": "consolidate", "pressure": "0.4 MPa"}},
+               {{"kind": "shear", "axial_strain": 0.002, "increment": 2e-4}}, {unloadings}, {{"kind": "reload"}}]"#
+        );
+        place.ends_with(0, &["run", case, "--set", &stages, "--out", out, "--quiet"]);
+        open(&place.path(out))
+    };
+    let once = run("once.h5", r#"{"kind": "unload"}"#);
+    let twice = run("twice.h5", r#"{"kind": "unload"}, {"kind": "unload"}"#);
+    for name in ["axial_strain", "deviatoric_stress", "energy_friction"] {
+        assert_eq!(column(&once, name), column(&twice, name), "{name}");
+    }
+    let (stage, strain) = (column(&once, "stage"), column(&once, "axial_strain"));
+    let last_of = |number: f64| stage.iter().rposition(|s| *s == number).map_or(f64::NAN, |row| strain[row]);
+    assert!(last_of(2.0) < 0.00195, "unloaded");
+    assert!((last_of(3.0) - 0.002).abs() < 1e-9, "reloaded to where the unloading began");
+}
+
 #[test]
 fn what_bodies_of_a_scene_did_is_exported() {
     let place = Place::new();

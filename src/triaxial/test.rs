@@ -428,7 +428,8 @@ impl Test {
     fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<UnderWay> {
         let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let drive = Drive::new(stage, origin, self.zero.height, self.turning);
-        if drive.axial_strain() < 0.0 {
+        let watch = Watch::new(&stage.until, origin.deviatoric_stress, origin.pressure);
+        if drive.axial_strain() < 0.0 && !watch.done {
             self.turning = Some(origin.height);
         }
         if matches!(stage.path, Path::Return { .. }) && drive.axial_strain() <= 0.0 {
@@ -437,7 +438,6 @@ impl Test {
         let mut curve = Curve::new(self.peak_friction_angle);
         let start = Measures::of(rig, &origin, &self.zero);
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
-        let watch = Watch::new(&stage.until, origin.deviatoric_stress, origin.pressure);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
         Some(UnderWay {
             drive,

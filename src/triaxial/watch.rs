@@ -7,9 +7,11 @@ use crate::triaxial::stage::{Stage, StageEnd, Until};
 
 /// Trials of an increment that is to land.
 const LANDING_TRIALS: usize = 8;
-/// A landing may miss its deviatoric stress by this share of the distance covered by the stage, or of the confining
-/// pressure: the balance of forces says no more.
+/// A landing may miss its deviatoric stress by this share of the distance covered by the stage. A stage that is off by no more than this
+/// share of the confining pressure, about what the balance of forces says, has nowhere to go.
 const LANDING_TOLERANCE: f64 = 1e-3;
+/// Distances are not taken for less than this share of the confining pressure.
+const LEAST_DISTANCE: f64 = 0.1;
 
 /// Share of a stage that is not over, at most.
 const NEARLY: f64 = 0.999;
@@ -41,7 +43,9 @@ impl Watch {
             trials: 0,
             done: false,
         };
-        watch.done = watch.is_near(deviatoric_stress);
+        watch.done = until.deviatoric_stress.is_some_and(|to| {
+            (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * watch.pressure.max(to.abs())
+        });
         watch
     }
 
@@ -58,7 +62,7 @@ impl Watch {
 
     fn is_near(&self, deviatoric_stress: f64) -> bool {
         self.until.deviatoric_stress.is_some_and(|to| {
-            let scale = (to - self.start).abs().max(to.abs()).max(self.pressure);
+            let scale = (to - self.start).abs().max(to.abs()).max(LEAST_DISTANCE * self.pressure);
             (deviatoric_stress - to).abs() <= LANDING_TOLERANCE * scale
         })
     }
