@@ -93,8 +93,14 @@ impl Case {
 
     /// As the generator makes them, about: bricks of six cells in a box, elsewhere cells halved until no edge is longer than asked.
     fn cells_of(&self, body: &BodyCase) -> f64 {
+        let Some(h) = body.cell_size().filter(|_| self.fidelity_of(body) != Fidelity::Rigid) else {
+            return 0.0;
+        };
         let volume = match &body.shape {
-            ShapeCase::Box(size) => size.iter().product(),
+            ShapeCase::Box(size) => {
+                return 6.0 * size.iter().map(|length| (length / h - 1e-9).ceil()).product::<f64>();
+            }
+            ShapeCase::Grain(_) if body.mesh_size.is_none() => return GRAIN_CELLS as f64,
             ShapeCase::Sphere(radius) => 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3),
             ShapeCase::Cylinder { radius, length, .. } => std::f64::consts::PI * radius * radius * length,
             // Hulls of random grains fill about half of their ellipsoid.
@@ -105,18 +111,7 @@ impl Case {
             }
             ShapeCase::Mesh(_) => 0.0,
         };
-        match (body.fidelity.unwrap_or(self.solver.fidelity), body.cell_size()) {
-            (Fidelity::Rigid, _) | (_, None) => 0.0,
-            // As a scene has it: nothing is promoted without an accuracy.
-            (Fidelity::Auto, _) if self.solver.accuracy.is_none() => 0.0,
-            _ if matches!(body.shape, ShapeCase::Grain(_)) && body.mesh_size.is_none() => GRAIN_CELLS as f64,
-            (Fidelity::Auto | Fidelity::Condensed | Fidelity::Full, Some(h)) => match &body.shape {
-                ShapeCase::Box(size) => {
-                    6.0 * size.iter().map(|length| (length / h - 1e-9).ceil()).product::<f64>()
-                }
-                _ => (volume / (CELL_VOLUME * h.powi(3))).ceil(),
-            },
-        }
+        (volume / (CELL_VOLUME * h.powi(3))).ceil()
     }
 }
 

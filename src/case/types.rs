@@ -39,7 +39,16 @@ pub struct Case {
 impl Case {
     /// How the grains of a specimen deform: chosen for each where an accuracy is asked for, else not at all.
     pub fn fidelity_of_grains(&self) -> Fidelity {
-        match self.solver.fidelity {
+        self.settled(self.solver.fidelity)
+    }
+
+    /// How a body of a scene deforms, likewise.
+    pub fn fidelity_of(&self, body: &BodyCase) -> Fidelity {
+        self.settled(body.fidelity.unwrap_or(self.solver.fidelity))
+    }
+
+    fn settled(&self, fidelity: Fidelity) -> Fidelity {
+        match fidelity {
             Fidelity::Auto if self.solver.accuracy.is_some() => Fidelity::Auto,
             Fidelity::Auto => Fidelity::Rigid,
             given @ (Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full) => given,

@@ -1,5 +1,6 @@
 //! What each subcommand does.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -19,14 +20,13 @@ use super::{complain, interrupt, note, say};
 /// Stack of a worker thread [bytes], as much as the main thread usually has: the run is on one of them.
 const STACK: usize = 8 << 20;
 
-type Table = std::io::BufWriter<std::fs::File>;
-
 pub type Ended = Result<Ending, Failure>;
 
 pub fn run(arguments: &Run) -> Ended {
     let threads = set_threads(arguments.target.threads)?;
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
-    let (source, case) = checked(&arguments.input, fidelity)?;
+    let source = given(&arguments.input, fidelity)?;
+    let case = checked_with_start(&source)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
     let mut options = Options {
         profile: arguments.profile,
@@ -79,12 +79,9 @@ fn conclude(progress: &mut Progress, outcome: &Outcome, options: &Options) -> En
 
 pub fn check(arguments: &Check) -> Ended {
     let failed = |error: Error| Failure { error, ending: Ending::CheckFailed };
-    let (source, case) = match checked(&arguments.input, None) {
-        Ok(sound) => sound,
-        // Found wanting by the check; an unreadable file is bad input as ever.
-        Err(Failure { error: error @ Error::Case { .. }, .. }) => return Err(failed(error)),
-        Err(failure) => return Err(failure),
-    };
+    // An unreadable file is bad input as ever.
+    let source = given(&arguments.input, None)?;
+    let case = checked_with_start(&source).map_err(failed)?;
     simulation::check_start(&case, &source).map_err(failed)?;
     if arguments.full {
         say(&format!("{:#}", case.completed()));
@@ -119,12 +116,10 @@ pub fn export(arguments: &Export) -> Ended {
     let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
     if let Some(folder) = &arguments.csv {
         std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
-        let write = |name: String, table: fn(&Reader, &mut Table, &Path) -> crate::error::Result<()>| {
+        let write = |name: String, table: fn(&Reader, &mut File, &Path) -> Result<(), Error>| {
             let target = folder.join(name);
-            let file = std::fs::File::create(&target).map_err(|e| Error::io("write", &target, e))?;
-            let mut output = std::io::BufWriter::new(file);
-            table(&reader, &mut output, &target)?;
-            std::io::Write::flush(&mut output).map_err(|e| Error::io("write", &target, e))?;
+            let mut file = File::create(&target).map_err(|e| Error::io("write", &target, e))?;
+            table(&reader, &mut file, &target)?;
             say(&target.display().to_string());
             Ok::<(), Error>(())
         };
@@ -184,6 +179,13 @@ pub fn schema() -> Ended {
 
 /// The case as given, overrides applied, and checked.
 pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Case), Failure> {
+    let source = given(input, extra)?;
+    let case = source.check()?;
+    Ok((source, case))
+}
+
+/// The case as given, overrides applied.
+fn given(input: &CaseInput, extra: Option<String>) -> Result<RawCase, Failure> {
     let mut source = read(&input.case).map_err(Failure::of_input)?;
     let (mut overrides, mut faults) = (Vec::new(), Vec::new());
     for argument in input.overrides.iter().chain(&extra) {
@@ -194,16 +196,20 @@ pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Cas
     }
     source.set(&overrides);
     source.faults.extend(faults);
-    let case = source.check().map_err(|error| match error {
-        // What it starts from is looked for once the case is sound, and named along with what is not.
+    Ok(source)
+}
+
+/// Checks a case that is to run. A start that is not there is named along with its other faults; of a sound case it is looked at by whoever
+/// needs it.
+fn checked_with_start(source: &RawCase) -> Result<Case, Error> {
+    source.check().map_err(|error| match error {
         Error::Case { file, mut faults } => {
             let named = faults.iter().any(|fault| fault.path == "$.start_from");
-            faults.extend(missing_start(&source).filter(|_| !named));
+            faults.extend(missing_start(source).filter(|_| !named));
             Error::Case { file, faults }
         }
         other => other,
-    })?;
-    Ok((source, case))
+    })
 }
 
 /// `results/<name>.h5` beside the case.

@@ -43,7 +43,7 @@ pub fn stack(run: &Run) -> Result<Stack> {
         true => ((0..run.rows).collect(), (run.column("time")?, false)),
         false => {
             let shearing = run.shearing()?;
-            let strain: Vec<f64> = shearing.axial_strain.iter().map(|strain| 100.0 * strain).collect();
+            let strain: Vec<f64> = shearing.curve.axial_strain.iter().map(|strain| 100.0 * strain).collect();
             (shearing.rows, forwards(strain))
         }
     };

@@ -100,7 +100,7 @@ pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
     let shearing = run.shearing()?;
     let increments = run.column("increment")?;
     let increment_of = |row: Option<usize>| row.and_then(|row| increments.get(row)).map(|&n| n as u64);
-    let peak = increment_of(shearing.peak().map(|at| shearing.rows[at]));
+    let peak = increment_of(shearing.curve.peak().map(|at| shearing.rows[at]));
     let consolidated = match run.leading_consolidations() {
         0 => None,
         _ => increment_of(shearing.rows.first().copied()),
@@ -143,7 +143,7 @@ pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
             .get(number)
             .and_then(|state| increments.iter().position(|&n| n as u64 == state.increment))
             .and_then(|row| shearing.rows.iter().position(|&found| found == row))
-            .map(|at| 100.0 * shearing.axial_strain[at]);
+            .map(|at| 100.0 * shearing.curve.axial_strain[at]);
         let name = match strain {
             Some(strain) if strain > 0.0 => format!("{name}, {} %", short(strain)),
             Some(_) | None => name.to_string(),

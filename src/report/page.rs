@@ -173,17 +173,17 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
     if run.is_scene() {
         line("bodies", s.bodies.join(", "));
     } else {
-        let shearing = run.shearing()?;
-        if let Some(peak) = shearing.peak() {
-            let q = 1e-6 * shearing.deviatoric_stress[peak];
-            let strain = 100.0 * shearing.axial_strain[peak];
+        let curve = run.shearing()?.curve;
+        if let Some(peak) = curve.peak() {
+            let q = 1e-6 * curve.deviatoric_stress[peak];
+            let strain = 100.0 * curve.axial_strain[peak];
             line("peak of q", format!("{} MPa at {} % axial strain", short(q), short(strain)));
         }
-        if let Some(last) = shearing.rows.len().checked_sub(1) {
+        if let Some(last) = curve.axial_strain.len().checked_sub(1) {
             let of = |values: &[f64], factor: f64| short(factor * values[last]);
-            line("axial strain reached", format!("{} %", of(&shearing.axial_strain, 100.0)));
-            line("volume strain there", format!("{} %", of(&shearing.volumetric_strain, 100.0)));
-            line("q there", format!("{} MPa", of(&shearing.deviatoric_stress, 1e-6)));
+            line("axial strain reached", format!("{} %", of(&curve.axial_strain, 100.0)));
+            line("volume strain there", format!("{} %", of(&curve.volumetric_strain, 100.0)));
+            line("q there", format!("{} MPa", of(&curve.deviatoric_stress, 1e-6)));
         }
     }
     for (name, value) in grading::indices(run)? {

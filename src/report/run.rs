@@ -23,17 +23,24 @@ pub struct Run {
     pub rows: usize,
 }
 
-/// Rows and columns of the stages behind the leading consolidation, strains counted from its end.
+/// Columns of equal length.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Shearing {
-    /// Rows of `/history`, the last of the consolidation first where there is one.
-    pub rows: Vec<usize>,
-    /// Compression positive, 0 at the first row if that is the consolidation's.
+pub struct Curve {
+    /// Compression positive.
     pub axial_strain: Vec<f64>,
     /// Contraction positive.
     pub volumetric_strain: Vec<f64>,
     /// [Pa]
     pub deviatoric_stress: Vec<f64>,
+}
+
+/// The stages behind the leading consolidation, strains counted from its end.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Shearing {
+    /// Rows of `/history`, the last of the consolidation first where there is one.
+    pub rows: Vec<usize>,
+    /// Of these rows; strains are 0 at the first if that is the consolidation's.
+    pub curve: Curve,
     /// Deviatoric stress before the first row [Pa], where strains begin there: of a run that starts from the
     /// consolidated specimen of another one, by the secant modulus of its first row.
     pub start: Option<f64>,
@@ -122,46 +129,29 @@ impl Run {
             }
             _ => None,
         };
-        Ok(Shearing { rows, axial_strain, volumetric_strain, deviatoric_stress, start })
+        Ok(Shearing { rows, curve: Curve { axial_strain, volumetric_strain, deviatoric_stress }, start })
     }
-}
-
-/// Columns of equal length: axial strain, volumetric strain, deviatoric stress [Pa].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Curve {
-    pub axial_strain: Vec<f64>,
-    pub volumetric_strain: Vec<f64>,
-    pub deviatoric_stress: Vec<f64>,
 }
 
 impl Shearing {
     /// The curve from where strains are zero, which need not be a row.
-    pub fn curve(&self) -> Curve {
-        let from = |start: Option<f64>, rows: &[f64]| start.into_iter().chain(rows.iter().copied()).collect();
-        let zero = self.start.map(|_| 0.0);
-        Curve {
-            axial_strain: from(zero, &self.axial_strain),
-            volumetric_strain: from(zero, &self.volumetric_strain),
-            deviatoric_stress: from(self.start, &self.deviatoric_stress),
+    pub fn from_start(self) -> Curve {
+        let mut curve = self.curve;
+        if let Some(deviatoric_stress) = self.start {
+            curve.axial_strain.insert(0, 0.0);
+            curve.volumetric_strain.insert(0, 0.0);
+            curve.deviatoric_stress.insert(0, deviatoric_stress);
         }
-    }
-
-    /// Row of the largest deviatoric stress.
-    pub fn peak(&self) -> Option<usize> {
-        largest(&self.deviatoric_stress)
+        curve
     }
 }
 
 impl Curve {
     /// Place of the largest deviatoric stress.
     pub fn peak(&self) -> Option<usize> {
-        largest(&self.deviatoric_stress)
+        let finite = self.deviatoric_stress.iter().enumerate().filter(|(_, q)| q.is_finite());
+        finite.max_by(|a, b| a.1.total_cmp(b.1)).map(|(at, _)| at)
     }
-}
-
-fn largest(values: &[f64]) -> Option<usize> {
-    let finite = values.iter().enumerate().filter(|(_, value)| value.is_finite());
-    finite.max_by(|a, b| a.1.total_cmp(b.1)).map(|(at, _)| at)
 }
 
 fn stem_of(path: &Path) -> String {
@@ -174,15 +164,14 @@ mod tests {
 
     #[test]
     fn a_curve_begins_where_strains_are_zero() {
-        let rows = Shearing {
-            rows: vec![0, 1],
+        let curve = Curve {
             axial_strain: vec![0.001, 0.002],
             volumetric_strain: vec![0.0005, 0.0008],
             deviatoric_stress: vec![3e5, 4e5],
-            start: None,
         };
-        assert_eq!(rows.curve().axial_strain, rows.axial_strain);
-        let curve = Shearing { start: Some(2e5), ..rows }.curve();
+        let rows = Shearing { rows: vec![0, 1], curve, start: None };
+        assert_eq!(rows.clone().from_start().axial_strain, rows.curve.axial_strain);
+        let curve = Shearing { start: Some(2e5), ..rows }.from_start();
         assert_eq!(curve.axial_strain, [0.0, 0.001, 0.002]);
         assert_eq!(curve.volumetric_strain, [0.0, 0.0005, 0.0008]);
         assert_eq!(curve.deviatoric_stress, [2e5, 3e5, 4e5]);

@@ -56,12 +56,6 @@ pub struct Summary {
     pub group_bytes: Vec<(String, u64)>,
 }
 
-/// Names that are numbers, in their order.
-fn in_order(mut names: Vec<String>) -> Vec<String> {
-    names.sort_by_key(|name| name.parse::<u64>().unwrap_or(u64::MAX));
-    names
-}
-
 /// The peak of the stress-strain curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Peak {
@@ -241,6 +235,12 @@ fn size(bytes: u64) -> String {
         value /= 1000.0;
     }
     format!("{value:.3} GB")
+}
+
+/// Names that are numbers, in their order.
+fn in_order(mut names: Vec<String>) -> Vec<String> {
+    names.sort_by_key(|name| name.parse::<u64>().unwrap_or(u64::MAX));
+    names
 }
 
 #[cfg(test)]

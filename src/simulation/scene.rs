@@ -262,10 +262,7 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         let rounding = body.rounding.unwrap_or(case.contact.rounding * smallest);
         SceneShape::Polyhedron { nominal, rounding }
     };
-    let fidelity = match (body.fidelity.unwrap_or(case.solver.fidelity), case.solver.accuracy) {
-        (Fidelity::Auto, None) => Fidelity::Rigid,
-        (given, _) => given,
-    };
+    let fidelity = case.fidelity_of(body);
     let mesh = match fidelity {
         Fidelity::Rigid => None,
         Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => Some(body_mesh(case, index, body, folder)?),

@@ -297,11 +297,15 @@ mod tests {
     use super::*;
     use std::path::Path;
 
+    fn parsed(text: &str) -> (RawCase, Case) {
+        let raw = RawCase::parse(Path::new("case.json"), text).unwrap();
+        let case = raw.check().unwrap();
+        (raw, case)
+    }
+
     #[test]
     fn meshes_of_a_scene_are_varied_in_proportion() {
-        let text = include_str!("../../cases/scenes/hertz.json");
-        let raw = RawCase::parse(Path::new("hertz.json"), text).unwrap();
-        let case = raw.check().unwrap();
+        let (raw, case) = parsed(include_str!("../../cases/scenes/hertz.json"));
         let settings = Vary::Mesh.settings(&raw, &case, &["0.5".into(), "1".into()]).unwrap();
         let sizes: Vec<_> = settings.iter().map(|setting| setting.size).collect();
         assert_eq!(sizes, [Some(1.0), Some(0.5)]);
@@ -317,9 +321,7 @@ mod tests {
 
     #[test]
     fn how_far_increments_may_grow_is_varied_with_them() {
-        let text = include_str!("../../cases/stages/shear.json");
-        let raw = RawCase::parse(Path::new("shear.json"), text).unwrap();
-        let case = raw.check().unwrap();
+        let (raw, case) = parsed(include_str!("../../cases/stages/shear.json"));
         let settings = Vary::Increment.settings(&raw, &case, &["1e-4".into(), "2.5e-5".into()]).unwrap();
         for (setting, increments) in settings.iter().zip([[1e-4, 4e-4], [2.5e-5, 1e-4]]) {
             let mut other = raw.clone();
@@ -334,9 +336,7 @@ mod tests {
 
     #[test]
     fn penalties_of_a_condensed_scene_are_varied() {
-        let text = include_str!("../../cases/scenes/hertz.json");
-        let raw = RawCase::parse(Path::new("hertz.json"), text).unwrap();
-        let case = raw.check().unwrap();
+        let (raw, case) = parsed(include_str!("../../cases/scenes/hertz.json"));
         let settings = Vary::Penalty.settings(&raw, &case, &[]).unwrap();
         let penalty = |setting: &Setting| {
             let mut other = raw.clone();
@@ -348,9 +348,7 @@ mod tests {
 
     #[test]
     fn a_scene_without_meshes_has_none_to_vary() {
-        let raw =
-            RawCase::parse(Path::new("push.json"), include_str!("../../cases/scenes/push.json")).unwrap();
-        let case = raw.check().unwrap();
+        let (raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
         let error = Vary::Mesh.settings(&raw, &case, &[]).unwrap_err().to_string();
         assert!(error.contains("mesh_size"), "{error}");
     }
