@@ -33,7 +33,7 @@ fn consolidation_closes_to_second_order() {
     }
 }
 
-/// Contacts slide, are lost and slide off edges here.
+/// Contacts slide, are lost and slide off edges here, so that the medians of single sizes scatter: a quarter of the increment.
 #[test]
 fn drained_shear_closes_to_second_order() {
     for cover in [Cover::Pressure(Rims::Bonded), Cover::RigidWall] {
@@ -44,8 +44,8 @@ fn drained_shear_closes_to_second_order() {
             finished(&rows, &end, 40);
             gaps(&rows, before.last())
         };
-        let [coarse, fine] = [5e-5, 2.5e-5].map(of);
+        let [coarse, fine] = [5e-5, 1.25e-5].map(of);
         assert!(coarse[1] < CLOSED && coarse[0] < CLOSED, "{cover:?}: {coarse:?}");
-        assert!(fine[0] < coarse[0] / GAIN && fine[1] < CLOSED, "{cover:?}: {coarse:?} {fine:?}");
+        assert!(fine[0] < coarse[0] / GAIN.powi(2) && fine[1] < CLOSED, "{cover:?}: {coarse:?} {fine:?}");
     }
 }

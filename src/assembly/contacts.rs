@@ -218,6 +218,7 @@ impl PairWork {
         let yielding = shapes[0].yielding() + shapes[1].yielding();
         let softened = (strength / yielding / *stiffness).min(1.0);
         let per_area = *patch_stiffness * softened;
+        let is_new = carried.points.iter().all(|point| point.load <= 0.0);
         let facings = faces::facings(model, features, [&poses[a], &poses[b]]);
         let plain = |site: &Site, spring: f64| {
             let memory = carried.point(site.feature);
@@ -229,6 +230,8 @@ impl PairWork {
                 friction: *friction,
                 offset: 0.0,
                 stretch: memory.map_or_else(Vec3::zeros, |m| m.stretch),
+                behind_stretch: Vec3::zeros(),
+                is_new,
                 corners: None,
                 faces: None,
                 elastic: Vec3::zeros(),
@@ -278,7 +281,7 @@ impl PairWork {
                     if let Some(held) = last {
                         state.offset = spot.compliance * held.load;
                         *offset = offset.max(state.offset);
-                        state.stretch += held.traction * (spot.compliance / model.law.tangential_ratio);
+                        state.behind_stretch = held.traction * (spot.compliance / model.law.tangential_ratio);
                     }
                 }
             }
@@ -505,11 +508,8 @@ impl Contacts {
     pub fn evaluate(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) -> Result<(), TooClose> {
         let mut start = Instant::now();
         self.kinematics.clear();
-        self.kinematics.extend(poses.iter().zip(&committed.poses).map(|(now, old)| Kinematics {
-            position: now.position,
-            committed_position: old.position,
-            turn_back: (old.rotation * now.rotation.inverse()).to_rotation_matrix().into_inner(),
-        }));
+        self.kinematics
+            .extend(committed.poses.iter().zip(poses).map(|(old, now)| Kinematics::between(old, now)));
         self.corners.resize(model.shapes.len(), Vec::new());
         for ((corners, pose), shape) in self.corners.iter_mut().zip(poses).zip(&model.shapes) {
             let turn = pose.rotation.to_rotation_matrix();

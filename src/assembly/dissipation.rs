@@ -100,8 +100,12 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
     // What stuck when the step began slips from when it is at its bound, not from the force it began with.
     let held = memory.traction.norm();
     let stuck = held < (1.0 - 1e-6) * memory.bound;
-    let before =
-        if stuck && slip != Vec3::zeros() { slip.normalize() * memory.bound } else { memory.traction };
+    let before = if stuck && slip != Vec3::zeros() {
+        slip.normalize() * memory.bound
+    } else {
+        // Along the stretch, with which it turns.
+        e.carried_stretch.try_normalize(0.0).map_or(memory.traction, |along| along * held)
+    };
     let force = 0.5 * (e.friction + before * weight);
     bent * force.dot(&slip) - start.gained_until(&end)
 }

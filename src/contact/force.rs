@@ -16,7 +16,7 @@ use crate::contact::features::{LinePair, Site, closest_points};
 use crate::contact::friction::{Pressed, rub};
 use crate::contact::law::{ContactLaw, Weakening};
 use crate::tensor::dual::{Dual, Real, Vector};
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Pose, Vec3};
 
 /// Where a body is now and where it was at the last accepted increment.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +26,22 @@ pub struct Kinematics {
     /// Reference point at the last accepted increment [m].
     pub committed_position: Vec3,
     /// Turns a vector now back to what it was: committed rotation times inverse of the present one.
-    pub turn_back: Mat3,
+    turn_back: Mat3,
+    /// The turn since then as a quaternion: its real part, not negative, and the other three.
+    turn: (f64, Vec3),
+}
+
+impl Kinematics {
+    pub fn between(committed: &Pose, now: &Pose) -> Self {
+        let turn = now.rotation * committed.rotation.inverse();
+        let sign = if turn.w < 0.0 { -1.0 } else { 1.0 };
+        Kinematics {
+            position: now.position,
+            committed_position: committed.position,
+            turn_back: turn.inverse().to_rotation_matrix().into_inner(),
+            turn: (sign * turn.w, turn.imag() * sign),
+        }
+    }
 }
 
 /// What a contact point carries into a Newton solve; constant during it.
@@ -44,9 +59,13 @@ pub struct PointState {
     /// Normal force of the last augmentation over the weight, times the penalty's compliance beyond
     /// the spring's [m].
     pub offset: f64,
-    /// Tangential stretch carried over [m], in space; times the tangential stiffness it is the
-    /// friction force at no further slide, on `b`.
+    /// Tangential stretch of the spring at the last accepted increment [m], in space as it was then; it turns with the bodies. Times the
+    /// tangential stiffness it is the friction force at no further slide, on `b`.
     pub stretch: Vec3,
+    /// What the penalty's compliance beyond the spring's gave along the contact under the friction of the last augmentation [m], in space.
+    pub behind_stretch: Vec3,
+    /// Whether the bodies were apart at the last accepted increment: what they moved before they touched is no slide.
+    pub is_new: bool,
     /// Cosines of the corners' cones where a vertex meets a vertex and both are sharp. Each side's second site point is then its
     /// corner's axis away from the vertex.
     pub corners: Option<[f64; 2]>,
@@ -100,6 +119,8 @@ pub struct Evaluation {
     pub mean_coefficient: f64,
     /// Normal force over the weight [N].
     pub load: f64,
+    /// Tangential stretch of the last accepted increment where the bodies' turn has brought it [m].
+    pub carried_stretch: Vec3,
     /// Tangential stretch had nothing slipped [m].
     pub trial_stretch: Vec3,
     /// What is left of it when the excess over the bound has slipped [m].
@@ -125,6 +146,7 @@ impl Evaluation {
             coefficient: state.friction.coefficient,
             mean_coefficient: 1.0,
             load: 0.0,
+            carried_stretch: Vec3::zeros(),
             trial_stretch: Vec3::zeros(),
             stretch: Vec3::zeros(),
             tangential_energy: 0.0,
@@ -280,6 +302,17 @@ impl<T: Real> Frame<T> {
         self.spin.map_or(direction, |spin| direction + spin.cross(direction))
     }
 
+    /// Cosine and sine, times one positive factor, of half the angle by which the body has turned about the unit vector `n` since the last
+    /// accepted increment, the rest of its turn being about an axis across `n` and before that.
+    pub fn half_twist(&self, n: Vector<T>) -> [T; 2] {
+        let (real, imaginary) = self.kinematics.turn;
+        let vector = Vector::constant(&imaginary);
+        let still = [T::constant(real), vector.dot(n)];
+        let Some(spin) = self.spin else { return still };
+        let turned = vector + (spin.times(still[0]) + spin.cross(vector)).times(T::constant(0.5));
+        [still[0] - spin.dot(vector).scaled(0.5), turned.dot(n)]
+    }
+
     /// Where the material point that is now at `x` was at the last accepted increment.
     pub fn committed(&self, x: Vector<T>) -> Vector<T> {
         let mut arm = x - self.position;
@@ -349,7 +382,7 @@ fn wrench<T: Real>(
 
     let mut force_on_b = normal.times(pressure);
     if state.friction.coefficient > 0.0 {
-        let pressed = Pressed { point, normal, pressure, weight };
+        let pressed = Pressed { point, normal, pressure, weight, overlap };
         force_on_b = force_on_b + rub(law, state, [frame_a, frame_b], &pressed, displaced, &mut evaluation);
     }
     let arm_a = point - frame_a.position;

@@ -5,6 +5,9 @@ use crate::contact::law::ContactLaw;
 use crate::tensor::Vec3;
 use crate::tensor::dual::{Real, Vector};
 
+/// Surfaces nearer than this share of their roundings count as in touch: turns of second order hide whether they are.
+const NEAR: f64 = 1e-4;
+
 /// A contact that carries.
 pub(super) struct Pressed<T> {
     pub point: Vector<T>,
@@ -13,6 +16,8 @@ pub(super) struct Pressed<T> {
     /// Normal force, weight included [N].
     pub pressure: T,
     pub weight: T,
+    /// Of the rounded surfaces, elastic displacement included [m].
+    pub overlap: T,
 }
 
 /// The friction force on `b` [N], and what it is made of in `evaluation`. The trial force bends onto the disc of radius `mu w p`.
@@ -20,7 +25,7 @@ pub(super) fn rub<T: Real>(
     law: &ContactLaw,
     state: &PointState,
     [frame_a, frame_b]: [&Frame<T>; 2],
-    &Pressed { point, normal, pressure, weight }: &Pressed<T>,
+    &Pressed { point, normal, pressure, weight, overlap }: &Pressed<T>,
     displaced: &Vector<T>,
     evaluation: &mut Evaluation,
 ) -> Vector<T> {
@@ -29,11 +34,14 @@ pub(super) fn rub<T: Real>(
     let behind = T::constant(state.behind()) + weight.scaled(tangential_spring * state.compliance);
     let spring = weight.scaled(tangential_spring);
     let stiffness = spring / (one + behind);
-    let slide = frame_a.committed(point) - frame_b.committed(point)
-        + Vector::constant(&(state.elastic_change - state.given))
+    let moved = frame_a.committed(point) - frame_b.committed(point)
+        + Vector::constant(&state.elastic_change)
         + *displaced;
+    let slide =
+        if state.is_new { moved.times(share_in_touch(&moved, normal, overlap, state.radii)) } else { moved };
     let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
-    let trial = carried_over(&state.stretch, normal) - tangential(slide);
+    let carried = carried_over(&state.stretch, normal, [frame_a, frame_b]);
+    let trial = carried + tangential(Vector::constant(&(state.behind_stretch + state.given)) - slide);
     let trial_length = trial.norm();
     let mut bound = pressure.scaled(state.friction.coefficient);
     let most = 1.0 + law.friction_blend;
@@ -62,6 +70,7 @@ pub(super) fn rub<T: Real>(
         trial.times(stiffness)
     };
     evaluation.friction = friction.value();
+    evaluation.carried_stretch = carried.value();
     evaluation.trial_stretch = trial.value();
     let behind = behind.value();
     evaluation.stretch =
@@ -71,8 +80,22 @@ pub(super) fn rub<T: Real>(
     friction
 }
 
-/// The stretch of the last accepted increment in the present tangent plane, its length kept.
-fn carried_over<T: Real>(stretch: &Vec3, normal: Vector<T>) -> Vector<T> {
+/// The share of their motion that bodies made in touch which came together on a straight way: `overlap` of all that they came closer by.
+fn share_in_touch<T: Real>(moved: &Vector<T>, normal: Vector<T>, overlap: T, radii: f64) -> T {
+    let near = T::constant(NEAR * radii);
+    let (in_touch, closer) = (overlap + near, near - moved.dot(normal));
+    if closer.value() <= in_touch.value() {
+        T::constant(1.0)
+    } else if in_touch.value() <= 0.0 {
+        T::constant(0.0)
+    } else {
+        in_touch / closer
+    }
+}
+
+/// The stretch of the last accepted increment in the present tangent plane, its length kept, and turned about the normal by the mean of what
+/// the bodies have: where both turn as one the force turns with them.
+fn carried_over<T: Real>(stretch: &Vec3, normal: Vector<T>, [a, b]: [&Frame<T>; 2]) -> Vector<T> {
     let length = stretch.norm();
     if length == 0.0 {
         return Vector::zero();
@@ -83,5 +106,13 @@ fn carried_over<T: Real>(stretch: &Vec3, normal: Vector<T>) -> Vector<T> {
     if projected_length.value() < 1e-3 * length {
         return Vector::zero();
     }
-    projected.times(T::constant(length) / projected_length)
+    let ([cos_a, sin_a], [cos_b, sin_b]) = (a.half_twist(normal), b.half_twist(normal));
+    // Two halves make the mean.
+    let (cos, sin) = (cos_a * cos_b - sin_a * sin_b, sin_a * cos_b + cos_a * sin_b);
+    let size = (cos * cos + sin * sin).sqrt();
+    if size.value() < 1e-3 {
+        return Vector::zero();
+    }
+    let turned = projected.times(cos) + normal.cross(projected).times(sin);
+    turned.times(T::constant(length) / (projected_length * size))
 }

@@ -135,7 +135,7 @@ fn wrenches<T: Real>(
         };
         let mut force = normal.times(pressure);
         if state.friction.coefficient > 0.0 {
-            let pressed = Pressed { point: place, normal, pressure, weight: weight_here };
+            let pressed = Pressed { point: place, normal, pressure, weight: weight_here, overlap: mean };
             force = force + rub(law, state, [frame_a, frame_b], &pressed, &Vector::zero(), &mut evaluation);
         }
         let stored = sums.square.scaled(0.5 * state.spring / faces.reference_area());
@@ -292,13 +292,7 @@ mod tests {
 
         fn evaluate(&self, poses: &[Pose; 2]) -> Option<([Evaluation; POINTS], [Tangent; POINTS])> {
             let committed = [Pose::identity(), Pose::new(Vec3::new(0.0, 0.0, 0.02), Rotation::identity())];
-            let kinematics = [0, 1].map(|i| Kinematics {
-                position: poses[i].position,
-                committed_position: committed[i].position,
-                turn_back: (committed[i].rotation * poses[i].rotation.inverse())
-                    .to_rotation_matrix()
-                    .into_inner(),
-            });
+            let kinematics = [0, 1].map(|i| Kinematics::between(&committed[i], &poses[i]));
             let faces = FacesInSpace::new(self.facing(), [&poses[0], &poses[1]]);
             let state = PointState {
                 radii: 2e-3,
@@ -308,6 +302,8 @@ mod tests {
                 friction: Weakening::constant(self.friction),
                 offset: 0.0,
                 stretch: Vec3::new(2e-6, 1e-6, 0.0),
+                behind_stretch: Vec3::zeros(),
+                is_new: false,
                 corners: None,
                 faces: None,
                 elastic: Vec3::zeros(),

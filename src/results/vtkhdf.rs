@@ -58,7 +58,7 @@ const fn on_cells(
 const DISPLACEMENT: Field = Field {
     name: "displacement",
     units: "m",
-    long_name: "displacement since the reference configuration, rigid motion included",
+    long_name: "displacement since the reference configuration by the rigid motion of bodies; what they deform by is left out",
     on_points: true,
     width: &[3],
     number: NumberKind::Float64,
@@ -76,7 +76,7 @@ const FRAGMENT: Field = on_cells(
 const STRESS: Field = on_cells(
     "stress",
     "Pa",
-    "mean Cauchy stress xx yy zz xy yz xz, tension positive; of the whole grain where its fidelity is rigid",
+    "mean Cauchy stress xx yy zz xy yz xz of the body that the cell is on, from the forces on it; tension positive",
     &[6],
     NumberKind::Float32,
 );

@@ -366,8 +366,9 @@ impl Scene {
         if !dwelt {
             self.stabilised = self.ledger.stabilisation;
         }
-        let snapped = settled.iter().any(|settled| settled.rounds > SNAP_ROUNDS);
-        if dwelt || failed > 0 || fell || snapped {
+        let hesitated = settled.iter().any(|settled| settled.rounds > SNAP_ROUNDS);
+        let snapped = dwelt || failed > 0 || fell || hesitated;
+        if snapped {
             // Softening outran the plates: what that leaves over is a snap's, and what the dwells behind it spend comes out of that.
             let change = self.ledger.error() - error_before;
             self.ledger.stabilisation = (self.ledger.stabilisation + change).max(self.stabilised);
@@ -417,6 +418,7 @@ impl Scene {
                 ..ContactMeasures::default()
             },
             counters,
+            snapped,
         };
         Ok((row, broke))
     }

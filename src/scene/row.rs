@@ -25,6 +25,8 @@ pub struct Row {
     pub balance: Balance,
     pub measures: ContactMeasures,
     pub counters: Counters,
+    /// Whether it snapped to another equilibrium: what it leaves over is then booked as set free.
+    pub snapped: bool,
 }
 
 /// Where a body is and what acts on it. Moments are about its reference point.

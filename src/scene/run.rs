@@ -545,7 +545,8 @@ impl Scene {
         self.ledger.elastic = report.energy.elastic - self.elastic_shift;
         self.ledger.friction += report.energy.friction;
         self.ledger.damage += report.damage.dissipated;
-        if dwelt || report.is_snap(&self.settings) {
+        let snapped = dwelt || report.is_snap(&self.settings);
+        if snapped {
             self.ledger.stabilisation += (self.ledger.error() - error_before).max(0.0);
         }
         self.committed.poses.clone_from(&report.poses);
@@ -568,6 +569,7 @@ impl Scene {
             balance: report.balance,
             measures: report.measures,
             counters: report.counters,
+            snapped,
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! A law may reach where no rock is (a normal one below zero, say); such draws are thrown away and made again, which shifts the mean.
 
-use crate::case::{Case, Fidelity, Geometry, RockCase};
+use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase};
 use crate::error::{Error, Result};
 use crate::material::{Law, Property, sample_field};
 use crate::mesh::Mesh;
@@ -18,7 +18,8 @@ pub struct Drawn {
     /// Values in use, and draws thrown away.
     pub values: u64,
     pub rejected: u64,
-    /// The mean that the law was asked for, that of the values, their standard deviation and range [Pa, or 1 for Poisson's ratio].
+    /// The mean that the laws were asked for (over the cells), that of the values, their standard deviation and range [Pa, or 1 for
+    /// Poisson's ratio].
     pub asked: f64,
     pub mean: f64,
     pub deviation: f64,
@@ -37,7 +38,9 @@ fn drawn(bodies: &[Sampled<'_>], seed: u64) -> Result<Vec<Drawn>> {
         Property::TensileStrength,
     ] {
         let mut found: Option<Drawn> = None;
-        let (mut sum, mut squares) = (0.0, 0.0);
+        let (mut asked, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        // Away from which squares are summed, so that little is lost.
+        let mut middle = 0.0;
         for &(rock, index, cells) in bodies {
             let breaks = rock.damage.is_some();
             let law = match property {
@@ -49,27 +52,32 @@ fn drawn(bodies: &[Sampled<'_>], seed: u64) -> Result<Vec<Drawn>> {
             let Some(law) = law else { continue };
             let field = sample_field(&quantity(law), property, seed, index as u64, cells)
                 .map_err(|error| Error::Usage(error.to_string()))?;
+            if found.is_none() {
+                middle = law.mean;
+            }
             let total = found.get_or_insert(Drawn {
                 property,
                 values: 0,
                 rejected: 0,
-                asked: law.mean,
+                asked: 0.0,
                 mean: 0.0,
                 deviation: 0.0,
                 range: [f64::INFINITY, f64::NEG_INFINITY],
             });
             total.values += field.values.len() as u64;
             total.rejected += field.rejected;
+            asked += law.mean * field.values.len() as f64;
             for value in field.values {
-                sum += value / law.mean;
-                squares += (value / law.mean).powi(2);
+                sum += value - middle;
+                squares += (value - middle).powi(2);
                 total.range = [total.range[0].min(value), total.range[1].max(value)];
             }
         }
         if let Some(mut total) = found.filter(|total| total.values > 0) {
             let (count, mean) = (total.values as f64, sum / total.values as f64);
-            total.mean = mean * total.asked;
-            total.deviation = (squares / count - mean * mean).max(0.0).sqrt() * total.asked;
+            total.asked = asked / count;
+            total.mean = middle + mean;
+            total.deviation = (squares / count - mean * mean).max(0.0).sqrt();
             all.push(total);
         }
     }
@@ -161,7 +169,11 @@ pub fn tables(drawn: &[Drawn]) -> Vec<(String, Vec<Column>)> {
                 "draws thrown away and made again, since no rock has such a value",
                 vec![drawn.rejected as i64],
             ),
-            number("mean_asked", "mean of the law", drawn.asked),
+            number(
+                "mean_asked",
+                "mean that the law was asked for, over the cells where bodies have laws of their own",
+                drawn.asked,
+            ),
             number("mean", "mean of the values, before a reference size scales strengths", drawn.mean),
             number("deviation", "standard deviation of the values", drawn.deviation),
             number("smallest", "smallest value", drawn.range[0]),
@@ -172,22 +184,64 @@ pub fn tables(drawn: &[Drawn]) -> Vec<(String, Vec<Column>)> {
     drawn.iter().map(table).collect()
 }
 
-/// Mean Young's modulus [Pa] and Poisson's ratio over the cells of each grain; the laws' means where no cell has values of its own.
+/// A value of every cell of the grains; the law's mean where no cell has values of its own.
+fn values_of_grains(
+    case: &Case,
+    law: &crate::case::Law,
+    property: Property,
+    meshes: &[Mesh],
+) -> Result<Vec<Vec<f64>>> {
+    let quantity = quantity(law);
+    let values = |(index, mesh): (usize, &Mesh)| {
+        if !draws(case) || quantity.law == Law::Constant {
+            return Ok(vec![law.mean; mesh.cells.len()]);
+        }
+        let field = sample_field(&quantity, property, case.seed, index as u64, mesh.cells.len());
+        field.map(|field| field.values).map_err(|error| Error::Usage(error.to_string()))
+    };
+    meshes.iter().enumerate().map(values).collect()
+}
+
+/// Young's modulus of every cell of a specimen's grains [Pa].
+///
+/// # Errors
+/// As [`of_specimen`].
+pub fn moduli_of_specimen(case: &Case, meshes: &[Mesh]) -> Result<Vec<Vec<f64>>> {
+    values_of_grains(case, &case.rock.youngs_modulus, Property::YoungsModulus, meshes)
+}
+
+/// Young's modulus of every cell of a scene's bodies [Pa], `cells` of each; the law's mean in bodies that do not deform.
+///
+/// # Errors
+/// As [`of_specimen`].
+pub fn moduli_of_scene(
+    case: &Case,
+    parameters: &SceneParameters,
+    cells: impl IntoIterator<Item = usize>,
+) -> Result<Vec<Vec<f64>>> {
+    let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
+    let values = |((index, body), count): ((usize, &BodyCase), usize)| {
+        let built = parameters.bodies.get(index);
+        let rock = body.rock.as_ref().unwrap_or(&case.rock);
+        if !built.is_some_and(|built| built.grain.is_some() || built.full.is_some()) {
+            return Ok(vec![rock.youngs_modulus.mean; count]);
+        }
+        let quantity = quantity(&rock.youngs_modulus);
+        let field = sample_field(&quantity, Property::YoungsModulus, case.seed, index as u64, count);
+        field.map(|field| field.values).map_err(|error| Error::Usage(error.to_string()))
+    };
+    scene.bodies.iter().enumerate().zip(cells).map(values).collect()
+}
+
+/// Mean Young's modulus [Pa] and Poisson's ratio over the cells of each grain.
 ///
 /// # Errors
 /// As [`of_specimen`].
 pub fn grain_means(case: &Case, meshes: &[Mesh]) -> Result<[Vec<f64>; 2]> {
     let means = |law: &crate::case::Law, property| -> Result<Vec<f64>> {
-        let quantity = quantity(law);
-        if !draws(case) || quantity.law == Law::Constant {
-            return Ok(vec![law.mean; meshes.len()]);
-        }
-        let mean = |(index, mesh): (usize, &Mesh)| {
-            let field = sample_field(&quantity, property, case.seed, index as u64, mesh.cells.len())
-                .map_err(|error| Error::Usage(error.to_string()))?;
-            Ok(field.values.iter().sum::<f64>() / field.values.len().max(1) as f64)
-        };
-        meshes.iter().enumerate().map(mean).collect()
+        let of_cells = values_of_grains(case, law, property, meshes)?;
+        let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        Ok(of_cells.iter().map(mean).collect())
     };
     Ok([
         means(&case.rock.youngs_modulus, Property::YoungsModulus)?,

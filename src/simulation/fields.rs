@@ -94,19 +94,13 @@ impl Builder<'_> {
         self.mesh.add_cell(kind, nodes, part, grain, youngs_modulus)
     }
 
-    /// A meshed grain, its cells on their own where it can come `apart`.
-    fn grain(
-        &mut self,
-        body: usize,
-        mesh: &Mesh,
-        part: usize,
-        apart: bool,
-        youngs_modulus: f64,
-    ) -> Result<()> {
+    /// A meshed grain, its cells, with these Young's `moduli` [Pa], on their own where it can come `apart`.
+    fn grain(&mut self, body: usize, mesh: &Mesh, part: usize, apart: bool, moduli: &[f64]) -> Result<()> {
         let (nodes, cells) = shown_nodes(mesh, apart);
         let points: Vec<usize> = nodes.into_iter().map(|node| self.point(body, node)).collect();
         for (number, cell) in cells.into_iter().enumerate() {
             let nodes = cell.map(|node| points[node]);
+            let youngs_modulus = moduli.get(number).copied().unwrap_or(f64::NAN);
             self.cell(CellKind::Tet10, &nodes, part, Some(body), youngs_modulus)?;
             let index = self.points.number.len() - 1;
             self.points.number[index] = number;
@@ -142,23 +136,24 @@ impl Builder<'_> {
 }
 
 /// The mesh of a scene's bodies as they stand now, which becomes the reference configuration: a part and a
-/// number of its own for each. A body without a mesh is shown by its facets.
+/// number of its own for each. A body without a mesh is shown by its facets. `moduli`: Young's, of the cells of each body [Pa].
 pub fn scene_mesh(
     scene: &Scene,
     parameters: &SceneParameters,
     meshes: &[Option<Mesh>],
+    moduli: &[Vec<f64>],
 ) -> Result<(FieldMesh, Points)> {
     let poses = &scene.committed.poses;
     let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
     for (number, (body, mesh)) in scene.model.bodies.iter().zip(meshes).enumerate() {
         let part = builder.mesh.add_part(&body.name);
-        let youngs_modulus = parameters.bodies[number].youngs_modulus;
         match mesh {
             Some(mesh) => {
                 let apart = scene.model.generated[number].is_some();
-                builder.grain(number, mesh, part, apart, youngs_modulus)?;
+                builder.grain(number, mesh, part, apart, moduli.get(number).map_or(&[], Vec::as_slice))?;
             }
             None => {
+                let youngs_modulus = parameters.bodies[number].youngs_modulus;
                 let places = &body.nominal.vertices;
                 let nodes: Vec<usize> = places.iter().map(|place| builder.point(number, *place)).collect();
                 for facet in &body.nominal.facets {
@@ -172,19 +167,19 @@ pub fn scene_mesh(
 }
 
 /// The mesh of a specimen of `diameter` [m] in its rig as it stands now, which becomes the reference
-/// configuration. `youngs_modulus` [Pa] is the cells'; `apart`: grains can come apart.
+/// configuration. `moduli`: Young's, of the cells of each grain [Pa]; `apart`: grains can come apart.
 pub fn field_mesh(
     rig: &Rig,
     meshes: &[Mesh],
     diameter: f64,
-    youngs_modulus: f64,
+    moduli: &[Vec<f64>],
     apart: bool,
 ) -> Result<(FieldMesh, Points)> {
     let poses = &rig.committed.poses;
     let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
     let part = builder.mesh.add_part("grains");
-    for (grain, mesh) in meshes.iter().enumerate() {
-        builder.grain(grain, mesh, part, apart, youngs_modulus)?;
+    for (grain, (mesh, moduli)) in meshes.iter().zip(moduli).enumerate() {
+        builder.grain(grain, mesh, part, apart, moduli)?;
     }
     for (name, body) in [("bottom plate", rig.bottom), ("top plate", rig.top)] {
         let half = rig.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);

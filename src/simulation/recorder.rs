@@ -244,9 +244,9 @@ impl Recorder {
         meshes: &[Mesh],
     ) -> Result<()> {
         self.grains = specimen.grains.len();
-        let youngs_modulus = case.rock.youngs_modulus.mean;
+        let moduli = draws::moduli_of_specimen(case, meshes)?;
         let apart = case.rock.damage.is_some();
-        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, youngs_modulus, apart)?;
+        let (mesh, points) = field_mesh(rig, meshes, specimen.diameter, &moduli, apart)?;
         self.begin_fields(mesh, points, first)
     }
 
@@ -477,14 +477,17 @@ impl Recorder {
     /// Keeps what is known of the increment that stopped the run in `/status`.
     pub fn write_dossier(&mut self, dossier: &Dossier) -> Result<()> {
         let contact = dossier.worst_contact.as_ref().map_or(String::new(), ToString::to_string);
-        self.writer.set_dossier(&[
-            ("worst_body", dossier.worst_body.clone()),
-            ("out_of_balance", format!("{:e}", dossier.out_of_balance)),
+        let mut entries = vec![
             ("worst_contact", contact),
             ("contacts", format!("{} stick, {} slide", dossier.sticking, dossier.sliding)),
             ("residual_history", dossier.history_line()),
             ("advice", dossier.advice.join("\n")),
-        ])
+        ];
+        if let Some(worst) = &dossier.worst_body {
+            entries.push(("worst_body", worst.name.clone()));
+            entries.push(("out_of_balance", format!("{:e}", worst.out_of_balance)));
+        }
+        self.writer.set_dossier(&entries)
     }
 
     pub fn finish(&mut self, outcome: FileOutcome, reason: &str) -> Result<()> {

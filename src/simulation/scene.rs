@@ -27,6 +27,7 @@ use crate::triaxial::StageEnd;
 
 use super::breaking::cell_states;
 use super::contact_table::ContactTable;
+use super::draws::moduli_of_scene;
 use super::fields::scene_mesh;
 use super::grain_stress::body_stresses;
 use super::kept::State;
@@ -45,7 +46,10 @@ impl Recorder {
     ) -> Result<()> {
         let names: Vec<&str> = scene.model.bodies.iter().map(|body| body.name.as_str()).collect();
         self.writer.set_bodies(&names)?;
-        let (mesh, points) = scene_mesh(scene, parameters, &body_meshes(case, parameters, folder)?)?;
+        let meshes = body_meshes(case, parameters, folder)?;
+        let cells = meshes.iter().map(|mesh| mesh.as_ref().map_or(0, |mesh| mesh.cells.len()));
+        let moduli = moduli_of_scene(case, parameters, cells)?;
+        let (mesh, points) = scene_mesh(scene, parameters, &meshes, &moduli)?;
         let first = State {
             time: 0.0,
             increment: 0,
@@ -220,6 +224,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         energy_stabilisation: row.ledger.stabilisation,
         energy_membrane: row.ledger.membrane,
         energy_error: row.ledger.error(),
+        snapped: row.snapped.into(),
         ..HistoryRow::UNKNOWN
     }
 }

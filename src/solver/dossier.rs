@@ -13,12 +13,8 @@ const SHOWN: usize = 12;
 /// The state in which the solver gave an increment up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dossier {
-    /// Name of the body that is worst out of balance.
-    pub worst_body: String,
-    /// Its force out of balance over the mean contact force.
-    pub out_of_balance: f64,
-    /// Contacts that this body has.
-    pub touching: usize,
+    /// None where bodies came too close for any balance to be looked at.
+    pub worst_body: Option<WorstBody>,
     /// The most overlapped contact of that body, or of all where it has none.
     pub worst_contact: Option<ContactReport>,
     /// Force out of balance at each augmentation over the mean contact force.
@@ -30,6 +26,16 @@ pub struct Dossier {
     pub factorisations: usize,
     /// What to try, most promising first.
     pub advice: Vec<String>,
+}
+
+/// The body that is worst out of balance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorstBody {
+    pub name: String,
+    /// Its force out of balance over the mean contact force.
+    pub out_of_balance: f64,
+    /// Contacts that it has.
+    pub touching: usize,
 }
 
 /// One contact.
@@ -70,10 +76,14 @@ impl Dossier {
                 slip: [pair.carried.slip, e.slip()],
             }
         });
-        let mut dossier = Dossier {
-            worst_body: name(worst),
-            out_of_balance: report.balance.out_of_balance,
+        let out_of_balance = report.balance.out_of_balance;
+        let worst_body = out_of_balance.is_finite().then(|| WorstBody {
+            name: name(worst),
+            out_of_balance,
             touching: contacts.active().filter(|(pair, _)| has(pair)).count(),
+        });
+        let mut dossier = Dossier {
+            worst_body,
             worst_contact,
             history: report.history.clone(),
             sticking: all - sliding,
@@ -103,8 +113,7 @@ impl Dossier {
                 settings.max_augmentations
             ));
         }
-        if self.touching == 0 {
-            let name = &self.worst_body;
+        if let Some(WorstBody { name, touching: 0, .. }) = &self.worst_body {
             advice.push(format!("holding {name:?}, or loading it only once it touches: nothing bears it"));
         } else if 2 * self.sliding > self.sticking {
             advice.push(format!(
@@ -136,7 +145,7 @@ fn unresolved(model: &Model, report: &IncrementReport, settings: &Settings) -> O
         model.bodies.iter().map(|body| body.stiffness).filter(|k| k.is_finite()).fold(0.0, f64::max);
     let force = 0.5 * stiffest * 0.5 * f64::EPSILON * farthest;
     let share = force / report.balance.reference_force;
-    (share > 0.1 * settings.force_tolerance).then(|| {
+    (share.is_finite() && share > 0.1 * settings.force_tolerance).then(|| {
         format!(
             "softer rock or a larger solver.force_tolerance: positions of {farthest:.1e} m in double precision leave {share:.1e} of the mean \
              contact force unknown at the stiffest contact"
@@ -164,11 +173,10 @@ impl fmt::Display for ContactReport {
 
 impl fmt::Display for Dossier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Dossier { worst_body, out_of_balance, touching, history, sticking, sliding, .. } = self;
-        writeln!(
-            f,
-            "worst body      {worst_body}: {out_of_balance:.2e} out of balance, {touching} contacts"
-        )?;
+        let Dossier { worst_body, history, sticking, sliding, .. } = self;
+        if let Some(WorstBody { name, out_of_balance, touching }) = worst_body {
+            writeln!(f, "worst body      {name}: {out_of_balance:.2e} out of balance, {touching} contacts")?;
+        }
         if let Some(contact) = &self.worst_contact {
             writeln!(f, "worst contact   {contact}")?;
         }

@@ -27,13 +27,7 @@ impl Scene {
     }
 
     fn evaluate_at(&self, poses: &[Pose; 2]) -> (Evaluation, Tangent) {
-        let kinematics = [0, 1].map(|i| Kinematics {
-            position: poses[i].position,
-            committed_position: self.committed[i].position,
-            turn_back: (self.committed[i].rotation * poses[i].rotation.inverse())
-                .to_rotation_matrix()
-                .into_inner(),
-        });
+        let kinematics = [0, 1].map(|i| Kinematics::between(&self.committed[i], &poses[i]));
         let points = SitePoints {
             a: self.body_a.map(|p| poses[0].to_space(&p)),
             b: self.body_b.map(|p| poses[1].to_space(&p)),
@@ -57,6 +51,8 @@ fn state(friction: f64) -> PointState {
         friction,
         offset: 4e-6,
         stretch: Vec3::new(2e-6, 1e-6, -1e-6),
+        behind_stretch: Vec3::new(-1e-7, 4e-7, 2e-7),
+        is_new: false,
         corners: None,
         faces: None,
         elastic: Vec3::new(1e-7, 2e-7, -3e-7),
@@ -174,6 +170,51 @@ fn moved(scene: &Scene, poses: &[Pose; 2], k: usize, step: f64) -> (Evaluation, 
     scene.evaluate_at(&[poses[0].moved(&shift[0], &spin[0]), poses[1].moved(&shift[1], &spin[1])])
 }
 
+/// Every kind of contact, overlapped.
+fn contacts() -> [Scene; 6] {
+    [
+        edges(0.05),
+        vertex_on_facet(0.05),
+        vertex_on_vertex(0.05),
+        vertex_beside_patch(0.05),
+        point_of_patch(0.05),
+        edges_beside_patch(0.05),
+    ]
+}
+
+/// Both bodies a little way on.
+fn moved_on(scene: &Scene) -> [Pose; 2] {
+    [
+        scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
+        scene.committed[1].moved(&Vec3::new(0.0, 2e-6, -1e-6), &Vec3::new(0.0, 1e-4, 0.0)),
+    ]
+}
+
+/// Both as one body, about the origin.
+fn turned_as_one(poses: &[Pose; 2], rotation: &Rotation) -> [Pose; 2] {
+    poses.map(|pose| Pose::new(rotation * pose.position, rotation * pose.rotation))
+}
+
+fn assert_tangent_is_exact(scene: &Scene, poses: &[Pose; 2]) {
+    let (evaluation, tangent) = scene.evaluate_at(poses);
+    assert!(evaluation.is_active(), "gap {}", evaluation.gap);
+    for k in 0..9 {
+        let h = if k < 3 { 1e-10 } else { 1e-8 };
+        let (plus, _) = moved(scene, poses, k, h);
+        let (minus, _) = moved(scene, poses, k, -h);
+        for i in 0..12 {
+            let difference = (plus.wrench[i] - minus.wrench[i]) / (2.0 * h);
+            let scale = 6e7 * if k < 3 { 1.0 } else { 1e-2 } * if i % 6 < 3 { 1.0 } else { 1e-2 };
+            assert!(
+                (difference - tangent[i][k]).abs() < 2e-4 * scale,
+                "{:?} component {i} motion {k}: {difference} {}",
+                scene.state.friction,
+                tangent[i][k]
+            );
+        }
+    }
+}
+
 #[test]
 fn tangent_is_derivative_of_force() {
     let weakening = |excess: f64, distance: f64| Weakening { coefficient: 0.1, excess, distance };
@@ -184,36 +225,74 @@ fn tangent_is_derivative_of_force() {
         weakening(0.08, 5e-6),
         weakening(0.08, 2e-8),
     ] {
-        for mut scene in [
-            edges(0.05),
-            vertex_on_facet(0.05),
-            vertex_on_vertex(0.05),
-            vertex_beside_patch(0.05),
-            point_of_patch(0.05),
-            edges_beside_patch(0.05),
-        ] {
+        for mut scene in contacts() {
             scene.state.friction = friction;
-            let poses = [
-                scene.committed[0].moved(&Vec3::new(1e-6, 0.0, 0.0), &Vec3::new(1e-4, 0.0, 2e-4)),
-                scene.committed[1].moved(&Vec3::new(0.0, 2e-6, -1e-6), &Vec3::new(0.0, 1e-4, 0.0)),
-            ];
-            let (evaluation, tangent) = scene.evaluate_at(&poses);
-            assert!(evaluation.is_active(), "gap {}", evaluation.gap);
-            for k in 0..9 {
-                let h = if k < 3 { 1e-10 } else { 1e-8 };
-                let (plus, _) = moved(&scene, &poses, k, h);
-                let (minus, _) = moved(&scene, &poses, k, -h);
-                for i in 0..12 {
-                    let difference = (plus.wrench[i] - minus.wrench[i]) / (2.0 * h);
-                    let scale = 6e7 * if k < 3 { 1.0 } else { 1e-2 } * if i % 6 < 3 { 1.0 } else { 1e-2 };
-                    assert!(
-                        (difference - tangent[i][k]).abs() < 2e-4 * scale,
-                        "{friction:?} component {i} motion {k}: {difference} {}",
-                        tangent[i][k]
-                    );
-                }
-            }
+            let poses = moved_on(&scene);
+            assert_tangent_is_exact(&scene, &poses);
+            // They come from apart, two thirds of the way before they touch.
+            scene.state.is_new = true;
+            let normal = scene.evaluate_at(&poses).0.normal;
+            scene.committed[1].position += 6e-5 * normal + Vec3::new(2e-6, -1e-6, 0.0);
+            assert_tangent_is_exact(&scene, &poses);
         }
+    }
+}
+
+/// A force that only turns, far below its bound.
+#[test]
+fn tangent_knows_how_stretches_turn() {
+    for mut scene in contacts() {
+        scene.state.friction = Weakening::constant(50.0);
+        scene.state.stretch = Vec3::new(2e-4, 1e-4, -1e-4);
+        let turn = Rotation::from_scaled_axis(Vec3::new(0.2, -0.1, 0.6));
+        let poses = turned_as_one(&moved_on(&scene), &turn);
+        assert_tangent_is_exact(&scene, &poses);
+    }
+}
+
+#[test]
+fn the_force_turns_with_bodies_that_turn_as_one() {
+    for mut scene in contacts() {
+        scene.state.friction = Weakening::constant(0.65);
+        (scene.state.elastic, scene.state.elastic_change) = (Vec3::zeros(), Vec3::zeros());
+        scene.state.behind_stretch = Vec3::zeros();
+        let normal = scene.evaluate_at(&scene.committed).0.normal;
+        // In the tangent plane, as accepted increments leave it.
+        scene.state.stretch -= normal * scene.state.stretch.dot(&normal);
+        let (before, _) = scene.evaluate_at(&scene.committed);
+        assert!(before.friction.norm() > 0.01 * before.pressure);
+        // About the normal exactly, elsewhere but for the square of the turn.
+        for (axis, tolerance) in
+            [(normal * 1.5, 1e-9), (normal * -2.8, 1e-9), (Vec3::new(2e-3, 1e-3, 3e-3), 1e-5)]
+        {
+            let turn = Rotation::from_scaled_axis(axis);
+            let (after, _) = scene.evaluate_at(&turned_as_one(&scene.committed, &turn));
+            let off = (after.friction - turn * before.friction).norm() / before.friction.norm();
+            assert!(off < tolerance, "{axis:?}: {off}");
+        }
+    }
+}
+
+/// On a straight way of which the bodies overlap in the last third.
+#[test]
+fn only_the_way_in_touch_is_slide() {
+    let mut scene = vertex_on_facet(50.0);
+    scene.state = PointState { stretch: Vec3::zeros(), behind_stretch: Vec3::zeros(), ..scene.state };
+    (scene.state.elastic, scene.state.elastic_change) = (Vec3::zeros(), Vec3::zeros());
+    let poses = scene.committed;
+    let (before, _) = scene.evaluate_at(&poses);
+    let across = before.normal.cross(&Vec3::x()).normalize();
+    let overlap = -before.gap;
+    for (closer, slid) in [(3.0 * overlap, 1.0 / 3.0), (0.5 * overlap, 1.0), (-overlap, 1.0)] {
+        // Where `b` was.
+        scene.committed[1].position = poses[1].position + before.normal * closer - across * 3e-6;
+        scene.state.is_new = false;
+        let whole = scene.evaluate_at(&poses).0.trial_stretch;
+        assert!((whole.norm() - 3e-6).abs() < 1e-15, "{whole:?}");
+        scene.state.is_new = true;
+        let part = scene.evaluate_at(&poses).0.trial_stretch;
+        // But for what counts as touch before they do.
+        assert!((part - whole * slid).norm() < 4e-3 * whole.norm(), "{closer}: {part:?} {whole:?}");
     }
 }
 
@@ -253,19 +332,15 @@ fn force_is_derivative_of_energy_without_friction() {
 fn repeated_augmentations_end_at_the_spring_law() {
     for mut scene in [edges(0.05), edges(0.65), vertex_on_facet(0.05), vertex_on_facet(0.65)] {
         let (soft, spring) = (scene.state.stiffness, scene.state.spring);
-        // In the tangent plane: what turns into it keeps its length, sums of such do not.
-        let normal = scene.evaluate_at(&scene.committed).0.normal;
-        let own = scene.state.stretch - normal * scene.state.stretch.dot(&normal);
-        scene.state.stretch = own;
         scene.state.stiffness = spring;
-        scene.state.offset = 0.0;
+        (scene.state.offset, scene.state.behind_stretch) = (0.0, Vec3::zeros());
         let (plain, _) = scene.evaluate_at(&scene.committed);
         scene.state.stiffness = soft;
         let shared = 1.0 / soft - 1.0 / spring;
         for _ in 0..200 {
             let (e, _) = scene.evaluate_at(&scene.committed);
             scene.state.offset = shared * e.load;
-            scene.state.stretch = own + e.friction * (shared / (e.weight * LAW.tangential_ratio));
+            scene.state.behind_stretch = e.friction * (shared / (e.weight * LAW.tangential_ratio));
         }
         let (augmented, _) = scene.evaluate_at(&scene.committed);
         let relative = |a: f64, b: f64| (a - b).abs() / plain.pressure;
