@@ -202,8 +202,8 @@ impl Walker {
         let known = || also.iter().copied().chain(keys.iter().map(|key| key.name));
         let mut meant = vec![];
         for (name, value) in map.iter().filter(|(name, _)| !known().any(|k| k == name.as_str())) {
-            let free = known().filter(|key| !map.contains_key(*key));
-            let problem = match nearest(name, free) {
+            // A key that is there already is meant by the slip of an override.
+            let problem = match nearest(name, known()) {
                 Some(near) => {
                     meant.push(near);
                     format!("is an unknown key: did you mean \"{near}\"?")
