@@ -12,7 +12,8 @@
 //! }
 //! ```
 //!
-//! Members are all combinations of cases, grid points and seeds. Every fault is listed at once with its JSON path.
+//! Members are all combinations of cases, grid points and seeds. Every fault is listed at once with its JSON path, those of
+//! the plan and those of the members that what is sound of it makes.
 
 use std::path::{Path, PathBuf};
 
@@ -136,8 +137,6 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
     if number > MOST_MEMBERS {
         let accepted = format!("at most {MOST_MEMBERS}");
         faults.push(Fault::new("$", format!("{number} members"), "are too many", accepted));
-    }
-    if !faults.is_empty() {
         return None;
     }
     let members = members_of(&entries, &common, &grid, &seeds, &out, faults);
@@ -164,7 +163,8 @@ fn set_of(value: Option<&Value>, path: &str, faults: &mut Vec<Fault>) -> Vec<(St
                 let place = path_of_key(path, pointer);
                 faults.push(Fault::new(place, shown(value), "the pointer must begin with /", accepted));
             }
-            map.iter().map(|(pointer, value)| (pointer.clone(), value.clone())).collect()
+            let sound = map.iter().filter(|(pointer, _)| pointer.starts_with('/'));
+            sound.map(|(pointer, value)| (pointer.clone(), value.clone())).collect()
         }
         Some(other) => {
             faults.push(Fault::new(path, shown(other), "is no object", "JSON pointers with their values"));
@@ -208,7 +208,7 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
     let mut entries: Vec<Entry> = Vec::new();
     for (at, item) in items.iter().enumerate() {
         let path = format!("$.cases[{at}]");
-        let entry = match item {
+        let mut entry = match item {
             Value::String(text) => {
                 let case = folder.join(text);
                 Entry { name: stem(&case), case, set: Vec::new(), path }
@@ -249,6 +249,8 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
         if let Some(first) = entries.iter().find(|other| safe(&other.name) == safe(&entry.name)) {
             let problem = format!("has the name of {}", first.path);
             faults.push(Fault::new(&entry.path, &entry.name, problem, "a \"name\" of its own"));
+            // Its members are told apart by the place in the plan.
+            entry.name = entry.path.clone();
         }
         entries.push(entry);
     }
@@ -277,23 +279,31 @@ fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<V
     let mut grid = Vec::new();
     for (pointer, values) in map {
         let place = path_of_key("$.grid", pointer);
-        if !pointer.starts_with('/') {
+        let aims = pointer.starts_with('/');
+        if !aims {
             let accepted = "a JSON pointer, as /stages/0/pressure";
             faults.push(Fault::new(&place, pointer, "the pointer must begin with /", accepted));
         }
+        let mut own: Vec<Value> = Vec::new();
         match values {
             Value::Array(values) if !values.is_empty() => {
                 for (at, value) in values.iter().enumerate() {
-                    if values[..at].contains(value) {
+                    if own.contains(value) {
                         let place = format!("{place}[{at}]");
                         faults.push(Fault::new(place, shown(value), "is there twice", "each value once"));
+                    } else {
+                        own.push(value.clone());
                     }
                 }
-                grid.push((pointer.clone(), values.clone()));
             }
             other => {
-                faults.push(Fault::new(place, shown(other), "is no list of values", "a list, not empty"))
+                faults.push(Fault::new(place, shown(other), "is no list of values", "a list, not empty"));
+                // A value without its brackets: the members have it.
+                own.extend(Some(other).filter(|value| !value.is_array() && !value.is_object()).cloned());
             }
+        }
+        if aims && !own.is_empty() {
+            grid.push((pointer.clone(), own));
         }
     }
     grid
@@ -565,6 +575,34 @@ mod tests {
             r#"{"case": "rock.json", "seeds": {"count": 99999}, "grid": {"/seed": [1, 2]}}"#,
             &["are too many"],
         );
+    }
+
+    #[test]
+    fn faults_of_the_plan_and_of_its_members_are_listed_together() {
+        faulty(
+            r#"{"cases": ["rock.json", {"name": "b", "case": "none.json"}, "rock.json"], "sets": 1, "jobs": 0,
+                "set": {"contact/friction": 0.5}, "grid": {"/contact/friction": [-1, -1], "/solver/fidelity": "stiff"}}"#,
+            &[
+                "$.sets: is an unknown key",
+                "$.jobs: is out of range",
+                "$.set[\"contact/friction\"]: the pointer must begin",
+                "$.grid[\"/contact/friction\"][1]: is there twice",
+                "$.grid[\"/solver/fidelity\"]: is no list of values",
+                "$.cases[2]: has the name of $.cases[0]",
+                "$.cases[1]: cannot read",
+                "rock_friction=-1_fidelity=stiff: $.contact.friction: must",
+                "rock_friction=-1_fidelity=stiff: $.solver.fidelity",
+                "9 faults",
+            ],
+        );
+        // One slip, one fault.
+        for text in [
+            r#"{"cases": ["rock.json", "rock.json"]}"#,
+            r#"{"case": "rock.json", "grid": {"/contact/friction": [0.5, 0.5]}}"#,
+            r#"{"case": "rock.json", "set": {"seed": 3}}"#,
+        ] {
+            faulty(text, &[": 1 fault\n"]);
+        }
     }
 
     #[test]
