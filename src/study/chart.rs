@@ -14,7 +14,7 @@ use super::vary::Setting;
 pub fn errors(settings: &[Setting], all: &[Figures], compared: &[Figure]) -> (Vec<f64>, String) {
     let strain = common_strain(all);
     if strain > 0.0 {
-        let reference = all.iter().rposition(|f| f.last_strain() >= strain * (1.0 - 1e-9));
+        let reference = all.iter().rposition(|f| f.largest_strain() >= strain * (1.0 - 1e-9));
         let Some(reference) = reference else { return (vec![f64::NAN; all.len()], String::new()) };
         let each = |(at, f): (usize, &Figures)| match at == reference {
             true => f64::NAN,

@@ -85,53 +85,74 @@ impl Figures {
         self.status == "finished"
     }
 
+    /// Strain of the last row; of a run that ends by unloading not the largest.
     pub fn last_strain(&self) -> f64 {
         self.strain.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// Largest deviatoric stress up to `strain`, the one there by interpolation included, and the strain where it is met.
-    pub fn peak(&self, strain: f64) -> Option<(f64, f64)> {
-        let upto = self.strain.iter().copied().zip(self.deviatoric_stress.iter().copied());
-        let end = (strain, at_strain(&self.strain, &self.deviatoric_stress, strain));
-        upto.filter(|(e, _)| *e <= strain * (1.0 + 1e-9))
-            .chain([end])
-            .filter(|(_, q)| q.is_finite())
-            .map(|(e, q)| (q, e))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
+    /// Largest strain reached; NaN without rows.
+    pub fn largest_strain(&self) -> f64 {
+        self.strain.iter().copied().fold(f64::NAN, f64::max)
     }
 
-    /// Mean deviatoric stress over the strain up to `strain`: the work of shearing over the strain [Pa]; NaN where it did not get there.
+    /// Strain and deviatoric stress [Pa] along the way up to where `strain` is first reached, the point there by interpolation;
+    /// `None` where it never is. What was unloaded and loaded again on the way is in it; what came behind is not, even where
+    /// it went back below `strain`, so that members that go on otherwise are compared over the same way.
+    fn way_to(&self, strain: f64) -> Option<Vec<[f64; 2]>> {
+        let (at, share) = arrival(&self.strain, strain)?;
+        let row = |k: usize| [self.strain[k], self.deviatoric_stress[k]];
+        let mut way: Vec<[f64; 2]> = (0..=at).map(row).collect();
+        let ([_, from], [_, to]) = (row(at), row(at + 1));
+        way.push([strain, from + share * (to - from)]);
+        Some(way)
+    }
+
+    /// Largest deviatoric stress [Pa] of all rows and the strain where it is met.
+    pub fn peak(&self) -> Option<(f64, f64)> {
+        let rows = self.strain.iter().zip(&self.deviatoric_stress);
+        highest(rows.map(|(e, q)| [*e, *q]))
+    }
+
+    /// Largest deviatoric stress [Pa] on the way to where `strain` is first reached, the one there by interpolation included, and
+    /// the strain where it is met.
+    pub fn peak_to(&self, strain: f64) -> Option<(f64, f64)> {
+        highest(self.way_to(strain)?.into_iter())
+    }
+
+    /// Mean deviatoric stress up to `strain`: the work of shearing, the integral of q over the strain with its sign, along the way
+    /// to where `strain` is first reached, over that strain [Pa]; NaN where it did not get there. On a way that never turns that is the
+    /// mean of the curve; a loop of unloading and reloading adds what it encloses and no more.
     pub fn mean_stress_to(&self, strain: f64) -> f64 {
-        if self.strain.last().is_none_or(|last| *last < strain * (1.0 - 1e-9)) {
-            return f64::NAN;
-        }
-        let mut work = 0.0;
-        for (pair, q) in self.strain.windows(2).zip(self.deviatoric_stress.windows(2)) {
-            let (from, to) = (pair[0], pair[1].min(strain));
-            if to > from {
-                let end = q[0] + (q[1] - q[0]) * (to - from) / (pair[1] - pair[0]);
-                work += 0.5 * (q[0] + end) * (to - from);
-            }
-        }
+        let Some(way) = self.way_to(strain) else { return f64::NAN };
+        let work: f64 =
+            way.windows(2).map(|pair| 0.5 * (pair[0][1] + pair[1][1]) * (pair[1][0] - pair[0][0])).sum();
         work / strain
     }
 }
 
-/// A column at a strain, linear between rows; NaN outside.
-pub fn at_strain(strain: &[f64], values: &[f64], wanted: f64) -> f64 {
-    let reach = wanted.abs() * 1e-9;
-    for (pair, value) in strain.windows(2).zip(values.windows(2)) {
-        if pair[0] <= wanted + reach && wanted <= pair[1] + reach && pair[1] > pair[0] {
-            let share = ((wanted - pair[0]) / (pair[1] - pair[0])).clamp(0.0, 1.0);
-            return value[0] + share * (value[1] - value[0]);
-        }
-    }
-    f64::NAN
+/// Largest deviatoric stress of points of strain and stress, and the strain there.
+fn highest(points: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f64)> {
+    let finite = points.filter(|[_, q]| q.is_finite());
+    finite.map(|[e, q]| (q, e)).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The strain that all members with strains have reached; NaN where none has any.
+/// The row behind which strains first rise to `wanted`, and the share of the way to the next row; `None` outside.
+fn arrival(strain: &[f64], wanted: f64) -> Option<(usize, f64)> {
+    let reach = wanted.abs() * 1e-9;
+    let arrives = |pair: &[f64]| pair[0] <= wanted + reach && wanted <= pair[1] + reach && pair[1] > pair[0];
+    let at = strain.windows(2).position(arrives)?;
+    let share = (wanted - strain[at]) / (strain[at + 1] - strain[at]);
+    Some((at, share.clamp(0.0, 1.0)))
+}
+
+/// A column where a strain is first reached, linear between rows; NaN outside.
+pub fn at_strain(strain: &[f64], values: &[f64], wanted: f64) -> f64 {
+    arrival(strain, wanted).map_or(f64::NAN, |(at, share)| values[at] + share * (values[at + 1] - values[at]))
+}
+
+/// The strain that all members with strains have reached, also those that end by unloading; NaN where none has any.
 pub fn common_strain(all: &[Figures]) -> f64 {
-    all.iter().map(Figures::last_strain).filter(|strain| *strain > 0.0).fold(f64::NAN, f64::min)
+    all.iter().map(Figures::largest_strain).filter(|strain| *strain > 0.0).fold(f64::NAN, f64::min)
 }
 
 /// What is compared across the members.
@@ -148,8 +169,8 @@ pub fn compared(all: &[Figures]) -> Vec<Figure> {
         add(format!("volume strain {at} [%]"), &|f| {
             100.0 * at_strain(&f.strain, &f.volumetric_strain, strain)
         });
-        add("peak q up to there [MPa]".into(), &|f| f.peak(strain).map_or(f64::NAN, |(q, _)| 1e-6 * q));
-        add("strain at that peak [%]".into(), &|f| f.peak(strain).map_or(f64::NAN, |(_, e)| 100.0 * e));
+        add("peak q up to there [MPa]".into(), &|f| f.peak_to(strain).map_or(f64::NAN, |(q, _)| 1e-6 * q));
+        add("strain at that peak [%]".into(), &|f| f.peak_to(strain).map_or(f64::NAN, |(_, e)| 100.0 * e));
         return figures;
     }
     // Of a scene only what reached its end can be compared.
@@ -217,9 +238,9 @@ mod tests {
     #[test]
     fn the_end_counts_for_the_peak_and_nothing_is_not_zero() {
         let rising = figures(&[0.0, 0.01, 0.02], &[0.0, 2e6, 4e6]);
-        assert_eq!(rising.peak(0.015), Some((3e6, 0.015)));
+        assert_eq!(rising.peak_to(0.015), Some((3e6, 0.015)));
         let none = figures(&[], &[]);
-        assert!(none.mean_stress_to(0.015).is_nan() && none.peak(0.015).is_none());
+        assert!(none.mean_stress_to(0.015).is_nan() && none.peak_to(0.015).is_none());
         assert!(rising.mean_stress_to(0.021).is_nan());
     }
 
@@ -228,6 +249,46 @@ mod tests {
         let f = figures(&[0.0, 0.01, 0.02], &[0.0, 4e6, 4e6]);
         assert!((f.mean_stress_to(0.02) - 3e6).abs() < 1e-6);
         assert!((f.mean_stress_to(0.015) - (0.5 * 4e6 * 0.01 + 4e6 * 0.005) / 0.015).abs() < 1e-6);
-        assert_eq!(f.peak(0.005), Some((2e6, 0.005)));
+        assert_eq!(f.peak_to(0.005), Some((2e6, 0.005)));
+    }
+
+    /// Elastic at 1 GPa to 2 % and to a q of 20 MPa, back along 2 GPa to 1.5 %, up again along 1 GPa, 15 MPa at 2 % and 20 MPa at 2.5 %,
+    /// and on at 20 MPa to 4 %.
+    fn looping() -> Figures {
+        figures(&[0.0, 0.01, 0.02, 0.015, 0.02, 0.025, 0.04], &[0.0, 10e6, 20e6, 10e6, 15e6, 20e6, 20e6])
+    }
+
+    #[test]
+    fn work_of_a_loop_counts_with_its_sign() {
+        let f = looping();
+        let near = |strain: f64, work: f64| {
+            let found = f.mean_stress_to(strain) * strain;
+            assert!((found / work - 1.0).abs() < 1e-12, "to {strain}: {found} for {work}");
+        };
+        // A triangle as long as nothing is unloaded, also where the loop comes by again.
+        near(0.015, 0.5 * 15e6 * 0.015);
+        near(0.02, 0.5 * 20e6 * 0.02);
+        // Less 15 MPa over 0.5 % of unloading, more 15 MPa over 1 % of reloading.
+        near(0.025, 200e3 - 75e3 + 150e3);
+        near(0.04, 200e3 - 75e3 + 150e3 + 20e6 * 0.015);
+        // Unloaded and reloaded on one line: as if it had never been.
+        let elastic = figures(&[0.0, 0.02, 0.01, 0.03], &[0.0, 2e6, 1e6, 3e6]);
+        assert!((elastic.mean_stress_to(0.03) - 1.5e6).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_run_that_ends_by_unloading_is_compared_up_to_its_turn() {
+        let turned = figures(&[0.0, 0.02, 0.019], &[0.0, 4e6, 0.0]);
+        let all = [turned.clone(), figures(&[0.0, 0.03], &[0.0, 6e6]), looping()];
+        assert_eq!(common_strain(&all), 0.02);
+        assert_eq!((turned.last_strain(), turned.peak()), (0.019, Some((4e6, 0.02))));
+        let compared = compared(&all);
+        let values = |at: usize| compared[at].values.iter().map(|x| x.round()).collect::<Vec<_>>();
+        assert_eq!(values(0), [2.0, 2.0, 10.0]);
+        assert_eq!(values(1), [4.0, 4.0, 20.0]);
+        // What is behind the turn does not count, though its strains are smaller.
+        let higher = figures(&[0.0, 0.02, 0.01, 0.03], &[0.0, 4e6, 9e6, 9e6]);
+        assert_eq!(higher.peak_to(0.02), Some((4e6, 0.02)));
+        assert!(curve_difference(&turned, &all[1], 0.02) < 1e-12);
     }
 }

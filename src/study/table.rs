@@ -181,7 +181,7 @@ pub fn batch(members: &[Member], all: &[Figures]) -> Table {
             if scenes {
                 row.extend([number(f.external_work), number(f.friction_energy)]);
             } else {
-                let peak = f.peak(f64::INFINITY).unwrap_or((f64::NAN, f64::NAN));
+                let peak = f.peak().unwrap_or((f64::NAN, f64::NAN));
                 let last = |values: &[f64]| values.last().copied().unwrap_or(f64::NAN);
                 row.extend(
                     [
