@@ -47,6 +47,12 @@ impl Case {
         self.settled(body.fidelity.unwrap_or(self.solver.fidelity))
     }
 
+    /// Whether the cells of a specimen's grains have values of their own: not where all grains are rigid and none can break, since then
+    /// nothing depends on their meshes.
+    pub fn meshes_act(&self) -> bool {
+        self.fidelity_of_grains() != Fidelity::Rigid || self.rock.damage.is_some()
+    }
+
     fn settled(&self, fidelity: Fidelity) -> Fidelity {
         match fidelity {
             Fidelity::Auto if self.solver.accuracy.is_some() => Fidelity::Auto,

@@ -2,7 +2,7 @@
 //!
 //! A law may reach where no rock is (a normal one below zero, say); such draws are thrown away and made again, which shifts the mean.
 
-use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase};
+use crate::case::{BodyCase, Case, Geometry, RockCase};
 use crate::error::{Error, Result};
 use crate::material::{Law, Property, sample_field};
 use crate::mesh::Mesh;
@@ -84,17 +84,12 @@ fn drawn(bodies: &[Sampled<'_>], seed: u64) -> Result<Vec<Drawn>> {
     Ok(all)
 }
 
-/// Whether the cells of a specimen's grains have values of their own.
-fn draws(case: &Case) -> bool {
-    case.fidelity_of_grains() != Fidelity::Rigid || case.rock.damage.is_some()
-}
-
 /// Of the grains of a specimen; nothing where all are rigid and none can break, since then no cell has values of its own.
 ///
 /// # Errors
 /// `Error::Usage` where a law cannot give what is possible.
 pub fn of_specimen(case: &Case, meshes: &[Mesh]) -> Result<Vec<Drawn>> {
-    if !draws(case) {
+    if !case.meshes_act() {
         return Ok(Vec::new());
     }
     let bodies: Vec<Sampled<'_>> =
@@ -193,7 +188,7 @@ fn values_of_grains(
 ) -> Result<Vec<Vec<f64>>> {
     let quantity = quantity(law);
     let values = |(index, mesh): (usize, &Mesh)| {
-        if !draws(case) || quantity.law == Law::Constant {
+        if !case.meshes_act() || quantity.law == Law::Constant {
             return Ok(vec![law.mean; mesh.cells.len()]);
         }
         let field = sample_field(&quantity, property, case.seed, index as u64, mesh.cells.len());

@@ -152,6 +152,10 @@ fn has_condensed(case: &Case) -> bool {
 fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
     match &case.geometry {
         Geometry::Specimen(specimen) => {
+            if !case.meshes_act() {
+                let reason = "the grains are rigid and cannot break, so that nothing depends on their meshes; rock with \"damage\", or a solver.fidelity that has grains deform, does";
+                return Err(missing("mesh", reason));
+            }
             let base = specimen.cells_per_grain;
             let numbers = whole(values, || vec![base / 2, base, 2 * base])?;
             let setting = |cells: usize| Setting {
@@ -344,6 +348,26 @@ mod tests {
             other.check().unwrap().solver.first_penalty
         };
         assert_eq!(settings.iter().map(penalty).collect::<Vec<_>>(), [1e-3, 1.0, 1e3]);
+    }
+
+    #[test]
+    fn meshes_of_grains_that_nothing_depends_on_are_not_varied() {
+        let text = include_str!("../../cases/stages/shear.json");
+        let varied = |overrides: &[&str]| {
+            let mut raw = RawCase::parse(Path::new("case.json"), text).unwrap();
+            raw.set(&overrides.iter().map(|o| crate::case::parse_override(o).unwrap()).collect::<Vec<_>>());
+            let case = raw.check().unwrap();
+            Vary::Mesh.settings(&raw, &case, &[]).map(|settings| settings.len()).map_err(|e| e.to_string())
+        };
+        let rigid = "/solver/fidelity=rigid";
+        let error = varied(&["/rock/damage=null", rigid]).unwrap_err();
+        assert!(error.contains("--vary mesh") && error.contains("rigid and cannot break"), "{error}");
+        assert!(varied(&["/rock/damage=null", "/solver/fidelity=auto"]).is_err());
+        let breaks =
+            ["/rock/damage={}", "/rock/compressive_strength=250 MPa", "/rock/tensile_strength=25 MPa"];
+        assert_eq!(varied(&[&breaks[..], &[rigid]].concat()), Ok(3));
+        assert_eq!(varied(&["/rock/damage=null", "/solver/fidelity=condensed"]), Ok(3));
+        assert_eq!(varied(&["/rock/damage=null", "/solver/fidelity=auto", "/solver/accuracy=0.1"]), Ok(3));
     }
 
     #[test]
