@@ -55,7 +55,11 @@ pub fn study(arguments: &Study) -> Ended {
     let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
     let quantities = compared(&figures);
     let heading = arguments.vary.heading(&case);
-    let values = table::study(heading, &kept, &figures, &quantities);
+    let built = arguments.vary.as_built(&mut kept, &figures);
+    let mut values = table::study(heading, &kept, &figures, &quantities);
+    if let Some(built) = built {
+        values.insert_column(1, "as built [1]", &built);
+    }
     say(&format!("{}\n\n{}", case.title, values.to_markdown()));
     values.write_csv(&folder.join("study.csv"))?;
     let ensemble = arguments.vary == Vary::Seed;

@@ -24,6 +24,8 @@ pub struct Figures {
     /// Last external work and friction energy [J].
     pub external_work: f64,
     pub friction_energy: f64,
+    /// Cells of a grain as built, mean over the specimen's grains; NaN for scenes.
+    pub cells_of_a_grain: f64,
     /// Scenes: how far each body has moved [m].
     pub bodies: Vec<(String, f64)>,
 }
@@ -57,6 +59,7 @@ impl Figures {
             wall_time: last("wall_time")?,
             external_work: last("energy_external")?,
             friction_energy: last("energy_friction")?,
+            cells_of_a_grain: cells_of_a_grain(&run)?,
             ..Figures::default()
         };
         if run.is_scene() {
@@ -77,7 +80,13 @@ impl Figures {
 
     fn nothing() -> Figures {
         let nan = f64::NAN;
-        Figures { wall_time: nan, external_work: nan, friction_energy: nan, ..Figures::default() }
+        Figures {
+            wall_time: nan,
+            external_work: nan,
+            friction_energy: nan,
+            cells_of_a_grain: nan,
+            ..Figures::default()
+        }
     }
 
     /// Whether it ran to the end of its case.
@@ -128,6 +137,15 @@ impl Figures {
             way.windows(2).map(|pair| 0.5 * (pair[0][1] + pair[1][1]) * (pair[1][0] - pair[0][0])).sum();
         work / strain
     }
+}
+
+fn cells_of_a_grain(run: &Run) -> Result<f64> {
+    if !run.reader.has("grains/cells") {
+        return Ok(f64::NAN);
+    }
+    let cells = run.reader.integers("grains/cells")?;
+    // None is no number.
+    Ok(cells.iter().sum::<i64>() as f64 / cells.len() as f64)
 }
 
 /// Largest deviatoric stress of points of strain and stress, and the strain there.

@@ -44,6 +44,14 @@ impl Table {
         lines.join("\n")
     }
 
+    /// Puts a column of numbers behind the first `at`.
+    pub fn insert_column(&mut self, at: usize, name: &str, values: &[f64]) {
+        self.header.insert(at, name.into());
+        for (row, value) in self.rows.iter_mut().zip(values) {
+            row.insert(at, number(*value));
+        }
+    }
+
     pub fn write_csv(&self, path: &Path) -> Result<()> {
         let write = || -> csv::Result<()> {
             let mut writer = csv::WriterBuilder::new().flexible(true).from_path(path)?;
@@ -220,6 +228,16 @@ mod tests {
             table.to_markdown(),
             "| a    | b, c    |\n| ---- | ------- |\n| 1\\|2 | say \"x\" |\n| 3    |         |"
         );
+    }
+
+    #[test]
+    fn a_column_goes_where_it_is_told() {
+        let texts = |row: &[&str]| row.iter().map(|text| text.to_string()).collect::<Vec<_>>();
+        let mut table =
+            Table { header: texts(&["a", "b"]), rows: vec![texts(&["1", "2"]), texts(&["3", "4"])] };
+        table.insert_column(1, "x", &[36.25, f64::NAN]);
+        assert_eq!(table.header, ["a", "x", "b"]);
+        assert_eq!(table.rows, [texts(&["1", "36.25", "2"]), texts(&["3", "", "4"])]);
     }
 
     #[test]

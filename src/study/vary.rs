@@ -5,6 +5,8 @@ use serde_json::{Value, json};
 use crate::case::{Case, Fidelity, Geometry, RawCase, StageCase};
 use crate::error::{Error, Result};
 
+use super::outcome::Figures;
+
 /// What is varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Vary {
@@ -110,7 +112,7 @@ impl Vary {
             }
             Vary::Seed => {
                 let base = case.seed as usize;
-                let numbers = whole(values, || (base..base + 5).collect())?;
+                let numbers = whole(values, 0, || (base..base + 5).collect())?;
                 let setting = |seed: usize| Setting {
                     label: seed.to_string(),
                     size: None,
@@ -130,6 +132,32 @@ impl Vary {
             }
         }
         Ok(settings)
+    }
+
+    /// Takes the sizes of grains' meshes from the cells that they were built with, which are about those asked for; those numbers,
+    /// or `None` where nothing of the kind was varied.
+    pub fn as_built(self, settings: &mut [Setting], all: &[Figures]) -> Option<Vec<f64>> {
+        let built: Vec<f64> = all.iter().map(|figures| figures.cells_of_a_grain).collect();
+        if self != Vary::Mesh || !built.iter().any(|cells| cells.is_finite()) {
+            return None;
+        }
+        for (setting, cells) in settings.iter_mut().zip(&built).filter(|(_, cells)| cells.is_finite()) {
+            setting.size = Some(edge(*cells));
+        }
+        Some(built)
+    }
+}
+
+/// A cell's edge over that of its grain of so many cells.
+fn edge(cells: f64) -> f64 {
+    cells.powf(-1.0 / 3.0)
+}
+
+/// Half of `base`, itself and its double, in whole numbers from 1 on, none twice.
+fn around(base: usize) -> Vec<usize> {
+    match base {
+        0 | 1 => vec![1, 2, 4],
+        base => vec![base / 2, base, 2 * base],
     }
 }
 
@@ -157,11 +185,10 @@ fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
                 return Err(missing("mesh", reason));
             }
             let base = specimen.cells_per_grain;
-            let numbers = whole(values, || vec![base / 2, base, 2 * base])?;
+            let numbers = whole(values, 1, || around(base))?;
             let setting = |cells: usize| Setting {
                 label: cells.to_string(),
-                // A cell's edge over the grain's.
-                size: Some((cells as f64).powf(-1.0 / 3.0)),
+                size: Some(edge(cells as f64)),
                 overrides: vec![("/specimen/cells_per_grain".into(), json!(cells))],
             };
             Ok(numbers.into_iter().map(setting).collect())
@@ -235,7 +262,7 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
             let Some(&(_, base)) = loaded.last() else {
                 return Err(missing("increment", "the scene has no load stage"));
             };
-            let numbers = whole(values, || vec![base.div_ceil(2), base, 2 * base])?;
+            let numbers = whole(values, 1, || around(base))?;
             let given = |at: usize| source.value.pointer(&format!("/stages/{at}")).is_some();
             let setting = |number: usize| Setting {
                 label: number.to_string(),
@@ -284,11 +311,12 @@ fn floats(values: &[String], default: impl Fn() -> Vec<f64>) -> Result<Vec<f64>>
     }
 }
 
-fn whole(values: &[String], default: impl Fn() -> Vec<usize>) -> Result<Vec<usize>> {
-    let number = |text: &String| {
-        text.trim()
-            .parse::<usize>()
-            .map_err(|_| Error::Usage(format!("--values: {text:?} is not a whole number")))
+/// Whole numbers, none below `least`.
+fn whole(values: &[String], least: usize, default: impl Fn() -> Vec<usize>) -> Result<Vec<usize>> {
+    let number = |text: &String| match text.trim().parse::<usize>() {
+        Ok(n) if n >= least => Ok(n),
+        Ok(_) => Err(Error::Usage(format!("--values: {text:?} is below {least}"))),
+        Err(_) => Err(Error::Usage(format!("--values: {text:?} is not a whole number"))),
     };
     match values {
         [] => Ok(default()),
@@ -368,6 +396,29 @@ mod tests {
         assert_eq!(varied(&[&breaks[..], &[rigid]].concat()), Ok(3));
         assert_eq!(varied(&["/rock/damage=null", "/solver/fidelity=condensed"]), Ok(3));
         assert_eq!(varied(&["/rock/damage=null", "/solver/fidelity=auto", "/solver/accuracy=0.1"]), Ok(3));
+    }
+
+    #[test]
+    fn a_series_of_meshes_begins_at_one_cell_and_is_sized_as_built() {
+        let text = include_str!("../../cases/stages/shear.json");
+        let mut raw = RawCase::parse(Path::new("case.json"), text).unwrap();
+        let condensed = ("/solver/fidelity".to_string(), json!("condensed"));
+        raw.set(&[condensed, ("/specimen/cells_per_grain".into(), json!(1))]);
+        let case = raw.check().unwrap();
+        let mut settings = Vary::Mesh.settings(&raw, &case, &[]).unwrap();
+        let labels: Vec<&str> = settings.iter().map(|setting| setting.label.as_str()).collect();
+        assert_eq!(labels, ["1", "2", "4"]);
+        let zero = Vary::Mesh.settings(&raw, &case, &["0".into()]).unwrap_err().to_string();
+        assert!(zero.contains("below 1"), "{zero}");
+        // One is not built yet: what was asked for stands for it.
+        let all =
+            [8.0, f64::NAN, 27.0].map(|cells| Figures { cells_of_a_grain: cells, ..Figures::default() });
+        let built = Vary::Mesh.as_built(&mut settings, &all).unwrap();
+        assert_eq!((built[0], built[2]), (8.0, 27.0));
+        for (setting, cells) in settings.iter().zip([8.0_f64, 2.0, 27.0]) {
+            assert!((setting.size.unwrap() * cells.cbrt() - 1.0).abs() < 1e-12, "{setting:?}");
+        }
+        assert_eq!(Vary::Seed.as_built(&mut settings, &all), None);
     }
 
     #[test]
