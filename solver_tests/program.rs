@@ -59,6 +59,11 @@ fn column(reader: &Reader, name: &str) -> Vec<f64> {
     reader.history(name).unwrap_or_else(|e| panic!("{e}"))
 }
 
+fn mean_of(reader: &Reader, name: &str) -> f64 {
+    let values = reader.integers(name).unwrap_or_else(|e| panic!("{e}"));
+    values.iter().sum::<i64>() as f64 / values.len() as f64
+}
+
 fn open(path: &Path) -> Reader {
     Reader::open(path).unwrap_or_else(|e| panic!("{e}"))
 }
@@ -358,9 +363,12 @@ fn the_other_commands_answer() {
     let (stdout, _) = place.ends_with(0, &["--help"]);
     assert!(stdout.contains("Exit codes"), "{stdout}");
 
-    place.ends_with(0, &["specimen", "tiny.json", "--out", "s.h5", "--quiet"]);
+    let (_, stderr) = place.ends_with(0, &["specimen", "tiny.json", "--out", "s.h5", "--progress", "plain"]);
+    let classes = "40-60 mm 100.0 % of the mass (asked: 100.0) in 16 grains";
+    assert!(stderr.contains(classes) && stderr.contains("shape in the mean: elongation 0."), "{stderr}");
     let reader = open(&place.path("s.h5"));
     let overlap = |name: &str| reader.floats(&format!("specimen/{name}")).expect("an overlap")[0];
+    assert!(stderr.contains(&format!(", {:.1} vertices\n", mean_of(&reader, "grains/vertices"))), "{stderr}");
     assert!(overlap("worst_overlap_gjk") < 1e-4 && overlap("worst_overlap_separating_axis") < 1e-4);
     let (stdout, _) = place.ends_with(0, &["info", "s.h5"]);
     assert!(stdout.contains("Sixteen grains") && stdout.contains("finished"), "{stdout}");

@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 
 use crate::case::Case;
+use crate::report::short;
 use crate::results::{HISTORY, HistoryRow, Value as Number};
 use crate::simulation::{
     Drawn, End, Observer, Options, Outcome, PlannedStage, Resumption, Seating, SpecimenReport, StageReport,
@@ -14,6 +15,7 @@ use crate::simulation::{
 };
 use crate::solver::StopSignal;
 use crate::specimen::Phase;
+use crate::specimen::statistics::ClassStatistics;
 use crate::triaxial::{Path, Stage, StageEnd, Steps};
 
 use super::arguments::{ProgressKind, Target};
@@ -147,42 +149,7 @@ impl Observer for Progress {
 
     fn specimen_ready(&mut self, report: &SpecimenReport) {
         interrupt::set_nothing_to_keep(false);
-        let r = report;
-        let [gjk, axis] = r.worst_overlap;
-        self.tell(
-            || {
-                let missed = match r.void_ratio_is_missed() {
-                    true => format!(" (asked: {:.3})", r.void_ratio_asked),
-                    false => String::new(),
-                };
-                format!(
-                    "{:<15} {} grains, {:.1} x {:.1} mm, void ratio {:.3}{missed}, {:.1} contacts a grain, {} rattlers\n\
-                     {:<12} {} cells, worst radius ratio {:.2}; worst overlap {:.0e} of a grain; {}",
-                    "specimen",
-                    r.grains,
-                    1e3 * r.diameter,
-                    1e3 * r.height,
-                    r.void_ratio,
-                    r.coordination_number,
-                    r.rattlers,
-                    "",
-                    r.cells,
-                    r.worst_radius_ratio,
-                    gjk.max(axis),
-                    duration(r.wall_time)
-                )
-            },
-            || {
-                json!({
-                    "event": "specimen", "grains": r.grains, "cells": r.cells, "nodes": r.nodes,
-                    "diameter": r.diameter, "height": r.height, "void_ratio": r.void_ratio,
-                    "void_ratio_asked": r.void_ratio_asked,
-                    "coordination_number": r.coordination_number, "rattlers": r.rattlers,
-                    "worst_overlap_gjk": gjk, "worst_overlap_separating_axis": axis,
-                    "worst_radius_ratio": r.worst_radius_ratio, "wall_time": r.wall_time.as_secs_f64(),
-                })
-            },
-        );
+        self.tell(|| specimen_lines(report), || specimen_json(report));
     }
 
     fn rock_drawn(&mut self, drawn: &[Drawn]) {
@@ -359,6 +326,68 @@ fn bar_message(row: &HistoryRow) -> String {
     let (ea, q) = (100.0 * row.axial_strain, 1e-6 * row.deviatoric_stress);
     let work = format!("{} aug {} fact", row.augmentations, row.factorisations);
     if ea.is_nan() { work } else { format!("ea {ea:.2} %  q {q:.3} MPa  {work}") }
+}
+
+/// What a specimen came to, its grading and the shape of its grains included.
+fn specimen_lines(r: &SpecimenReport) -> String {
+    let missed = match r.void_ratio_is_missed() {
+        true => format!(" (asked: {:.3})", r.void_ratio_asked),
+        false => String::new(),
+    };
+    let class = |class: &ClassStatistics| {
+        let [a, b] = class.sizes.map(|size| short(1e3 * size));
+        let [asked, achieved] = class.mass_fraction.map(|share| 100.0 * share);
+        format!("{a}-{b} mm {achieved:.1} % of the mass (asked: {asked:.1}) in {} grains", class.grains)
+    };
+    let [gjk, axis] = r.worst_overlap;
+    [
+        format!(
+            "{:<15} {} grains, {:.1} x {:.1} mm, void ratio {:.3}{missed}, {:.1} contacts a grain, {} rattlers",
+            "specimen",
+            r.grains,
+            1e3 * r.diameter,
+            1e3 * r.height,
+            r.void_ratio,
+            r.coordination_number,
+            r.rattlers,
+        ),
+        format!("{:<15} {}", "", r.classes.iter().map(class).collect::<Vec<_>>().join(", ")),
+        format!(
+            "{:<15} shape in the mean: elongation {:.2}, flatness {:.2}, sphericity {:.2}, {:.1} vertices",
+            "", r.elongation, r.flatness, r.sphericity, r.vertices
+        ),
+        format!(
+            "{:<15} {} cells, worst radius ratio {:.2}; worst overlap {:.0e} of a grain; {}",
+            "",
+            r.cells,
+            r.worst_radius_ratio,
+            gjk.max(axis),
+            duration(r.wall_time)
+        ),
+    ]
+    .join("\n")
+}
+
+fn specimen_json(r: &SpecimenReport) -> Value {
+    let class = |class: &ClassStatistics| {
+        let [smallest, largest] = class.sizes;
+        let [asked, achieved] = class.mass_fraction;
+        json!({
+            "smallest_size": smallest, "largest_size": largest, "grains": class.grains,
+            "mass_fraction_asked": asked, "mass_fraction": achieved,
+        })
+    };
+    let [gjk, axis] = r.worst_overlap;
+    json!({
+        "event": "specimen", "grains": r.grains, "cells": r.cells, "nodes": r.nodes,
+        "diameter": r.diameter, "height": r.height, "void_ratio": r.void_ratio,
+        "void_ratio_asked": r.void_ratio_asked,
+        "coordination_number": r.coordination_number, "rattlers": r.rattlers,
+        "grading": r.classes.iter().map(class).collect::<Vec<_>>(),
+        "elongation": r.elongation, "flatness": r.flatness, "sphericity": r.sphericity, "vertices": r.vertices,
+        "worst_overlap_gjk": gjk, "worst_overlap_separating_axis": axis,
+        "worst_radius_ratio": r.worst_radius_ratio, "wall_time": r.wall_time.as_secs_f64(),
+    })
 }
 
 /// What a stage of a specimen is about to do.

@@ -9,6 +9,7 @@ use crate::simulation::draws::Drawn;
 use crate::simulation::plan::PlannedStage;
 use crate::simulation::seating::Seating;
 use crate::solver::StopSignal;
+use crate::specimen::statistics::ClassStatistics;
 use crate::specimen::{Phase, Specimen, VOID_RATIO_TOLERANCE};
 use crate::triaxial::StageEnd;
 
@@ -83,6 +84,14 @@ pub struct SpecimenReport {
     pub void_ratio_asked: f64,
     pub coordination_number: f64,
     pub rattlers: usize,
+    /// The grading asked and achieved, the coarsest class first.
+    pub classes: Vec<ClassStatistics>,
+    /// Means over the grains: intermediate over long and short over intermediate semi-axis, surface of the ball of equal volume over the
+    /// grain's, number of vertices.
+    pub elongation: f64,
+    pub flatness: f64,
+    pub sphericity: f64,
+    pub vertices: f64,
     /// Largest overlap over the smaller grain's size: by GJK, and by separating axis.
     pub worst_overlap: [f64; 2],
     /// Worst `3 r / R` of all cells.
@@ -104,6 +113,11 @@ impl SpecimenReport {
             void_ratio_asked,
             coordination_number: statistics.coordination_number,
             rattlers: statistics.rattlers,
+            classes: statistics.classes.clone(),
+            elongation: statistics.elongation.mean,
+            flatness: statistics.flatness.mean,
+            sphericity: statistics.sphericity.mean,
+            vertices: statistics.vertices.mean,
             worst_overlap: statistics.worst_overlap,
             worst_radius_ratio: meshes
                 .iter()
