@@ -63,8 +63,7 @@ impl Run {
             if run.summary.status != "finished" {
                 run.label = format!("{} ({})", run.label, run.summary.status);
             }
-            let safe = |c: char| if c.is_ascii_alphanumeric() || "-_".contains(c) { c } else { '_' };
-            run.stem = stems[at].chars().map(safe).collect();
+            run.stem = safe(&stems[at]);
             if !own_stem {
                 run.stem = format!("{}_{}", run.stem, at + 1);
             }
@@ -154,6 +153,11 @@ impl Curve {
     }
 }
 
+/// A stem that files may have on any system: letters and digits of any script are kept.
+fn safe(stem: &str) -> String {
+    stem.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
+}
+
 fn stem_of(path: &Path) -> String {
     path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
@@ -161,6 +165,11 @@ fn stem_of(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn charts_of_files_in_any_script_stay_apart() {
+        assert_eq!(["试验一", "试验二", "a b.c"].map(safe), ["试验一", "试验二", "a_b_c"]);
+    }
 
     #[test]
     fn a_curve_begins_where_strains_are_zero() {

@@ -86,9 +86,21 @@ impl Member {
     }
 }
 
-/// A name that is good for a file on any system.
+/// A name that is good for a file on any system: letters and digits of any script are kept.
 pub fn safe(name: &str) -> String {
-    let kept = |c: char| if c.is_ascii_alphanumeric() || "-_.=".contains(c) { c } else { '_' };
+    let kept = |c: char| if c.is_alphanumeric() || "-_.=".contains(c) { c } else { '_' };
     let name: String = name.chars().map(kept).collect();
     name.trim_matches('.').to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_any_script_stay_apart() {
+        assert_eq!(safe("试验一"), "试验一");
+        assert_eq!(safe("Dichte Schüttung/0,8 MPa"), "Dichte_Schüttung_0_8_MPa");
+        assert_eq!(safe("../a b=0.5"), "_a_b=0.5");
+    }
 }
