@@ -19,7 +19,7 @@ pub struct Named {
 }
 
 /// The summary; `Display` gives the text for people, [`Summary::to_json`] that for machines.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Summary {
     pub file: PathBuf,
     pub file_bytes: u64,
@@ -183,7 +183,8 @@ impl fmt::Display for Summary {
             ("volumetric_strain", 100.0, "%", "vol. strain"),
             ("deviatoric_stress", 1e-6, "MPa", "q"),
             ("confining_pressure", 1e-6, "MPa", "confinement"),
-            ("void_ratio", 1.0, "", "void ratio"),
+            ("void_ratio", 1.0, "inside the cover", "void ratio"),
+            ("void_ratio_nominal", 1.0, "between the walls of the compaction, carried on", "void ratio"),
             ("coordination_number", 1.0, "", "coordination"),
         ] {
             if let Some(value) = self.last(name) {
@@ -246,6 +247,20 @@ fn in_order(mut names: Vec<String>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A draped cover lies in the gaps between grains: the void ratio inside it is far below the one that was asked for.
+    #[test]
+    fn void_ratios_say_of_what_they_are() {
+        let named =
+            |name: &str, value: f64| Named { name: name.into(), value: Some(value), units: "1".into() };
+        let last = vec![named("void_ratio", 0.28), named("void_ratio_nominal", 0.85)];
+        let text = Summary { last, ..Summary::default() }.to_string();
+        assert!(text.contains("last void ratio     0.28000 inside the cover\n"), "{text}");
+        assert!(text.contains("last void ratio     0.85000 between the walls"), "{text}");
+        // Files of versions that knew the one alone.
+        let older = Summary { last: vec![named("void_ratio", 0.28)], ..Summary::default() }.to_string();
+        assert!(!older.contains("between the walls"), "{older}");
+    }
 
     #[test]
     fn states_are_listed_in_order() {
