@@ -72,7 +72,16 @@ impl Walker {
                 None if value.as_f64().is_some_and(|x| x < 0.0) => {
                     self.refuse(form, value, path, "must not be negative".into())
                 }
-                None => self.refuse(form, value, path, "is not a whole number".into()),
+                None => {
+                    let problem = match value.as_f64() {
+                        Some(x) if x > EXACT && x >= *high as f64 => {
+                            format!("is too large: must be at most {high}")
+                        }
+                        Some(x) if x > EXACT => "is too large to be exact so: write all of its digits".into(),
+                        Some(_) | None => "is not a whole number".into(),
+                    };
+                    self.refuse(form, value, path, problem)
+                }
             },
             (Form::Text, Value::String(text)) => Some(Value::from(text.as_str())),
             (Form::Flag, Value::Bool(flag)) => Some(Value::from(*flag)),
@@ -367,8 +376,10 @@ pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&
         .map(|(_, candidate)| candidate)
 }
 
+/// Up to here every whole number is one of floating point: 2^53.
+const EXACT: f64 = 9_007_199_254_740_992.0;
+
 fn whole(value: &Value) -> Option<u64> {
-    const EXACT: f64 = 9_007_199_254_740_992.0; // 2^53
     match value.as_u64() {
         Some(n) => Some(n),
         None => value.as_f64().filter(|x| (0.0..=EXACT).contains(x) && x.fract() == 0.0).map(|x| x as u64),

@@ -326,7 +326,8 @@ fn seeds_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<u64> {
                     }
                     None => {
                         let place = format!("$.seeds[{at}]");
-                        faults.push(Fault::new(place, shown(item), "is no seed", "a whole number"));
+                        let accepted = format!("a whole number up to {}", u64::MAX);
+                        faults.push(Fault::new(place, shown(item), "is no seed", accepted));
                     }
                 }
             }
@@ -561,6 +562,7 @@ mod tests {
             r#"{"case": "rock.json", "seeds": [1, 2, 1, "x"]}"#,
             &["$.seeds[2]: is there twice", "$.seeds[3]: is no seed"],
         );
+        faulty(r#"{"case": "rock.json", "seeds": [99999999999999999999]}"#, &["up to 18446744073709551615"]);
         faulty(r#"{"case": "rock.json", "seeds": {"count": 0}}"#, &["$.seeds: are no seeds"]);
         faulty(
             r#"{"case": "rock.json", "seeds": [3], "set": {"/contact/friction": 0.5}, "grid": {"/seed": [1], "/contact/friction": [0.6]}}"#,

@@ -1,5 +1,7 @@
 //! What a study can vary, the values it takes, and the members that come of it.
 
+use std::num::IntErrorKind;
+
 use serde_json::{Value, json};
 
 use crate::case::{Case, Fidelity, Geometry, RawCase, StageCase};
@@ -316,6 +318,9 @@ fn whole(values: &[String], least: usize, default: impl Fn() -> Vec<usize>) -> R
     let number = |text: &String| match text.trim().parse::<usize>() {
         Ok(n) if n >= least => Ok(n),
         Ok(_) => Err(Error::Usage(format!("--values: {text:?} is below {least}"))),
+        Err(e) if *e.kind() == IntErrorKind::PosOverflow => {
+            Err(Error::Usage(format!("--values: {text:?} is too large: at most {}", usize::MAX)))
+        }
         Err(_) => Err(Error::Usage(format!("--values: {text:?} is not a whole number"))),
     };
     match values {
@@ -419,6 +424,14 @@ mod tests {
             assert!((setting.size.unwrap() * cells.cbrt() - 1.0).abs() < 1e-12, "{setting:?}");
         }
         assert_eq!(Vary::Seed.as_built(&mut settings, &all), None);
+    }
+
+    #[test]
+    fn a_seed_beyond_what_there_are_is_too_large() {
+        let (raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
+        let seed = |text: &str| Vary::Seed.settings(&raw, &case, &[text.into()]).unwrap_err().to_string();
+        assert!(seed("99999999999999999999").contains("is too large: at most 18446744073709551615"));
+        assert!(seed("1.5").contains("is not a whole number"));
     }
 
     #[test]
