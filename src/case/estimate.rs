@@ -148,6 +148,36 @@ impl std::fmt::Display for Estimate {
         writeln!(f, "degrees of freedom   {:>12}  (about)", self.degrees_of_freedom)?;
         writeln!(f, "increments           {:>12}  (if none is cut)", self.increments)?;
         writeln!(f, "memory               {:>9.1} GB  (order of magnitude)", self.memory / 1e9)?;
-        write!(f, "time on one core     {:>9.1} h   (order of magnitude)", self.time / 3600.0)
+        let (unit, seconds) = match self.time {
+            t if t < 120.0 => ("s", 1.0),
+            t if t < 7200.0 => ("min", 60.0),
+            _ => ("h", 3600.0),
+        };
+        write!(f, "time on one core     {:>9.1} {unit:<3} (order of magnitude)", self.time / seconds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_in_a_unit_that_fits() {
+        let line = |time: f64| {
+            let estimate = Estimate {
+                grains: 1,
+                cells: 1,
+                contacts: 1,
+                degrees_of_freedom: 6,
+                increments: 1,
+                memory: 1e9,
+                time,
+                size: None,
+            };
+            estimate.to_string().lines().last().unwrap_or("").to_string()
+        };
+        for (time, shown) in [(2.04, "2.0 s   ("), (1500.0, "25.0 min ("), (9e5, "250.0 h   (")] {
+            assert!(line(time).contains(&format!(" {shown}order")), "{}", line(time));
+        }
     }
 }

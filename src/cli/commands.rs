@@ -2,13 +2,13 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::ladder::{Finding, RUNGS, Rung};
 use crate::linalg;
-use crate::report::write_report;
+use crate::report::{duration, write_report};
 use crate::results::{Existing, Reader, Summary, write_bodies_csv, write_history_csv, write_vtu_series};
 use crate::simulation::{self, End, Options, Outcome, expected_draws, generate_specimen, missing_start};
 
@@ -168,7 +168,7 @@ pub fn verify(arguments: &Verify) -> Ended {
             *if finding.passed() { &mut passed } else { &mut failed } += 1;
         }
     }
-    say(&format!("{passed} passed, {failed} failed, in {}", duration(start.elapsed())));
+    say(&format!("{passed} passed, {failed} failed, in {}", duration(start.elapsed().as_secs_f64())));
     Ok(if failed == 0 { Ending::Done } else { Ending::CheckFailed })
 }
 
@@ -238,14 +238,4 @@ fn set_threads(wanted: Option<u16>) -> Result<usize, Failure> {
         .map_err(|e| Error::Usage(format!("cannot start {threads} threads: {e}")))?;
     linalg::factorise_sequentially();
     Ok(threads)
-}
-
-/// Seconds as people read them.
-pub fn duration(time: Duration) -> String {
-    let seconds = time.as_secs_f64();
-    match seconds {
-        s if s < 60.0 => format!("{s:.1} s"),
-        s if s < 3600.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
-        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s % 3600.0 / 60.0).floor()),
-    }
 }

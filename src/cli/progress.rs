@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 
 use crate::case::Case;
-use crate::report::short;
+use crate::report::{duration, short};
 use crate::results::{HISTORY, HistoryRow, Value as Number};
 use crate::simulation::{
     Drawn, End, Observer, Options, Outcome, PlannedStage, Resumption, Seating, SpecimenReport, StageReport,
@@ -19,7 +19,6 @@ use crate::specimen::statistics::ClassStatistics;
 use crate::triaxial::{Path, Stage, StageEnd, Steps};
 
 use super::arguments::{ProgressKind, Target};
-use super::commands::duration;
 use super::{complain, interrupt, note, say};
 
 /// How often lines tell of a specimen being generated.
@@ -82,7 +81,7 @@ impl Progress {
         match &self.display {
             Display::Quiet => {}
             Display::Plain | Display::Bar(_) => {
-                note(&format!("{status:<12} {increments} increments in {}", duration(time)));
+                note(&format!("{status:<12} {increments} increments in {}", duration(time.as_secs_f64())));
                 say(&options.out.display().to_string());
             }
             Display::Json => say(&json!({
@@ -226,7 +225,7 @@ impl Observer for Progress {
         };
         self.tell(
             || {
-                let (kind, time) = (r.stage.kind, duration(r.wall_time));
+                let (kind, time) = (r.stage.kind, duration(r.wall_time.as_secs_f64()));
                 if r.increments == 0 {
                     return format!("{kind:<15} {end} without an increment in {time}");
                 }
@@ -362,7 +361,7 @@ fn specimen_lines(r: &SpecimenReport) -> String {
             r.cells,
             r.worst_radius_ratio,
             gjk.max(axis),
-            duration(r.wall_time)
+            duration(r.wall_time.as_secs_f64())
         ),
     ]
     .join("\n")

@@ -197,6 +197,16 @@ pub fn short(value: f64) -> String {
     minus(text)
 }
 
+/// Seconds as people read them.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        t if !t.is_finite() => "–".into(),
+        t if t < 120.0 => format!("{t:.1} s"),
+        t if t < 7200.0 => format!("{:.0} min {:02.0} s", (t / 60.0).floor(), (t % 60.0).floor()),
+        t => format!("{:.0} h {:02.0} min", (t / 3600.0).floor(), (t % 3600.0 / 60.0).floor()),
+    }
+}
+
 fn scientific(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
@@ -273,5 +283,12 @@ mod tests {
         {
             assert_eq!(short(value), text);
         }
+    }
+
+    #[test]
+    fn times_as_people_read_them() {
+        assert_eq!(duration(86.8), "86.8 s");
+        assert_eq!(duration(1500.0), "25 min 00 s");
+        assert_eq!(duration(f64::NAN), "–");
     }
 }

@@ -23,7 +23,7 @@ mod raster;
 mod run;
 mod surface;
 
-pub use axis::{Axis, short};
+pub use axis::{Axis, duration, short};
 pub use laboratory::{LaboratoryCurve, read_laboratory};
 pub use run::{Curve, Run, Shearing};
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::error::Result;
 
-use super::axis::short;
+use super::axis::{duration, short};
 use super::cost::Cost;
 use super::grading;
 use super::run::Run;
@@ -196,20 +196,11 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
     line("augmentations", format!("{:.0}, {} an increment", cost.augmentations, each(cost.augmentations)));
     line("cuts", format!("{:.0}", cost.cuts));
     line("worst out of balance", short(cost.out_of_balance));
-    line("wall time", seconds(cost.wall_time));
+    line("wall time", duration(cost.wall_time));
     line("seed", s.seed.to_string());
     line("riprap", format!("{} ({})", s.riprap_version, s.riprap_commit));
     line("host, threads", format!("{}, {}", s.host, s.threads));
     Ok(lines)
-}
-
-fn seconds(time: f64) -> String {
-    match time {
-        t if !t.is_finite() => "–".into(),
-        t if t < 120.0 => format!("{t:.1} s"),
-        t if t < 7200.0 => format!("{:.0} min {:02.0} s", (t / 60.0).floor(), (t % 60.0).floor()),
-        t => format!("{:.0} h {:02.0} min", (t / 3600.0).floor(), (t % 3600.0 / 60.0).floor()),
-    }
 }
 
 /// Text that HTML takes as text.
@@ -261,12 +252,5 @@ mod tests {
             sections: vec![Section::Heading(title.clone()), Section::Case(title.clone())],
         };
         assert!(!page.to_html().contains("<script"));
-    }
-
-    #[test]
-    fn times_as_people_read_them() {
-        assert_eq!(seconds(86.8), "86.8 s");
-        assert_eq!(seconds(1500.0), "25 min 00 s");
-        assert_eq!(seconds(f64::NAN), "–");
     }
 }
