@@ -149,8 +149,13 @@ impl fmt::Display for Summary {
         writeln!(f, "{title}")?;
         writeln!(f, "  file        {} ({})", self.file.display(), size(self.file_bytes))?;
         write!(f, "  status      {}", self.status)?;
-        if !self.reason.is_empty() {
-            write!(f, ": {}", self.reason)?;
+        match (self.reason.as_str(), self.status.as_str()) {
+            // Whoever was killed could not say why.
+            ("", "killed") => {
+                write!(f, ", or stopped by a full disk or a crash; run --resume goes on from it")?
+            }
+            ("", _) => {}
+            (reason, _) => write!(f, ": {reason}")?,
         }
         writeln!(f)?;
         writeln!(f, "  made by     riprap {} ({})", self.riprap_version, self.riprap_commit)?;
@@ -260,6 +265,18 @@ mod tests {
         // Files of versions that knew the one alone.
         let older = Summary { last: vec![named("void_ratio", 0.28)], ..Summary::default() }.to_string();
         assert!(!older.contains("between the walls"), "{older}");
+    }
+
+    #[test]
+    fn a_killed_run_says_what_to_do() {
+        let of = |status: &str, reason: &str| {
+            let summary = Summary { status: status.into(), reason: reason.into(), ..Summary::default() };
+            summary.to_string().lines().nth(2).unwrap_or("").to_string()
+        };
+        let hint = "killed, or stopped by a full disk or a crash; run --resume goes on from it";
+        assert_eq!(of("killed", ""), format!("  status      {hint}"));
+        assert_eq!(of("finished", ""), "  status      finished");
+        assert_eq!(of("stopped", "no balance"), "  status      stopped: no balance");
     }
 
     #[test]
