@@ -79,7 +79,7 @@ Examples:
   riprap report run.h5 --out report                 charts (SVG, PNG) and report/report.html
   riprap report p0400.h5 p0800.h5 --out report --lab measured.csv
 
-The table of --lab has a header line that names its columns with their units:
+The table of --lab has a header line that names its columns, each with its unit:
   curve, axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]
 `curve` tells several curves apart; one of the last two columns is enough; compression counts positive.";
 

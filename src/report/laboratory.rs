@@ -10,8 +10,9 @@
 //!
 //! The first line names the columns, in any order, each with its unit in brackets: `axial_strain` is needed, and at least
 //! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart. Strains are in `%` or `1`, stresses in
-//! `Pa`, `kPa` or `MPa`; without a unit, SI. Compression and contraction count positive. A cell may be empty. Commas,
-//! semicolons or tabs part the cells. Other columns are left out, so that what `riprap export --csv` writes can be overlaid too.
+//! `Pa`, `kPa` or `MPa`; a column without its unit is refused. Compression and contraction count positive. A cell may be empty.
+//! Commas, semicolons or tabs part the cells. Other columns are left out, so that what `riprap export --csv` writes can be
+//! overlaid too.
 
 use std::path::Path;
 
@@ -28,22 +29,41 @@ pub struct LaboratoryCurve {
 }
 
 const COLUMNS: [&str; 4] = ["curve", "axial_strain", "deviatoric_stress", "volumetric_strain"];
+/// Units and how many of SI they are.
+const STRAINS: &[(&str, f64)] = &[("%", 0.01), ("1", 1.0), ("-", 1.0)];
+const STRESSES: &[(&str, f64)] = &[("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6)];
+/// Faults of a table that are listed; the others are counted.
+const LISTED: usize = 10;
+
+/// A line of a table and what is wrong there.
+type Fault = (usize, String);
+/// Where a row has the columns, and what makes their cells SI.
+type Places = [Option<(usize, f64)>; 4];
 
 /// Reads a file of laboratory curves.
 ///
 /// # Errors
-/// `Error::Io`; `Error::Usage` with file and line for what is no such table.
+/// `Error::Io`; `Error::Usage` with file and line of everything that keeps it from being such a table.
 pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
     let text = String::from_utf8(bytes)
         .map_err(|_| Error::Usage(format!("{}: is not UTF-8 text", path.display())))?;
     let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
-    parse(&text, &format!("laboratory, {stem}"))
-        .map_err(|(line, message)| Error::Usage(format!("{}:{line}: {message}", path.display())))
+    parse(&text, &format!("laboratory, {stem}")).map_err(|faults| Error::Usage(listed(path, &faults)))
+}
+
+/// The faults of a file, a line each.
+fn listed(path: &Path, faults: &[Fault]) -> String {
+    let one = |(line, message): &Fault| format!("{}:{line}: {message}", path.display());
+    let mut lines: Vec<String> = faults.iter().take(LISTED).map(one).collect();
+    if faults.len() > LISTED {
+        lines.push(format!("{}: and {} faults more", path.display(), faults.len() - LISTED));
+    }
+    lines.join("\n")
 }
 
 /// The rows of a table, each with the number of its line; without remarks and empty lines.
-fn records(text: &str, separator: u8) -> Result<Vec<(usize, csv::StringRecord)>, (usize, String)> {
+fn records(text: &str, separator: u8) -> Result<Vec<(usize, csv::StringRecord)>, Fault> {
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(separator)
         .has_headers(false)
@@ -63,68 +83,100 @@ fn records(text: &str, separator: u8) -> Result<Vec<(usize, csv::StringRecord)>,
     Ok(rows)
 }
 
-/// `name` is the curve's where the table has no `curve` column. The error is a line number and what is wrong there.
-fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, (usize, String)> {
+/// Where a header has the columns, and what is wrong with it.
+fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
+    let (mut places, mut faults): (Places, Vec<String>) = Default::default();
+    for (at, cell) in header.iter().enumerate() {
+        let (column, unit) = parted(cell);
+        let Some(number) = COLUMNS.iter().position(|known| *known == column) else { continue };
+        if places[number].is_some() {
+            faults.push(format!("has two columns {column}"));
+        }
+        let factor = factor(number, unit).unwrap_or_else(|fault| {
+            faults.push(fault);
+            f64::NAN
+        });
+        places[number] = Some((at, factor));
+    }
+    let names: Vec<&str> = header.iter().map(|cell| parted(cell).0).collect();
+    let found = names.join(", ");
+    if places[1].is_none() {
+        faults.push(format!("has no column axial_strain (found: {found})"));
+    }
+    if places[2].is_none() && places[3].is_none() {
+        let problem = "has neither a column deviatoric_stress nor volumetric_strain";
+        faults.push(format!("{problem} (found: {found})"));
+    }
+    (places, faults)
+}
+
+/// A header's cell as the column's name and its unit.
+fn parted(cell: &str) -> (&str, Option<&str>) {
+    let cell = cell.trim_matches('"');
+    match cell.split_once('[') {
+        Some((column, unit)) => (column.trim(), Some(unit.trim_end_matches(']').trim())),
+        None => (cell, None),
+    }
+}
+
+/// What makes the cells of a column SI.
+fn factor(number: usize, unit: Option<&str>) -> Result<f64, String> {
+    let units = match number {
+        0 => return Ok(1.0),
+        2 => STRESSES,
+        _ => STRAINS,
+    };
+    let known = units.iter().find(|(name, _)| unit == Some(*name));
+    known.map(|(_, factor)| *factor).ok_or_else(|| {
+        let column = COLUMNS[number];
+        let accepted = if number == 2 { "[Pa], [kPa], [MPa]" } else { "[%], [1]" };
+        match unit {
+            None | Some("") => format!("column {column} has no unit (accepted: {accepted} behind its name)"),
+            Some(unit) => format!("{column}: unit [{unit}] is unknown (accepted: {accepted})"),
+        }
+    })
+}
+
+/// A row's axial strain, deviatoric stress and volumetric strain in SI; not a number where a cell is empty.
+fn numbers(cells: &csv::StringRecord, places: &Places) -> Result<[f64; 3], String> {
+    let number = |column: usize| -> Result<f64, String> {
+        let Some((at, factor)) = places[column] else { return Ok(f64::NAN) };
+        match cells.get(at).unwrap_or("") {
+            "" => Ok(f64::NAN),
+            cell => match cell.parse::<f64>() {
+                // Our own export writes NaN for what a row does not have.
+                Ok(value) if value.is_finite() || value.is_nan() => Ok(value * factor),
+                _ => Err(format!("{}: {cell:?} is no number", COLUMNS[column])),
+            },
+        }
+    };
+    Ok([number(1)?, number(2)?, number(3)?])
+}
+
+/// `name` is the curve's where the table has no `curve` column.
+fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let is_content = |line: &str| !line.trim().is_empty() && !line.trim().starts_with('#');
     let header = text.lines().find(|line| is_content(line)).unwrap_or("");
     let separator = [b';', b'\t', b','].into_iter().find(|&c| header.contains(char::from(c))).unwrap_or(b',');
-    let mut rows = records(text, separator)?.into_iter();
+    let mut rows = records(text, separator).map_err(|fault| vec![fault])?.into_iter();
     let Some((header_line, header)) = rows.next() else {
-        return Err((1, "has no header line".into()));
+        return Err(vec![(1, "has no header line".into())]);
     };
-    let mut places: [Option<(usize, f64)>; 4] = [None; 4];
-    for (at, cell) in header.iter().enumerate() {
-        let cell = cell.trim_matches('"');
-        let (column, unit) = match cell.split_once('[') {
-            Some((column, unit)) => (column.trim(), Some(unit.trim_end_matches(']').trim())),
-            None => (cell, None),
-        };
-        let Some(number) = COLUMNS.iter().position(|known| *known == column) else { continue };
-        let factor = match (number, unit) {
-            (0, _) | (_, None | Some("1" | "-" | "")) if number != 2 || unit.is_none() => 1.0,
-            (1 | 3, Some("%")) => 0.01,
-            (2, Some("Pa")) => 1.0,
-            (2, Some("kPa")) => 1e3,
-            (2, Some("MPa")) => 1e6,
-            (_, unit) => {
-                let accepted = if number == 2 { "Pa, kPa, MPa" } else { "%, 1" };
-                let unit = unit.unwrap_or_default();
-                return Err((
-                    header_line,
-                    format!("{column}: unit [{unit}] is unknown (accepted: {accepted})"),
-                ));
-            }
-        };
-        if places[number].is_some() {
-            return Err((header_line, format!("has two columns {column}")));
-        }
-        places[number] = Some((at, factor));
-    }
-    if places[1].is_none() {
-        return Err((header_line, "has no column axial_strain".into()));
-    }
-    if places[2].is_none() && places[3].is_none() {
-        return Err((header_line, "has neither a column deviatoric_stress nor volumetric_strain".into()));
-    }
+    let (places, faults) = places_of(&header);
+    let mut faults: Vec<Fault> = faults.into_iter().map(|fault| (header_line, fault)).collect();
     let mut curves: Vec<LaboratoryCurve> = Vec::new();
-    for (line_number, cells) in rows {
+    for (line, cells) in rows {
         let (count, columns) = (cells.len(), header.len());
         if cells.iter().skip(columns).any(|cell| !cell.trim().is_empty()) {
             let problem = format!("has {count} cells under a header of {columns}");
-            return Err((line_number, problem + "; decimal commas need semicolons between the cells"));
+            faults.push((line, problem + "; decimal commas need semicolons between the cells"));
+            continue;
         }
-        let number = |column: usize| -> Result<f64, (usize, String)> {
-            let Some((at, factor)) = places[column] else { return Ok(f64::NAN) };
-            match cells.get(at).unwrap_or("") {
-                "" => Ok(f64::NAN),
-                cell => match cell.parse::<f64>() {
-                    // Our own export writes NaN for what a row does not have.
-                    Ok(value) if value.is_finite() || value.is_nan() => Ok(value * factor),
-                    _ => Err((line_number, format!("{}: {cell:?} is no number", COLUMNS[column]))),
-                },
-            }
-        };
+        let row = numbers(&cells, &places).unwrap_or_else(|fault| {
+            faults.push((line, fault));
+            [f64::NAN; 3]
+        });
         let label = match places[0] {
             Some((at, _)) => cells.get(at).unwrap_or(""),
             None => name,
@@ -134,16 +186,15 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, (usize, String)
             curves.push(LaboratoryCurve { label: label.to_string(), ..LaboratoryCurve::default() });
             curves.len() - 1
         });
-        let row = [number(1)?, number(2)?, number(3)?];
         let curve = &mut curves[at];
         curve.axial_strain.push(row[0]);
         curve.deviatoric_stress.push(row[1]);
         curve.volumetric_strain.push(row[2]);
     }
-    match curves.is_empty() {
-        true => Err((header_line, "has no rows below its header".into())),
-        false => Ok(curves),
+    if curves.is_empty() && faults.is_empty() {
+        faults.push((header_line, "has no rows below its header".into()));
     }
+    if faults.is_empty() { Ok(curves) } else { Err(faults) }
 }
 
 #[cfg(test)]
@@ -164,7 +215,7 @@ mod tests {
     #[test]
     fn quoted_cells_may_hold_the_separator() {
         let text =
-            "curve,axial_strain,deviatoric_stress\n\"a, b\",0.1,2\n\"say \"\"c\"\"\",0.2,3\n\n#, \"open\n";
+            "curve,axial_strain [1],deviatoric_stress [Pa]\n\"a, b\",0.1,2\n\"say \"\"c\"\"\",0.2,3\n\n#, \"open\n";
         let curves = parse(text, "file").unwrap_or_else(|e| panic!("{e:?}"));
         let labels: Vec<&str> = curves.iter().map(|curve| curve.label.as_str()).collect();
         assert_eq!(labels, ["a, b", "say \"c\""]);
@@ -188,13 +239,38 @@ mod tests {
             ("deviatoric_stress [MPa], x\n1,2\n", 1, "no column axial_strain"),
             ("axial_strain [inch], deviatoric_stress [MPa]\n1,2\n", 1, "inch"),
             ("axial_strain [%], deviatoric_stress [psi]\n1,2\n", 1, "psi"),
-            ("axial_strain, axial_strain, deviatoric_stress\n1,2,3\n", 1, "two columns"),
-            ("axial_strain, deviatoric_stress\n", 1, "no rows"),
-            ("axial_strain, deviatoric_stress\n1,2\n1,two\n", 3, "\"two\""),
-            ("axial_strain, deviatoric_stress\n0,1,0,3\n", 2, "4 cells under a header of 2"),
+            ("axial_strain [1], axial_strain [1], deviatoric_stress [Pa]\n1,2,3\n", 1, "two columns"),
+            ("axial_strain [1], deviatoric_stress [Pa]\n", 1, "no rows"),
+            ("axial_strain [1], deviatoric_stress [Pa]\n1,2\n1,two\n", 3, "\"two\""),
+            ("axial_strain [1], deviatoric_stress [Pa]\n0,1,0,3\n", 2, "4 cells under a header of 2"),
         ] {
-            let (at, message) = parse(text, "x").expect_err(text);
-            assert!(at == line && message.contains(says), "{text:?}: {at}: {message}");
+            let faults = parse(text, "x").expect_err(text);
+            let (at, message) = &faults[0];
+            assert!(*at == line && message.contains(says), "{text:?}: {at}: {message}");
         }
+    }
+
+    /// 1, 2 in per cent and in MPa would be 100 % and 2 Pa.
+    #[test]
+    fn columns_without_units_are_refused() {
+        for header in ["curve,axial_strain,deviatoric_stress", "curve,axial_strain [],deviatoric_stress []"] {
+            let faults = parse(&format!("{header}\nA,1,2\n"), "x").expect_err(header);
+            assert_eq!(faults.len(), 2, "{faults:?}");
+            assert!(faults[0].1.contains("axial_strain has no unit (accepted: [%], [1]"), "{faults:?}");
+            assert!(faults[1].1.contains("deviatoric_stress has no unit (accepted: [Pa]"), "{faults:?}");
+        }
+    }
+
+    #[test]
+    fn all_faults_are_listed_with_what_was_found() {
+        let text = "strain [%], deviatoric_stress [psi]\n1,2\n1,two\n1,2,3\n";
+        let faults = parse(text, "x").expect_err(text);
+        let lines: Vec<usize> = faults.iter().map(|(line, _)| *line).collect();
+        assert_eq!(lines, [1, 1, 3, 4]);
+        assert!(faults[1].1.contains("no column axial_strain (found: strain, deviatoric_stress)"), "{faults:?}");
+        let many: Vec<Fault> = (1..=14).map(|line| (line, "wrong".into())).collect();
+        let text = listed(Path::new("lab.csv"), &many);
+        assert_eq!(text.lines().count(), LISTED + 1);
+        assert!(text.starts_with("lab.csv:1: wrong\n") && text.ends_with("lab.csv: and 4 faults more"), "{text}");
     }
 }
