@@ -14,7 +14,7 @@
 //! Commas, semicolons or tabs part the cells. Other columns are left out, so that what `riprap export --csv` writes can be
 //! overlaid too.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
@@ -50,6 +50,33 @@ pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
         .map_err(|_| Error::Usage(format!("{}: is not UTF-8 text", path.display())))?;
     let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
     parse(&text, &format!("laboratory, {stem}")).map_err(|faults| Error::Usage(listed(path, &faults)))
+}
+
+/// Reads several files. A curve's name that another file has, or that is among `taken`, gets its file's name behind it.
+///
+/// # Errors
+/// As [`read_laboratory`].
+pub fn read_laboratories(paths: &[PathBuf], taken: &[String]) -> Result<Vec<LaboratoryCurve>> {
+    let tables = paths.iter().map(|path| read_laboratory(path)).collect::<Result<Vec<_>>>()?;
+    let has = |table: &[LaboratoryCurve], label: &str| table.iter().any(|curve| curve.label == label);
+    let mut curves = Vec::new();
+    for (at, (path, table)) in paths.iter().zip(&tables).enumerate() {
+        let others: Vec<usize> = (0..paths.len()).filter(|&other| other != at).collect();
+        let own_stem = others.iter().all(|&other| paths[other].file_stem() != path.file_stem());
+        let file = match (own_stem, path.file_stem()) {
+            (true, Some(stem)) => stem.to_string_lossy().into_owned(),
+            (_, _) => path.display().to_string(),
+        };
+        for curve in table {
+            let elsewhere = others.iter().any(|&other| has(&tables[other], &curve.label));
+            let label = match elsewhere || taken.contains(&curve.label) {
+                true => format!("{} ({file})", curve.label),
+                false => curve.label.clone(),
+            };
+            curves.push(LaboratoryCurve { label, ..curve.clone() });
+        }
+    }
+    Ok(curves)
 }
 
 /// The faults of a file, a line each.
@@ -248,6 +275,28 @@ mod tests {
             let (at, message) = &faults[0];
             assert!(*at == line && message.contains(says), "{text:?}: {at}: {message}");
         }
+    }
+
+    #[test]
+    fn curves_of_one_name_are_told_by_their_files() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, labels: [&str; 2]| -> PathBuf {
+            let path = folder.path().join(name);
+            let [a, b] = labels;
+            let text = format!("curve, axial_strain [%], deviatoric_stress [MPa]\n{a},0,0\n{b},1,1\n");
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+            std::fs::write(&path, text).expect("a table");
+            path
+        };
+        let labels = |paths: &[PathBuf]| -> Vec<String> {
+            let curves = read_laboratories(paths, &["a run".into()]).unwrap_or_else(|e| panic!("{e}"));
+            curves.into_iter().map(|curve| curve.label).collect()
+        };
+        let (wet, dry) = (write("wet.csv", ["0.8 MPa", "wet"]), write("dry.csv", ["0.8 MPa", "a run"]));
+        let found = labels(&[wet.clone(), dry]);
+        assert_eq!(found, ["0.8 MPa (wet)", "wet", "0.8 MPa (dry)", "a run (dry)"]);
+        let found = labels(&[wet, write("other/wet.csv", ["0.8 MPa", "b"])]);
+        assert_ne!(found[0], found[2]);
     }
 
     /// 1, 2 in per cent and in MPa would be 100 % and 2 Pa.

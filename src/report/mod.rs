@@ -24,7 +24,7 @@ mod run;
 mod surface;
 
 pub use axis::{Axis, duration, short};
-pub use laboratory::{LaboratoryCurve, read_laboratory};
+pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
 pub use run::{Curve, Run, Shearing};
 
 use std::path::{Path, PathBuf};
@@ -51,11 +51,9 @@ pub struct Report {
 /// # Errors
 /// Files that cannot be read or written; a laboratory table at fault.
 pub fn write_report(files: &[PathBuf], laboratory: &[PathBuf], folder: &Path) -> Result<Report> {
-    let mut curves = Vec::new();
-    for table in laboratory {
-        curves.extend(read_laboratory(table)?);
-    }
     let runs = Run::open_all(files)?;
+    let labels: Vec<String> = runs.iter().map(|run| run.label.clone()).collect();
+    let curves = read_laboratories(laboratory, &labels)?;
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     let mut output = Output { folder, report: Report::default() };
     let mut page = Page::new(&runs)?;
