@@ -23,13 +23,18 @@ fn stress(strain: f64) -> f64 {
 
 /// A run of a consolidation and a shearing to 5 % in 50 increments, two grains, damage, contacts, breakage.
 fn write_made_run(path: &Path, outcome: Outcome) {
+    write_run_of(path, outcome, &["consolidate", "shear"]);
+}
+
+/// The same, of other stages.
+fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str]) {
     let record = CaseRecord {
         title: "<b>Known & made</b>".into(),
         given: CASE.into(),
         completed: CASE.into(),
         seed: 1,
         threads: 1,
-        stages: vec!["consolidate".into(), "shear".into()],
+        stages: stages.iter().map(|kind| kind.to_string()).collect(),
     };
     let mut writer = Writer::create(path, &record, Existing::Refuse).expect("a new file");
     let mut mesh = FieldMesh::new();
@@ -220,6 +225,30 @@ fn the_page_needs_nothing_but_itself() {
         let bytes = std::fs::read(out.join(format!("{stem}.png"))).unwrap_or_else(|e| panic!("{stem}: {e}"));
         assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n", "{stem}");
     }
+}
+
+/// Strains of a run without a stage behind the consolidation, or without one, count from its start.
+#[test]
+fn captions_say_what_strains_count_from() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let captions = |name: &str, stages: &[&str]| -> String {
+        let file = folder.path().join(name);
+        write_run_of(&file, Outcome::Finished, stages);
+        let report = write_report(&[file], &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
+        read(&report.page)
+    };
+    let whole = captions("whole.h5", &["consolidate", "shear"]);
+    assert!(whole.contains("Strains count from the end of the consolidation;"));
+    assert!(whole.contains("have moved since it was consolidated"));
+    for stages in [&["shear", "shear"][..], &["consolidate", "consolidate"]] {
+        let page = captions(&format!("{}.h5", stages[0]), stages);
+        assert!(page.contains("Strains count from the start of the run;"), "{stages:?}");
+        assert!(!page.contains("since it was start"), "{stages:?}");
+    }
+    // Beside each other, by name.
+    let files = ["whole.h5", "shear.h5"].map(|name| folder.path().join(name));
+    let report = write_report(&files, &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(read(&report.page).contains("those of shear from the start of the run"));
 }
 
 /// What is wrong with a file is an error that names it, never a panic.

@@ -78,6 +78,25 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
     Ok(Some(chart))
 }
 
+/// What the strains of a chart count from.
+pub fn caption(runs: &[Run]) -> Result<String> {
+    let (mut behind, mut from_start) = (0, Vec::new());
+    for run in runs.iter().filter(|run| !run.is_scene()) {
+        match run.shearing()?.behind_consolidation {
+            true => behind += 1,
+            false => from_start.push(run.label.as_str()),
+        }
+    }
+    let of = match (behind, &from_start[..]) {
+        (_, []) => "the end of the consolidation".to_string(),
+        (0, _) => "the start of the run".to_string(),
+        (_, runs) => {
+            format!("the end of the consolidation; those of {} from the start of the run", runs.join(", "))
+        }
+    };
+    Ok(format!("Strains count from {of}; compression and contraction are positive."))
+}
+
 /// The points of a curve that get a mark: all of a few; else some, not where its neighbours' are.
 fn marks(points: Vec<[f64; 2]>, number: usize) -> Vec<[f64; 2]> {
     if points.len() <= MANY {

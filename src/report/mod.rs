@@ -63,9 +63,8 @@ pub fn write_report(files: &[PathBuf], laboratory: &[PathBuf], folder: &Path) ->
         output.report.remarks.push("no run has strains: the laboratory's curves are not shown".into());
     }
     if let Some(chart) = overlay {
-        let caption =
-            "Strains count from the end of the consolidation; compression and contraction are positive.";
-        page.sections.push(Section::Chart(output.chart("stress_strain", &chart)?, caption.into()));
+        let caption = curves::caption(&runs)?;
+        page.sections.push(Section::Chart(output.chart("stress_strain", &chart)?, caption));
     }
     let all: Vec<&Run> = runs.iter().collect();
     if let Some(chart) = energy::chart(&all)? {

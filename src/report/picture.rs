@@ -85,7 +85,7 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
         let strain = row.and_then(|row| strain.get(row)).filter(|strain| strain.is_finite());
         Ok(match (states[state].increment, leading, strain) {
             (0, ..) => "start".into(),
-            (_, 1.., _) if states[state].time <= leading as f64 + 1e-9 => "consolidated".into(),
+            (_, 1.., _) if (states[state].time - leading as f64).abs() <= 1e-9 => "consolidated".into(),
             (_, _, Some(strain)) => format!("axial strain {} %", short(100.0 * strain)),
             (increment, ..) => format!("increment {increment}"),
         })
@@ -127,8 +127,8 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
         shots.extend(whole_and_cut("displacement", Paint::Displacement, Quantity::OnPoints(&distance)));
     }
     let mut pictures = Vec::new();
-    let about =
-        format!("{}: the specimen, and how far its grains have moved since it was {since}", run.label);
+    let moved = (first < last).then_some(&*since);
+    let about = format!("{}: {}", run.label, of_specimen(moved));
     pictures.extend(composed(&format!("specimen_{}", run.stem), &about, &shots));
     let damage = run.reader.saved_field("CellData", "damage", last)?;
     if damage.iter().any(|&d| d > 1e-6) || gone.iter().any(|&gone| gone) {
@@ -138,6 +138,18 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
         pictures.extend(composed(&format!("damage_{}", run.stem), &about, &shots));
     }
     Ok(pictures)
+}
+
+/// What a specimen's picture shows; `since` names the state that displacements count from.
+fn of_specimen(since: Option<&str>) -> String {
+    match since {
+        None => "the specimen".into(),
+        Some("start") => "the specimen, and how far its grains have moved since the start".into(),
+        Some("consolidated") => {
+            "the specimen, and how far its grains have moved since it was consolidated".into()
+        }
+        Some(state) => format!("the specimen, and how far its grains have moved since {state}"),
+    }
 }
 
 /// Through the middle of all points [m].
@@ -272,4 +284,21 @@ fn limit(shots: &[Shot]) -> f64 {
     values.sort_by(f64::total_cmp);
     let at = (values.len() as f64 * 0.995) as usize;
     values.get(at.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0).max(1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn captions_read_as_sentences() {
+        for (since, end) in [
+            (None, "the specimen"),
+            (Some("start"), "moved since the start"),
+            (Some("consolidated"), "moved since it was consolidated"),
+            (Some("axial strain 2 %"), "moved since axial strain 2 %"),
+        ] {
+            assert!(of_specimen(since).ends_with(end), "{since:?}: {}", of_specimen(since));
+        }
+    }
 }

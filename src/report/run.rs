@@ -41,6 +41,8 @@ pub struct Shearing {
     pub rows: Vec<usize>,
     /// Of these rows; strains are 0 at the first if that is the consolidation's.
     pub curve: Curve,
+    /// Whether strains count from the end of the consolidation; else from the start of the run.
+    pub behind_consolidation: bool,
     /// Deviatoric stress before the first row [Pa], where strains begin there: of a run that starts from the
     /// consolidated specimen of another one, by the secant modulus of its first row.
     pub start: Option<f64>,
@@ -128,7 +130,8 @@ impl Run {
             }
             _ => None,
         };
-        Ok(Shearing { rows, curve: Curve { axial_strain, volumetric_strain, deviatoric_stress }, start })
+        let curve = Curve { axial_strain, volumetric_strain, deviatoric_stress };
+        Ok(Shearing { rows, curve, behind_consolidation: from_zero, start })
     }
 }
 
@@ -178,7 +181,7 @@ mod tests {
             volumetric_strain: vec![0.0005, 0.0008],
             deviatoric_stress: vec![3e5, 4e5],
         };
-        let rows = Shearing { rows: vec![0, 1], curve, start: None };
+        let rows = Shearing { rows: vec![0, 1], curve, behind_consolidation: false, start: None };
         assert_eq!(rows.clone().from_start().axial_strain, rows.curve.axial_strain);
         let curve = Shearing { start: Some(2e5), ..rows }.from_start();
         assert_eq!(curve.axial_strain, [0.0, 0.001, 0.002]);
