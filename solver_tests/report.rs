@@ -23,13 +23,13 @@ fn stress(strain: f64) -> f64 {
 
 /// A run of a consolidation and a shearing to 5 % in 50 increments, two grains, damage, contacts, breakage.
 fn write_made_run(path: &Path, outcome: Outcome) {
-    write_run_of(path, outcome, &["consolidate", "shear"]);
+    write_run_of(path, outcome, &["consolidate", "shear"], "<b>Known & made</b>");
 }
 
-/// The same, of other stages.
-fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str]) {
+/// The same, of other stages, under another title.
+fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
     let record = CaseRecord {
-        title: "<b>Known & made</b>".into(),
+        title: title.into(),
         given: CASE.into(),
         completed: CASE.into(),
         seed: 1,
@@ -233,7 +233,7 @@ fn captions_say_what_strains_count_from() {
     let folder = tempfile::tempdir().expect("a folder");
     let captions = |name: &str, stages: &[&str]| -> String {
         let file = folder.path().join(name);
-        write_run_of(&file, Outcome::Finished, stages);
+        write_run_of(&file, Outcome::Finished, stages, "A test");
         let report = write_report(&[file], &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
         read(&report.page)
     };
@@ -249,6 +249,30 @@ fn captions_say_what_strains_count_from() {
     let files = ["whole.h5", "shear.h5"].map(|name| folder.path().join(name));
     let report = write_report(&files, &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
     assert!(read(&report.page).contains("those of shear from the start of the run"));
+}
+
+/// Titles that differ only where a legend cuts them give way to the files' names, those that differ at their ends do not.
+#[test]
+fn long_titles_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let far = "a title that says more than a legend has room for, ".repeat(4);
+    let legend = |numbers: [&str; 2], title: &dyn Fn(&str) -> String| -> Vec<String> {
+        let files = numbers.map(|number| folder.path().join(format!("run_{number}.h5")));
+        for (file, number) in files.iter().zip(numbers) {
+            write_run_of(file, Outcome::Finished, &["consolidate", "shear"], &title(number));
+        }
+        let out = folder.path().join("report");
+        write_report(&files, &[], &out).unwrap_or_else(|e| panic!("{e}"));
+        texts(&read(&out.join("stress_strain.svg"))).into_iter().map(|(text, ..)| text).collect()
+    };
+    let ends = legend(["1", "2"], &|number| format!("{far}number {number}"));
+    for end in ["number 1", "number 2"] {
+        assert_eq!(ends.iter().filter(|text| text.ends_with(end)).count(), 1, "{ends:?}");
+    }
+    let middles = legend(["3", "4"], &|number| format!("{far}number {number}, {far}"));
+    for stem in ["run_3", "run_4"] {
+        assert_eq!(middles.iter().filter(|text| *text == stem).count(), 1, "{middles:?}");
+    }
 }
 
 /// What is wrong with a file is an error that names it, never a panic.

@@ -10,6 +10,8 @@ use super::palette::{AXIS, BLACK, Colour, GRID, INK, Stroke, WHITE};
 const TITLE_SIZE: f64 = 15.0;
 const LABEL_SIZE: f64 = 13.0;
 const TICK_SIZE: f64 = 12.0;
+/// Of a chart, unless it says otherwise [px].
+pub const WIDTH: f64 = 720.0;
 /// Height of a legend's row [px].
 const LEGEND_ROW: f64 = 21.0;
 /// Length of a legend's sample [px].
@@ -80,7 +82,7 @@ struct Frame {
 
 impl Chart {
     pub fn new(title: impl Into<String>, panels: Vec<Panel>, arrangement: Arrangement) -> Self {
-        Chart { title: title.into(), panels, arrangement, size: [720.0, 460.0] }
+        Chart { title: title.into(), panels, arrangement, size: [WIDTH, 460.0] }
     }
 
     /// Lays the chart out.
@@ -92,7 +94,7 @@ impl Chart {
         let head = title_height + legend_height;
         let mut drawing = Drawing::new(width, head + self.size[1]);
         if !self.title.is_empty() {
-            let title = fitted(&self.title, TITLE_SIZE, width - 24.0);
+            let title = shortened(&self.title, TITLE_SIZE, width - 24.0);
             drawing.text([14.0, 22.0], &title, TITLE_SIZE, BLACK, Anchor::Left);
         }
         for (row, entries) in legend.iter().enumerate() {
@@ -199,8 +201,17 @@ impl Chart {
         }
         let mut rows: Vec<Vec<(&Layer, String)>> = Vec::new();
         let mut used = f64::INFINITY;
+        let mut cut: Vec<String> = Vec::new();
         for (layer, label) in entries {
-            let label = fitted(&label, TICK_SIZE, width - 32.0 - SAMPLE - 24.0);
+            let mut short = legend_text(&label, width, 0.0);
+            let alike = cut.iter().filter(|known| **known == short).count();
+            cut.push(short.clone());
+            if alike > 0 {
+                // Their difference is in what was cut.
+                let number = format!(" ({})", alike + 1);
+                short = legend_text(&label, width, text_width(&number, TICK_SIZE)) + &number;
+            }
+            let label = short;
             let needed = entry_width(&label);
             match rows.last_mut() {
                 Some(row) if used + needed <= width - 16.0 => row.push((layer, label)),
@@ -229,6 +240,26 @@ pub fn fitted(text: &str, size: f64, width: f64) -> String {
         kept.pop();
     }
     kept.trim_end().to_string() + "…"
+}
+
+/// The text, its middle cut out to `width` [px], since names often differ at their ends.
+fn shortened(text: &str, size: f64, width: f64) -> String {
+    if text_width(text, size) <= width {
+        return text.to_string();
+    }
+    let letters: Vec<char> = text.chars().collect();
+    let cut = |kept: usize| -> String {
+        let (head, tail) = (&letters[..kept.div_ceil(2)], &letters[letters.len() - kept / 2..]);
+        let [head, tail] = [head, tail].map(|part| part.iter().collect::<String>());
+        format!("{}…{}", head.trim_end(), tail.trim_start())
+    };
+    let fits = |kept: &usize| text_width(&cut(*kept), size) <= width;
+    cut((0..letters.len()).rev().find(fits).unwrap_or(0))
+}
+
+/// What the legend of a chart `width` wide shows of a label that leaves `room` for more [px].
+pub fn legend_text(label: &str, width: f64, room: f64) -> String {
+    shortened(label, TICK_SIZE, width - 32.0 - SAMPLE - 24.0 - room)
 }
 
 fn sample(drawing: &mut Drawing, layer: &Layer, [x, y]: [f64; 2]) {
@@ -514,5 +545,26 @@ mod tests {
     fn long_texts_are_cut() {
         let cut = fitted(&"very ".repeat(60), 12.0, 200.0);
         assert!(cut.ends_with('…') && text_width(&cut, 12.0) <= 200.0, "{cut}");
+        let cut = shortened(&format!("first {}last", "very ".repeat(60)), 12.0, 200.0);
+        assert!(cut.starts_with("first ") && cut.ends_with(" last"), "{cut}");
+        assert!(cut.contains('…') && text_width(&cut, 12.0) <= 200.0, "{cut}");
+    }
+
+    /// Names of curves that differ only in what does not fit are still told apart.
+    #[test]
+    fn no_two_entries_of_a_legend_are_alike() {
+        let mut panel = Panel::new(Axis::new("x"), Axis::new("y"));
+        for letter in ["a", "b", "c"] {
+            let far = "far ".repeat(60);
+            let label = format!("{far}{letter} {far}");
+            let (points, stroke) = (vec![[0.0, 0.0], [1.0, 1.0]], Stroke::of(0));
+            panel.layers.push(Layer::Curve { label, points, stroke });
+        }
+        let chart = Chart::new("t", vec![panel], Arrangement::Stacked);
+        let mut labels: Vec<String> =
+            chart.legend(WIDTH).into_iter().flatten().map(|(_, label)| label).collect();
+        assert!(labels.iter().all(|label| entry_width(label) <= WIDTH - 16.0), "{labels:?}");
+        labels.dedup();
+        assert_eq!(labels.len(), 3, "{labels:?}");
     }
 }

@@ -7,6 +7,11 @@ use serde_json::Value;
 use crate::error::Result;
 use crate::results::{Reader, Summary};
 
+use super::chart::{WIDTH, legend_text};
+
+/// Of a legend's width, for a run's status and for where its name is cut [px].
+const STATUS_ROOM: f64 = 160.0;
+
 /// An opened results file with its history at hand.
 pub struct Run {
     pub reader: Reader,
@@ -54,10 +59,14 @@ impl Run {
         let mut runs = paths.iter().map(|path| Run::open(path)).collect::<Result<Vec<_>>>()?;
         let titles: Vec<String> = runs.iter().map(|run| run.summary.title.clone()).collect();
         let stems: Vec<String> = paths.iter().map(|path| stem_of(path)).collect();
+        // What a legend shows of them, with room for a status.
+        let [cut_titles, cut_stems] = [&titles, &stems].map(|names| {
+            names.iter().map(|name| legend_text(name, WIDTH, STATUS_ROOM)).collect::<Vec<_>>()
+        });
+        let is_own = |names: &[String], at: usize| names.iter().filter(|name| **name == names[at]).count() == 1;
         for (at, run) in runs.iter_mut().enumerate() {
-            let own_title = titles.iter().filter(|title| **title == titles[at]).count() == 1;
-            let own_stem = stems.iter().filter(|stem| **stem == stems[at]).count() == 1;
-            run.label = match (own_title && !titles[at].is_empty(), own_stem) {
+            let own_title = is_own(&cut_titles, at) && !titles[at].is_empty();
+            run.label = match (own_title, is_own(&cut_stems, at)) {
                 (true, _) => titles[at].clone(),
                 (false, true) => stems[at].clone(),
                 (false, false) => paths[at].display().to_string(),
@@ -66,7 +75,7 @@ impl Run {
                 run.label = format!("{} ({})", run.label, run.summary.status);
             }
             run.stem = safe(&stems[at]);
-            if !own_stem {
+            if !is_own(&stems, at) {
                 run.stem = format!("{}_{}", run.stem, at + 1);
             }
         }
