@@ -275,6 +275,22 @@ fn long_titles_are_told_apart() {
     }
 }
 
+/// q and volume strain read at strains of their own: every other cell is empty, and either has its line.
+#[test]
+fn measured_lines_join_their_own_points() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, table) = (folder.path().join("run.h5"), folder.path().join("lab.csv"));
+    write_made_run(&file, Outcome::Finished);
+    let header = "axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]";
+    std::fs::write(&table, format!("{header}\n0,0,\n1,,0.2\n2,2,\n3,,0.5\n4,3,\n5,,0.7\n")).expect("a table");
+    let out = folder.path().join("report");
+    write_report(&[file], &[table], &out).unwrap_or_else(|e| panic!("{e}"));
+    let svg = read(&out.join("stress_strain.svg"));
+    // Other black lines (axes, ticks) are of two or three points, too, but not this far along.
+    let long = |line: &&Vec<[f64; 2]>| line.len() == 3 && line[0][0] < line[1][0] && line[1][0] < line[2][0];
+    assert_eq!(lines(&svg, "#000000").iter().filter(long).count(), 2);
+}
+
 /// What is wrong with a file is an error that names it, never a panic.
 #[test]
 fn files_without_runs_are_errors_and_empty_runs_are_reports() {

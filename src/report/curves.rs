@@ -52,8 +52,9 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
         for (panel, values, factor) in
             [(&mut top, &curve.deviatoric_stress, 1e-6), (&mut bottom, &curve.volumetric_strain, 100.0)]
         {
-            let points = joined(&curve.axial_strain, 100.0, values, factor);
-            if points.iter().any(|p| p[1].is_finite()) {
+            // A quantity's line joins its own points, whatever was read between them.
+            let points = measured(joined(&curve.axial_strain, 100.0, values, factor));
+            if !points.is_empty() {
                 let stroke = Stroke { width: 1.2, ..Stroke::thin(colour) };
                 let line = Layer::Curve { label: String::new(), points: points.clone(), stroke };
                 panel.layers.push(line);
@@ -104,6 +105,12 @@ fn marks(points: Vec<[f64; 2]>, number: usize) -> Vec<[f64; 2]> {
     }
     let step = points.len().div_ceil(MANY / 2);
     points.into_iter().skip((number * step / MEASURED.len()) % step).step_by(step).collect()
+}
+
+/// The points without the empty cells.
+fn measured(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.retain(|point| point.iter().all(|x| x.is_finite()));
+    points
 }
 
 /// Two columns as points, each in its unit.
