@@ -6,7 +6,7 @@ use super::axis::{Axis, short};
 use super::chart::{Arrangement, Chart, Layer, Panel};
 use super::laboratory::LaboratoryCurve;
 use super::palette::{BLACK, Colour, Stroke};
-use super::run::Run;
+use super::run::{Largest, Run};
 
 /// Greys of measured curves, so that they cannot be taken for computed ones.
 const MEASURED: [Colour; 4] =
@@ -31,12 +31,15 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
         drawn |= q.iter().filter(|p| p[0].is_finite() && p[1].is_finite()).count() > 1;
         top.layers.push(Layer::Curve { label: run.label.clone(), points: q.clone(), stroke });
         bottom.layers.push(Layer::Curve { label: run.label.clone(), points: volume, stroke });
-        if let Some(peak) = curve.peak() {
-            let (label, points) = (String::new(), vec![q[peak]]);
-            top.layers.push(Layer::Points { label, points, colour: stroke.colour, radius: 3.6 });
+        if let Some((at, largest)) = curve.largest() {
+            let [strain, stress] = q[at];
+            if largest == Largest::Peak {
+                let (label, points) = (String::new(), vec![q[at]]);
+                top.layers.push(Layer::Points { label, points, colour: stroke.colour, radius: 3.6 });
+            }
             if runs.len() == 1 && laboratory.is_empty() {
-                let text = format!("{} MPa at {} %", short(q[peak][1]), short(q[peak][0]));
-                top.layers.push(Layer::Note { at: q[peak], text, colour: stroke.colour });
+                let text = format!("{} MPa at {} %{}", short(stress), short(strain), largest.remark());
+                top.layers.push(Layer::Note { at: q[at], text, colour: stroke.colour });
             }
         }
     }

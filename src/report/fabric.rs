@@ -10,7 +10,7 @@ use super::axis::{Axis, short};
 use super::chart::{Arrangement, Chart, Layer, Panel, fitted};
 use super::drawing::{Anchor, Drawing};
 use super::palette::{AXIS, BLACK, BLUE, Colour, DASHED, GRID, INK, ORANGE, Stroke};
-use super::run::Run;
+use super::run::{Largest, Run};
 
 /// Sectors between the horizontal and the vertical.
 const SECTORS: usize = 9;
@@ -88,7 +88,7 @@ impl Fabric {
     }
 }
 
-/// The fabric at the end of the consolidation, at the peak of q and at the end, as far as contacts were saved.
+/// The fabric at the end of the consolidation, at the largest q and at the end, as far as contacts were saved.
 pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
     let states = run.reader.saved_states()?;
     let mut tables: Vec<(usize, u64)> = Vec::new();
@@ -100,7 +100,12 @@ pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
     let shearing = run.shearing()?;
     let increments = run.column("increment")?;
     let increment_of = |row: Option<usize>| row.and_then(|row| increments.get(row)).map(|&n| n as u64);
-    let peak = increment_of(shearing.curve.peak().map(|at| shearing.rows[at]));
+    let largest = shearing.curve.largest();
+    let peak = increment_of(largest.map(|(at, _)| shearing.rows[at]));
+    let near = match largest {
+        Some((_, Largest::Peak)) | None => "near the peak",
+        Some((_, Largest::AtEnd | Largest::Turned)) => "near the largest q",
+    };
     let consolidated = match run.leading_consolidations() {
         0 => None,
         _ => increment_of(shearing.rows.first().copied()),
@@ -112,7 +117,7 @@ pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
     let mut chosen: Vec<(usize, &str)> = Vec::new();
     for (table, name) in [
         (nearest(consolidated), "consolidated"),
-        (nearest(peak), "near the peak"),
+        (nearest(peak), near),
         (tables.last().copied(), "at the end"),
     ] {
         if let Some((number, _)) = table {

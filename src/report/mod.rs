@@ -25,7 +25,7 @@ mod surface;
 
 pub use axis::{Axis, duration, short};
 pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
-pub use run::{Curve, Run, Shearing};
+pub use run::{Curve, Largest, Run, Shearing};
 
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,7 @@ use crate::error::Result;
 use super::axis::{duration, short};
 use super::cost::Cost;
 use super::grading;
-use super::run::Run;
+use super::run::{Largest, Run};
 
 /// A part of the page.
 pub enum Section {
@@ -174,10 +174,11 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
         line("bodies", s.bodies.join(", "));
     } else {
         let curve = run.shearing()?.curve;
-        if let Some(peak) = curve.peak() {
-            let q = 1e-6 * curve.deviatoric_stress[peak];
-            let strain = 100.0 * curve.axial_strain[peak];
-            line("peak of q", format!("{} MPa at {} % axial strain", short(q), short(strain)));
+        if let Some((at, largest)) = curve.largest() {
+            let [q, strain] = [1e-6 * curve.deviatoric_stress[at], 100.0 * curve.axial_strain[at]];
+            let name = if largest == Largest::Peak { "peak of q" } else { "largest q" };
+            let text = format!("{} MPa at {} % axial strain{}", short(q), short(strain), largest.remark());
+            line(name, text);
         }
         if let Some(last) = curve.axial_strain.len().checked_sub(1) {
             let of = |values: &[f64], factor: f64| short(factor * values[last]);

@@ -39,6 +39,17 @@ pub struct Curve {
     pub deviatoric_stress: Vec<f64>,
 }
 
+/// What the largest deviatoric stress of a curve is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Largest {
+    /// Strained on, the specimen bears less.
+    Peak,
+    /// The last there is: nobody knows what follows.
+    AtEnd,
+    /// The specimen was not strained further.
+    Turned,
+}
+
 /// The stages behind the leading consolidation, strains counted from its end.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Shearing {
@@ -158,10 +169,28 @@ impl Shearing {
 }
 
 impl Curve {
-    /// Place of the largest deviatoric stress.
-    pub fn peak(&self) -> Option<usize> {
+    /// Place of the largest deviatoric stress, and what it is.
+    pub fn largest(&self) -> Option<(usize, Largest)> {
         let finite = self.deviatoric_stress.iter().enumerate().filter(|(_, q)| q.is_finite());
-        finite.max_by(|a, b| a.1.total_cmp(b.1)).map(|(at, _)| at)
+        let last = finite.clone().next_back()?.0;
+        let at = finite.max_by(|a, b| a.1.total_cmp(b.1))?.0;
+        let strained_on = self.axial_strain[at..=last].iter().any(|strain| *strain > self.axial_strain[at]);
+        Some(match (at == last, strained_on) {
+            (true, _) => (at, Largest::AtEnd),
+            (false, true) => (at, Largest::Peak),
+            (false, false) => (at, Largest::Turned),
+        })
+    }
+}
+
+impl Largest {
+    /// In words, behind the number; none for a peak.
+    pub fn remark(self) -> &'static str {
+        match self {
+            Largest::Peak => "",
+            Largest::AtEnd => ", at the end: still rising",
+            Largest::Turned => ", where it was unloaded or held",
+        }
     }
 }
 
@@ -196,5 +225,21 @@ mod tests {
         assert_eq!(curve.axial_strain, [0.0, 0.001, 0.002]);
         assert_eq!(curve.volumetric_strain, [0.0, 0.0005, 0.0008]);
         assert_eq!(curve.deviatoric_stress, [2e5, 3e5, 4e5]);
+    }
+
+    #[test]
+    fn a_peak_is_where_stress_falls_behind() {
+        let curve = |axial_strain: &[f64], q: &[f64]| Curve {
+            axial_strain: axial_strain.to_vec(),
+            volumetric_strain: vec![0.0; q.len()],
+            deviatoric_stress: q.to_vec(),
+        };
+        let falls = curve(&[0.0, 1.0, 2.0, 3.0], &[0.0, 3.0, 2.9, f64::NAN]);
+        assert_eq!(falls.largest(), Some((1, Largest::Peak)));
+        let rises = curve(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]);
+        assert_eq!(rises.largest(), Some((2, Largest::AtEnd)));
+        let unloaded = curve(&[0.0, 2.0, 1.5], &[0.0, 3.0, 0.5]);
+        assert_eq!(unloaded.largest(), Some((1, Largest::Turned)));
+        assert_eq!(curve(&[], &[]).largest(), None);
     }
 }

@@ -181,7 +181,12 @@ impl fmt::Display for Summary {
         writeln!(f, "  states      {}", self.states.len())?;
         if let Some(peak) = &self.peak {
             let (q, strain) = (peak.deviatoric_stress / 1e6, 100.0 * peak.axial_strain);
-            writeln!(f, "  peak        q = {q:.4} MPa at {strain:.3} % axial strain")?;
+            // Behind the last increment it may rise on.
+            let (name, remark) = match self.last("deviatoric_stress") == Some(peak.deviatoric_stress) {
+                true => ("largest", ", at the end"),
+                false => ("peak   ", ""),
+            };
+            writeln!(f, "  {name}     q = {q:.4} MPa at {strain:.3} % axial strain{remark}")?;
         }
         for (name, factor, unit, label) in [
             ("axial_strain", 100.0, "%", "axial strain"),
