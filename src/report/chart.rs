@@ -306,7 +306,8 @@ impl Layer {
 }
 
 impl Panel {
-    fn values(&self, axis: usize) -> Vec<f64> {
+    /// All abscissae (axis 0) or ordinates (axis 1).
+    pub fn values(&self, axis: usize) -> Vec<f64> {
         self.layers.iter().flat_map(|layer| layer.values(axis)).collect()
     }
 

@@ -43,6 +43,7 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
             }
         }
     }
+    let reach = Reach::of(&top, laboratory);
     let mut counts = [0, 0];
     for curve in laboratory {
         // Lone points and curves take their greys apart.
@@ -56,17 +57,18 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
             [(&mut top, &curve.deviatoric_stress, 1e-6), (&mut bottom, &curve.volumetric_strain, 100.0)]
         {
             // A quantity's line joins its own points, whatever was read between them.
-            let points = measured(joined(&curve.axial_strain, 100.0, values, factor));
-            if !points.is_empty() {
-                let stroke = Stroke { width: 1.2, ..Stroke::thin(colour) };
-                let line = Layer::Curve { label: String::new(), points: points.clone(), stroke };
-                panel.layers.push(line);
-                let label = curve.label.clone();
-                // A lone point, as of a peak, must not be lost among curves.
-                let radius = if points.len() == 1 { LONE } else { radius };
-                let points = marks(points, number);
-                panel.layers.push(Layer::Points { label, points, colour, radius });
+            let all = measured(joined(&curve.axial_strain, 100.0, values, factor));
+            let (line, points) = reach.cut(&all);
+            if points.is_empty() {
+                continue;
             }
+            let stroke = Stroke { width: 1.2, ..Stroke::thin(colour) };
+            panel.layers.push(Layer::Curve { label: String::new(), points: line, stroke });
+            let label = curve.label.clone();
+            // A lone point, as of a peak, must not be lost among curves.
+            let radius = if all.len() == 1 { LONE } else { radius };
+            let points = marks(points, number);
+            panel.layers.push(Layer::Points { label, points, colour, radius });
         }
     }
     if !drawn {
@@ -77,9 +79,46 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
     if highest > 0.0 {
         top.y.high = Some(1.09 * highest);
     }
-    let mut chart = Chart::new("Stress and volume change", vec![top, bottom], Arrangement::Stacked);
+    top.x.high = reach.end;
+    let title = match reach.end {
+        None => "Stress and volume change".to_string(),
+        Some(_) => format!("Stress and volume change; the laboratory's go on to {} %", short(reach.laboratory)),
+    };
+    let mut chart = Chart::new(title, vec![top, bottom], Arrangement::Stacked);
     chart.size = [720.0, 600.0];
     Ok(Some(chart))
+}
+
+/// How far the abscissa goes [%].
+struct Reach {
+    /// Where it ends; `None` for where the data do.
+    end: Option<f64>,
+    /// The laboratory's largest strain.
+    laboratory: f64,
+}
+
+impl Reach {
+    /// Runs that end early must not be lost in a corner of what was measured.
+    fn of(runs: &Panel, laboratory: &[LaboratoryCurve]) -> Reach {
+        const FARTHER: f64 = 3.0;
+        const SHOWN: f64 = 1.5;
+        let most = |values: Vec<f64>| values.into_iter().filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let run = most(runs.values(0));
+        let measured = 100.0 * most(laboratory.iter().flat_map(|c| c.axial_strain.iter().copied()).collect());
+        let end = (run > 0.0 && measured > FARTHER * run).then_some(SHOWN * run);
+        Reach { end, laboratory: measured }
+    }
+
+    /// A measured curve's line as far as the abscissa goes, and those of its points that are there.
+    fn cut(&self, points: &[[f64; 2]]) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+        let end = self.end.unwrap_or(f64::INFINITY);
+        let inside: Vec<[f64; 2]> = points.iter().copied().take_while(|p| p[0] <= end).collect();
+        let mut line = inside.clone();
+        if let (Some([x, y]), Some([beyond, there])) = (inside.last(), points.get(inside.len())) {
+            line.push([end, y + (there - y) * (end - x) / (beyond - x)]);
+        }
+        (line, inside)
+    }
 }
 
 /// What the strains of a chart count from.
@@ -124,6 +163,23 @@ pub fn joined(x: &[f64], x_factor: f64, y: &[f64], y_factor: f64) -> Vec<[f64; 2
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn measured_curves_end_where_runs_are_seen() {
+        let mut panel = Panel::new(Axis::new("x"), Axis::new("y"));
+        let (label, points) = (String::new(), vec![[0.0, 0.0], [0.5, 1.0]]);
+        panel.layers.push(Layer::Curve { label, points, stroke: Stroke::of(0) });
+        let laboratory = |most: f64| {
+            [LaboratoryCurve { axial_strain: vec![0.0, most], ..LaboratoryCurve::default() }]
+        };
+        assert_eq!(Reach::of(&panel, &laboratory(0.014)).end, None);
+        let reach = Reach::of(&panel, &laboratory(0.15));
+        assert_eq!((reach.end, reach.laboratory), (Some(0.75), 15.0));
+        let (line, points) = reach.cut(&[[0.0, 0.0], [0.5, 1.0], [1.0, 2.0], [15.0, 3.0]]);
+        assert_eq!(points, [[0.0, 0.0], [0.5, 1.0]]);
+        assert_eq!(line, [[0.0, 0.0], [0.5, 1.0], [0.75, 1.5]]);
+        assert_eq!(reach.cut(&[[11.6, 3.5]]), (vec![], vec![]));
+    }
 
     #[test]
     fn measured_points_are_all_marked_and_dense_tables_here_and_there() {
