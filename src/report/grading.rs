@@ -34,7 +34,8 @@ pub fn gradings(run: &Run) -> Result<Vec<(&'static str, Grading)>> {
         let (sizes, masses) = (reader.floats("grains/sieve_size")?, reader.floats("grains/mass")?);
         found.push(("achieved", passing(&sizes, &masses)));
     }
-    for (name, title) in [("passing_before", BEFORE), ("passing_after", AFTER)] {
+    // "Before" on top: dashed, it leaves the other to be seen where the two agree.
+    for (name, title) in [("passing_after", AFTER), ("passing_before", BEFORE)] {
         if let Some(points) = broken(reader, name)? {
             found.push((title, points));
         }
@@ -89,6 +90,12 @@ fn passing(sizes: &[f64], masses: &[f64]) -> Grading {
     points
 }
 
+/// The part of a grading that is worth an abscissa: from the last size that not a hundredth more passes than the finest.
+fn shown(points: &[[f64; 2]]) -> &[[f64; 2]] {
+    let risen = points.iter().position(|point| point[1] > points[0][1] + 0.01);
+    &points[risen.map_or(0, |at| at - 1)..]
+}
+
 /// The chart of one run; `None` where there is no grading.
 pub fn chart(run: &Run) -> Result<Option<Chart>> {
     let gradings = gradings(run)?;
@@ -105,7 +112,7 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
             AFTER => Stroke { colour: VERMILLION, width: 2.0, dash: FULL },
             _ => Stroke::thin(BLACK),
         };
-        let points = points.iter().map(|[size, share]| [1e3 * size, 100.0 * share]).collect();
+        let points = shown(&points).iter().map(|[size, share]| [1e3 * size, 100.0 * share]).collect();
         panel.layers.push(Layer::Curve { label: name.into(), points, stroke });
     }
     let mut chart = Chart::new(format!("Grading: {}", run.label), vec![panel], Arrangement::Stacked);
@@ -124,5 +131,14 @@ mod tests {
         assert_eq!(points[1], [0.02, 0.125]);
         assert_eq!(points[3], [0.04, 0.625]);
         assert_eq!(points[5], [0.06, 1.0]);
+    }
+
+    #[test]
+    fn gradings_begin_where_they_rise() {
+        let points = [[1e-4, 0.1], [1e-3, 0.105], [1e-2, 0.109], [2e-2, 0.3], [4e-2, 1.0]];
+        assert_eq!(shown(&points), &points[2..]);
+        assert_eq!(shown(&points[3..]), &points[3..]);
+        assert_eq!(shown(&[[0.04, 1.0], [0.06, 1.0]]).len(), 2);
+        assert!(shown(&[]).is_empty());
     }
 }

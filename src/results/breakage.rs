@@ -8,7 +8,7 @@ use super::writer::Writer;
 
 /// The tables of `/breakage`: group and columns.
 ///
-/// `/breakage`: one row with the indices and fits (NaN where a fit needs more sizes). `/breakage/grading`: a row a sieve. `/breakage/classes`: a row
+/// `/breakage`: one row with the indices and fits (NaN where a fit needs more sizes). `/breakage/grading`: a row a sieve, finer ones than the grading's included. `/breakage/classes`: a row
 /// a size class with grains (the last upper sieve may be infinite).
 pub fn breakage_tables(breakage: &Breakage) -> Vec<(&'static str, Vec<Column>)> {
     let one = |name: &str, units: &str, long_name: &str, value: f64| {
@@ -17,7 +17,7 @@ pub fn breakage_tables(breakage: &Breakage) -> Vec<(&'static str, Vec<Column>)> 
     let fit = |fit: &Option<Fit>, value: fn(&Fit) -> f64| fit.as_ref().map_or(f64::NAN, value);
     let (lognormal, weibull) = (&breakage.lognormal, &breakage.weibull);
     let indices = vec![
-        one("marsal", "1", "Marsal's B_g", breakage.marsal),
+        one("marsal", "1", "Marsal's B_g over the sieves of the grading", breakage.marsal),
         one("hardin", "1", "Hardin's relative breakage B_r", breakage.hardin),
         one("einav", "1", "Einav's breakage B", breakage.einav),
         one(

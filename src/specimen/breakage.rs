@@ -22,6 +22,8 @@ use crate::tensor::Vec3;
 pub const FINEST: f64 = 0.074e-3;
 /// Fractal dimension of the ultimate grading (Einav 2007, section 2.2; Sammis, King & Biegel 1987).
 pub const FRACTAL_DIMENSION: f64 = 2.6;
+/// Sieves below the grading's smallest are a fourth root of two apart (as in Tyler's double series) until nothing but fines passes.
+const FINER: f64 = 0.840_896_415_253_714_6;
 
 /// A piece of rock.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +90,7 @@ pub struct Fit {
 /// Breakage of a specimen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Breakage {
-    /// Sieves, ascending [m].
+    /// Sieves, ascending [m]: those given, and finer ones as far down as there are pieces.
     pub sieves: Vec<f64>,
     /// Volume fraction that passes each.
     pub passing_before: Vec<f64>,
@@ -151,20 +153,30 @@ pub fn measure(fates: &[GrainFate], sieves: &[f64]) -> Result<Breakage> {
     let all: f64 = before.iter().map(|piece| piece.volume).sum();
     let damaged: f64 = fates.iter().map(|fate| fate.damaged_volume).sum();
     let sizes: Vec<f64> = pieces.iter().map(|piece| piece.size).collect();
+    let finest = before.iter().chain(&pieces).map(|piece| piece.size).fold(f64::INFINITY, f64::min);
+    let (given, sieves) = (sieves.clone(), with_finer(sieves, finest));
     Ok(Breakage {
         passing_before: sieves.iter().map(|sieve| passing(&before, *sieve)).collect(),
         passing_after: sieves.iter().map(|sieve| passing(&after, *sieve)).collect(),
-        marsal: marsal(&before, &after, &sieves),
+        marsal: marsal(&before, &after, &given),
         hardin: hardin(&before, &after),
         einav: einav(&before, &after),
         damaged_share: (damaged + crushed) / all,
         crushed_share: crushed / all,
         fragments: fates.iter().filter(|fate| fate.is_broken()).map(|fate| fate.pieces.len()).sum(),
-        classes: broken_classes(fates, &sieves),
+        classes: broken_classes(fates, &given),
         lognormal: fit_lognormal(&sizes),
         weibull: fit_weibull(&sizes),
         sieves,
     })
+}
+
+/// Ascending sieves and finer ones, the last of which pieces of the size `finest` [m] do not pass.
+fn with_finer(mut sieves: Vec<f64>, finest: f64) -> Vec<f64> {
+    while let Some(&smallest) = sieves.first().filter(|smallest| **smallest >= finest.max(FINEST)) {
+        sieves.insert(0, FINER * smallest);
+    }
+    sieves
 }
 
 /// Volume fraction of a sample that passes a sieve [m]: pieces of at most that size.
@@ -325,6 +337,18 @@ mod tests {
                 BrokenClass { sizes: [0.025, 0.04], grains: 1, broken: 1 },
             ]
         );
+    }
+
+    /// Sieves of 25 and 40 mm: finer ones follow down to below the piece of 20 mm, and B_g does not see them.
+    #[test]
+    fn finer_sieves_show_what_lies_below_the_grading() {
+        let found = measure(&fates(), &[0.025, 0.04]).expect("measures");
+        let sieves: Vec<f64> = found.sieves.iter().map(|size| (1e5 * size).round()).collect();
+        assert_eq!(sieves, [1768.0, 2102.0, 2500.0, 4000.0]);
+        assert_eq!(found.passing_before, [0.0, 0.2, 0.2, 1.0]);
+        assert_eq!(found.passing_after, [0.1, 0.5, 0.5, 1.0]);
+        // Retained before 0.2, 0.8, 0; after 0.5, 0.5, 0.
+        assert!((found.marsal - 0.3).abs() < 1e-15 && found.classes.len() == 2);
     }
 
     #[test]
