@@ -234,7 +234,8 @@ fn captions_say_what_strains_count_from() {
     let captions = |name: &str, stages: &[&str]| -> String {
         let file = folder.path().join(name);
         write_run_of(&file, Outcome::Finished, stages, "A test");
-        let report = write_report(&[file], &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
+        let report =
+            write_report(&[file], &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
         read(&report.page)
     };
     let whole = captions("whole.h5", &["consolidate", "shear"]);

@@ -66,7 +66,7 @@ impl Scale {
         let settled = |given: Option<f64>, found: f64| given.filter(counts).unwrap_or(found);
         (low, high) = (settled(axis.low, low), settled(axis.high, high));
         match axis.logarithmic {
-            true => Self::logarithmic(axis, low, high),
+            true => Self::logarithmic(axis, low, high, wanted.max(2)),
             false => Self::linear(axis, low, high, wanted.max(2)),
         }
     }
@@ -99,7 +99,7 @@ impl Scale {
         Scale { low, high, logarithmic: false, ticks, minor: Vec::new(), labels }
     }
 
-    fn logarithmic(axis: &Axis, mut low: f64, mut high: f64) -> Scale {
+    fn logarithmic(axis: &Axis, mut low: f64, mut high: f64, wanted: usize) -> Scale {
         if high < low * 1.000_001 {
             (low, high) = (low / 2.0, high * 2.0);
         }
@@ -133,7 +133,9 @@ impl Scale {
                 _ => ticks.into_iter().map(|tick| (tick, short(tick))).unzip(),
             }
         };
-        let minor = if many > 9 { Vec::new() } else { within(&every) };
+        // Where decades are narrower than ticks are wanted their parts would be a grey band.
+        let roomy = (high / low).log10() <= wanted as f64 + 1.0;
+        let minor = if roomy { within(&every) } else { within(&[1.0]) };
         Scale { low, high, logarithmic: true, ticks, minor, labels }
     }
 
@@ -263,6 +265,16 @@ mod tests {
         assert!(s.share(0.0).is_nan());
         let s = scale(Axis::new("x").logarithmic(), &[40.0, 60.0]);
         assert_eq!(s.labels(), ["40", "50", "60"]);
+    }
+
+    /// A row that balances to 1e-11 makes eight decades, which have no room for lines within them.
+    #[test]
+    fn narrow_decades_have_no_lines_inside() {
+        let s = Scale::of(&Axis::new("x").logarithmic(), [1e-11, 1e-3].into_iter(), 3);
+        assert!(s.minor.len() <= 10, "{:?}", s.minor);
+        assert!(s.minor.iter().all(|x| (x.log10() - x.log10().round()).abs() < 1e-9), "{:?}", s.minor);
+        let s = Scale::of(&Axis::new("x").logarithmic(), [1e-5, 1e-3].into_iter(), 3);
+        assert!(s.minor.len() > 15, "{:?}", s.minor);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, text_width};
+use super::note;
 use super::palette::{AXIS, BLACK, Colour, GRID, INK, Stroke, WHITE};
 
 const TITLE_SIZE: f64 = 15.0;
@@ -30,7 +31,7 @@ pub enum Layer {
     Bars { label: String, bars: Vec<[f64; 3]>, colour: Colour },
     /// A level across the panel.
     Level { label: String, value: f64, stroke: Stroke },
-    /// A word at a point, above it.
+    /// A word beside a point, above it where there is room.
     Note { at: [f64; 2], text: String, colour: Colour },
 }
 
@@ -367,14 +368,10 @@ impl Panel {
                         drawing.disc(place(point), *radius, *colour);
                     }
                 }
-                Layer::Note { at, text, colour } => {
-                    let [px, py] = place(at);
-                    let half = 0.5 * text_width(text, TICK_SIZE);
-                    let px = px.clamp(left + half + 3.0, (right - half - 3.0).max(left + half + 3.0));
-                    drawing.text([px, py - 13.0], text, TICK_SIZE, *colour, Anchor::Middle);
-                }
+                Layer::Note { .. } => {}
             }
         }
+        self.notes(drawing, frame, &place);
         // Where there are curves a name would lie on one.
         let curves = self.layers.iter().any(|layer| matches!(layer, Layer::Curve { .. }));
         for layer in self.layers.iter().filter(|_| !curves) {
@@ -406,6 +403,29 @@ impl Panel {
         if !self.title.is_empty() {
             let title = fitted(&self.title, LABEL_SIZE, right - left + 20.0);
             drawing.text([left, top - 12.0], &title, LABEL_SIZE, BLACK, Anchor::Left);
+        }
+    }
+}
+
+impl Panel {
+    /// Words beside their points, clear of curves, marks and each other.
+    fn notes(&self, drawing: &mut Drawing, frame: Frame, place: &impl Fn(&[f64; 2]) -> [f64; 2]) {
+        let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
+        for layer in &self.layers {
+            match layer {
+                Layer::Curve { points, .. } => lines.push(points.iter().map(place).collect()),
+                Layer::Points { points, .. } => lines.extend(points.iter().map(|point| vec![place(point)])),
+                Layer::Band { .. } | Layer::Bars { .. } | Layer::Level { .. } | Layer::Note { .. } => {}
+            }
+        }
+        let panel = [frame.left, frame.top, frame.right, frame.bottom];
+        let mut taken = Vec::new();
+        for layer in &self.layers {
+            let Layer::Note { at, text, colour } = layer else { continue };
+            let width = text_width(text, TICK_SIZE);
+            let middle = note::place(place(at), width, TICK_SIZE, &lines, &taken, panel);
+            taken.push(note::around(middle, width, TICK_SIZE));
+            drawing.text(middle, text, TICK_SIZE, *colour, Anchor::Middle);
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::error::Result;
 
 use super::axis::Axis;
 use super::chart::{Arrangement, Chart, Layer, Panel};
-use super::palette::{AXIS, BLUE, DASHED, ORANGE, Stroke, VERMILLION};
+use super::palette::{AXIS, BLACK, DASHED, GREEN, ORANGE, Stroke};
 use super::run::Run;
 
 /// Sums over a run.
@@ -64,7 +64,7 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
         .collect();
     if !cut.is_empty() {
         let label = "was cut before it was accepted".into();
-        work.layers.push(Layer::Points { label, points: cut, colour: VERMILLION, radius: 3.2 });
+        work.layers.push(Layer::Points { label, points: cut, colour: BLACK, radius: 3.2 });
     }
     work.weight = 1.3;
 
@@ -72,7 +72,8 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
     balance.layers.push(Layer::Points {
         label: "out of balance over mean contact force".into(),
         points: points(&run.column("out_of_balance")?),
-        colour: BLUE,
+        // Not one of the upper panel's, whose legend this shares.
+        colour: GREEN,
         radius: 1.5,
     });
     let tolerance = run.case.pointer("/solver/force_tolerance").and_then(|value| value.as_f64());

@@ -82,7 +82,9 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
     top.x.high = reach.end;
     let title = match reach.end {
         None => "Stress and volume change".to_string(),
-        Some(_) => format!("Stress and volume change; the laboratory's go on to {} %", short(reach.laboratory)),
+        Some(_) => {
+            format!("Stress and volume change; the laboratory's go on to {} %", short(reach.laboratory))
+        }
     };
     let mut chart = Chart::new(title, vec![top, bottom], Arrangement::Stacked);
     chart.size = [720.0, 600.0];
@@ -169,9 +171,8 @@ mod tests {
         let mut panel = Panel::new(Axis::new("x"), Axis::new("y"));
         let (label, points) = (String::new(), vec![[0.0, 0.0], [0.5, 1.0]]);
         panel.layers.push(Layer::Curve { label, points, stroke: Stroke::of(0) });
-        let laboratory = |most: f64| {
-            [LaboratoryCurve { axial_strain: vec![0.0, most], ..LaboratoryCurve::default() }]
-        };
+        let laboratory =
+            |most: f64| [LaboratoryCurve { axial_strain: vec![0.0, most], ..LaboratoryCurve::default() }];
         assert_eq!(Reach::of(&panel, &laboratory(0.014)).end, None);
         let reach = Reach::of(&panel, &laboratory(0.15));
         assert_eq!((reach.end, reach.laboratory), (Some(0.75), 15.0));

@@ -241,8 +241,7 @@ mod tests {
 
     #[test]
     fn quoted_cells_may_hold_the_separator() {
-        let text =
-            "curve,axial_strain [1],deviatoric_stress [Pa]\n\"a, b\",0.1,2\n\"say \"\"c\"\"\",0.2,3\n\n#, \"open\n";
+        let text = "curve,axial_strain [1],deviatoric_stress [Pa]\n\"a, b\",0.1,2\n\"say \"\"c\"\"\",0.2,3\n\n#, \"open\n";
         let curves = parse(text, "file").unwrap_or_else(|e| panic!("{e:?}"));
         let labels: Vec<&str> = curves.iter().map(|curve| curve.label.as_str()).collect();
         assert_eq!(labels, ["a, b", "say \"c\""]);
@@ -316,10 +315,16 @@ mod tests {
         let faults = parse(text, "x").expect_err(text);
         let lines: Vec<usize> = faults.iter().map(|(line, _)| *line).collect();
         assert_eq!(lines, [1, 1, 3, 4]);
-        assert!(faults[1].1.contains("no column axial_strain (found: strain, deviatoric_stress)"), "{faults:?}");
+        assert!(
+            faults[1].1.contains("no column axial_strain (found: strain, deviatoric_stress)"),
+            "{faults:?}"
+        );
         let many: Vec<Fault> = (1..=14).map(|line| (line, "wrong".into())).collect();
         let text = listed(Path::new("lab.csv"), &many);
         assert_eq!(text.lines().count(), LISTED + 1);
-        assert!(text.starts_with("lab.csv:1: wrong\n") && text.ends_with("lab.csv: and 4 faults more"), "{text}");
+        assert!(
+            text.starts_with("lab.csv:1: wrong\n") && text.ends_with("lab.csv: and 4 faults more"),
+            "{text}"
+        );
     }
 }

@@ -16,6 +16,7 @@ mod fabric;
 mod grading;
 mod image;
 mod laboratory;
+mod note;
 mod page;
 pub mod palette;
 mod picture;

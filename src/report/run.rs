@@ -71,10 +71,10 @@ impl Run {
         let titles: Vec<String> = runs.iter().map(|run| run.summary.title.clone()).collect();
         let stems: Vec<String> = paths.iter().map(|path| stem_of(path)).collect();
         // What a legend shows of them, with room for a status.
-        let [cut_titles, cut_stems] = [&titles, &stems].map(|names| {
-            names.iter().map(|name| legend_text(name, WIDTH, STATUS_ROOM)).collect::<Vec<_>>()
-        });
-        let is_own = |names: &[String], at: usize| names.iter().filter(|name| **name == names[at]).count() == 1;
+        let [cut_titles, cut_stems] = [&titles, &stems]
+            .map(|names| names.iter().map(|name| legend_text(name, WIDTH, STATUS_ROOM)).collect::<Vec<_>>());
+        let is_own =
+            |names: &[String], at: usize| names.iter().filter(|name| **name == names[at]).count() == 1;
         for (at, run) in runs.iter_mut().enumerate() {
             let own_title = is_own(&cut_titles, at) && !titles[at].is_empty();
             run.label = match (own_title, is_own(&cut_stems, at)) {

@@ -1,0 +1,119 @@
+//! Where a word stands beside its point: clear of lines, of marks and words, and within its panel.
+
+/// Left, top, right and bottom [px].
+pub type Rect = [f64; 4];
+
+/// From a point to the middle of the word's line [px].
+const ABOVE: f64 = 13.0;
+const ASIDE: f64 = 8.0;
+/// Half the height of a word with some air, over the size of its letters.
+const HALF_LINE: f64 = 0.5;
+
+/// The middle of a word `width` wide beside `at`; the first of above, to its sides, below that is clear, else the least crowded.
+///
+/// `lines` are polylines, a mark one of a single point; `taken` are words that are there.
+pub fn place(
+    at: [f64; 2],
+    width: f64,
+    size: f64,
+    lines: &[Vec<[f64; 2]>],
+    taken: &[Rect],
+    panel: Rect,
+) -> [f64; 2] {
+    let (half, side) = (0.5 * width, 0.5 * width + ASIDE);
+    let (least, most) = (panel[0] + half + 3.0, (panel[2] - half - 3.0).max(panel[0] + half + 3.0));
+    let above = [at[0].clamp(least, most), at[1] - ABOVE];
+    let others =
+        [[side, -8.0], [-side, -8.0], [side, 8.0], [-side, 8.0], [0.0, ABOVE], [side, 0.0], [-side, 0.0]];
+    let places = std::iter::once(above).chain(others.map(|by| [at[0] + by[0], at[1] + by[1]]));
+    let crowd = |middle: &[f64; 2]| -> usize {
+        let rect = around(*middle, width, size);
+        let outside = rect[0] < panel[0] || rect[2] > panel[2] || rect[3] > panel[3];
+        let struck: usize = lines.iter().map(|line| crossings(line, rect)).sum();
+        let covered = taken.iter().filter(|word| overlap(**word, rect)).count();
+        struck + 10 * covered + 100 * usize::from(outside)
+    };
+    // The first of the best.
+    places.min_by_key(crowd).unwrap_or(above)
+}
+
+/// What a word covers.
+pub fn around(middle: [f64; 2], width: f64, size: f64) -> Rect {
+    let (x, y) = (0.5 * width + 1.0, HALF_LINE * size);
+    [middle[0] - x, middle[1] - y, middle[0] + x, middle[1] + y]
+}
+
+fn overlap(a: Rect, b: Rect) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+/// Pieces of a polyline that touch a box.
+fn crossings(line: &[[f64; 2]], rect: Rect) -> usize {
+    match line {
+        [point] => usize::from(touches(*point, *point, rect)),
+        line => line.windows(2).filter(|pair| touches(pair[0], pair[1], rect)).count(),
+    }
+}
+
+/// Whether a segment touches a box (Liang & Barsky 1984).
+fn touches(a: [f64; 2], b: [f64; 2], rect: Rect) -> bool {
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let (low, high, way) = (rect[axis], rect[axis + 2], b[axis] - a[axis]);
+        if !way.is_finite() {
+            return false;
+        }
+        if way.abs() < 1e-12 {
+            if a[axis] < low || a[axis] > high {
+                return false;
+            }
+            continue;
+        }
+        let ends = [(low - a[axis]) / way, (high - a[axis]) / way];
+        from = from.max(ends[0].min(ends[1]));
+        to = to.min(ends[0].max(ends[1]));
+    }
+    from <= to
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PANEL: Rect = [0.0, 0.0, 400.0, 300.0];
+
+    #[test]
+    fn segments_and_boxes() {
+        let rect = [10.0, 10.0, 20.0, 20.0];
+        assert!(touches([0.0, 15.0], [30.0, 15.0], rect) && touches([12.0, 12.0], [13.0, 13.0], rect));
+        assert!(!touches([0.0, 25.0], [30.0, 25.0], rect) && !touches([0.0, 18.0], [12.0, 30.0], rect));
+        assert!(!touches([0.0, f64::NAN], [30.0, 15.0], rect));
+        assert!(crossings(&[[15.0, 15.0]], rect) == 1 && crossings(&[[9.0, 15.0]], rect) == 0);
+    }
+
+    /// Along lines in all directions, no word is struck through, and none leaves the panel or lies on another.
+    #[test]
+    fn words_are_clear_of_lines() {
+        for k in 0..12 {
+            let (sin, cos) = (f64::from(k) * std::f64::consts::PI / 6.0).sin_cos();
+            let line: Vec<[f64; 2]> =
+                (-2..=2).map(|n| f64::from(n) * 50.0).map(|s| [200.0 + s * cos, 150.0 + s * sin]).collect();
+            let mut lines: Vec<Vec<[f64; 2]>> = line.iter().map(|point| vec![*point]).collect();
+            lines.push(line.clone());
+            let mut taken = Vec::new();
+            for at in line {
+                let rect = around(place(at, 40.0, 12.0, &lines, &taken, PANEL), 40.0, 12.0);
+                assert_eq!(lines.iter().map(|line| crossings(line, rect)).sum::<usize>(), 0, "{k} {at:?}");
+                assert!(taken.iter().all(|word| !overlap(*word, rect)), "{k} {at:?}");
+                assert!(rect[0] >= 0.0 && rect[2] <= 400.0);
+                taken.push(rect);
+            }
+        }
+    }
+
+    #[test]
+    fn a_word_near_the_edge_stays_inside() {
+        let [x, y] = place([1.0, 100.0], 60.0, 12.0, &[], &[], PANEL);
+        assert_eq!([x, y], [33.0, 87.0]);
+    }
+}
