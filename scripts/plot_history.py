@@ -6,6 +6,7 @@
 """
 
 import argparse
+import os
 import sys
 import textwrap
 
@@ -20,6 +21,10 @@ from riprap_results import Results, ResultsError
 # Okabe & Ito (2008): told apart with any kind of colour vision; line styles tell them apart in print.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000"]
 STYLES = ["-", (0, (6, 2)), (0, (2, 1.5)), (0, (7, 2, 1.5, 2))]
+# Letters that fit below a chart.
+LABEL = 74
+# Peaks of which the numbers are written.
+NOTES = 4
 ENERGIES = [
     ("energy_elastic", "elastic, grains and contacts", "#56B4E9"),
     ("energy_membrane", "elastic, membrane", "#0072B2"),
@@ -50,13 +55,37 @@ def label_of(results):
     return title if status == "finished" else f"{title} ({status})"
 
 
+def shortened(text, most):
+    """The text with its middle cut out, since names often differ at their ends."""
+    if len(text) <= most:
+        return text
+    return f"{text[: most // 2].rstrip()}…{text[len(text) - (most - 1) // 2 :].lstrip()}"
+
+
+def labels_of(files):
+    """Labels that fit below a chart; files whose labels would be alike are told by their names."""
+    cut = [shortened(label_of(results), LABEL) for results in files]
+    alike = [cut.count(label) > 1 for label in cut]
+    stems = [os.path.splitext(os.path.basename(results.path))[0] for results in files]
+    if len(set(stems)) < len(files):
+        stems = [os.path.splitext(results.path)[0] for results in files]
+    names = [shortened(f"{stem}: {label_of(results)}", LABEL) for stem, results in zip(stems, files)]
+    return [name if same else label for label, name, same in zip(cut, names, alike)]
+
+
+def peak_of(strain, q):
+    """Where q is largest, and whether the specimen bears less as it is strained on; else q may still be rising there."""
+    at = int(numpy.nanargmax(q))
+    return at, bool((strain[at + 1 :][numpy.isfinite(q[at + 1 :])] > strain[at]).any())
+
+
 def draw_curves(files):
     """q and volumetric strain over axial strain, of the stages behind the consolidation."""
     figure, (top, bottom) = plt.subplots(
-        2, 1, figsize=(6.4, 7.0), sharex=True, height_ratios=[3, 2], layout="constrained"
+        2, 1, figsize=(6.4, 7.0 + 0.19 * len(files)), sharex=True, height_ratios=[3, 2], layout="constrained"
     )
-    drawn = 0
-    for at, results in enumerate(files):
+    drawn, notes = 0, []
+    for at, (results, label) in enumerate(zip(files, labels_of(files))):
         strain, q, volume = results.shear("axial_strain", "deviatoric_stress", "volumetric_strain")
         strain, q, volume = 100 * strain, q / 1e6, 100 * volume
         if not len(strain):
@@ -64,20 +93,26 @@ def draw_curves(files):
             continue
         drawn += 1
         style = {"color": COLOURS[at % len(COLOURS)], "linestyle": STYLES[at % len(STYLES)]}
-        top.plot(strain, q, label=label_of(results), **style)
+        top.plot(strain, q, label=label, **style)
         bottom.plot(strain, volume, **style)
         if not numpy.isfinite(q).any():
             continue
-        peak = int(numpy.nanargmax(q))
-        top.plot(strain[peak], q[peak], "o", markersize=5, color=style["color"])
+        peak, passed = peak_of(strain, q)
+        if passed:
+            top.plot(strain[peak], q[peak], "o", markersize=5, color=style["color"])
+            notes.append((strain[peak], q[peak], style["color"]))
+    # Of many runs the numbers would lie on each other.
+    for x, y, colour in notes if len(notes) <= NOTES else []:
+        # Clear of the axes, whichever run it belongs to.
+        share = x / max(line.get_xdata().max() for line in top.get_lines())
         top.annotate(
-            f"{q[peak]:.3g} MPa at {strain[peak]:.3g} %",
-            (strain[peak], q[peak]),
-            xytext=(0, 7),
+            f"{y:.3g} MPa at {x:.3g} %",
+            (x, y),
+            xytext=(6 if share < 0.15 else 0, 7),
             textcoords="offset points",
-            ha="left" if strain[peak] < 0.15 * strain.max() else "center",  # clear of the axis
+            ha="left" if share < 0.15 else "right" if share > 0.85 else "center",
             fontsize=8.5,
-            color=style["color"],
+            color=colour,
         )
     top.set_ylabel("deviatoric stress  q  [MPa]")
     lowest = min((line.get_ydata().min() for line in top.get_lines()), default=0)
@@ -89,7 +124,8 @@ def draw_curves(files):
     bottom.set_xlabel("axial strain  [%]")
     bottom.axhline(0, color="#555555", linewidth=0.8)
     if drawn:
-        top.legend(loc="best", fontsize=9)
+        # Below the charts, where it covers nothing.
+        figure.legend(loc="outside lower center", fontsize=9)
     figure.align_ylabels()
     return figure
 
@@ -105,7 +141,7 @@ def draw_energies(files):
         parts = [numpy.nan_to_num(results.history[name][rows]) for name, _, _ in ENERGIES]
         total = numpy.sum(parts, axis=0)
         started = total > 0
-        ax.set_title(textwrap.fill(label_of(results), 52), fontsize=10)
+        ax.set_title(textwrap.fill(shortened(label_of(results), 150), 48), fontsize=10)
         ax.set_xlabel("axial strain  [%]")
         if not started.any():
             ax.text(0.5, 50, "no energy booked yet", ha="center", transform=ax.get_xaxis_transform())
