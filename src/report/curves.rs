@@ -63,8 +63,12 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
                 continue;
             }
             let stroke = Stroke { width: 1.2, ..Stroke::thin(colour) };
-            panel.layers.push(Layer::Curve { label: String::new(), points: line, stroke });
-            let label = curve.label.clone();
+            // Cut so short that no mark tells it, the line does.
+            let (name, label) = match points.len() < 2 && line.len() > points.len() {
+                true => (curve.label.clone(), String::new()),
+                false => (String::new(), curve.label.clone()),
+            };
+            panel.layers.push(Layer::Curve { label: name, points: line, stroke });
             // A lone point, as of a peak, must not be lost among curves.
             let radius = if all.len() == 1 { LONE } else { radius };
             let points = marks(points, number);
