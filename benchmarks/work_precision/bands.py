@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Large strains: what a setting does to the means of several packings, beside what chance does.
 
-    benchmarks/work_precision/bands.py RECORDS --out chart.svg [--scene specimen_60_deep]
+    benchmarks/work_precision/bands.py RECORDS ... --out chart.svg [--scene specimen_60_deep] [--settings NAME ...]
 
-RECORDS holds runs.csv and curves.csv of run.py. Behind the first snap that goes another way single runs part for good, so each packing's run is
+RECORDS hold runs.csv and curves.csv of run.py; of several folders the packings are taken together, and of the settings those named (or all). Behind the first snap that goes another way single runs part for good, so each packing's run is
 compared with the same packing's reference ("full, reference") by its mean of q over the shear and its friction work, over the means of the references,
 and by its last volume strain, over the axial strain. A setting's error is the mean over packings (bars: standard error); chance is the reference at half the force
-tolerance. Also printed: the strain to which q stays within 1 % of the reference's largest. Writes bands.csv beside the records, and prints a table.
+tolerance. Also printed: the strain to which q stays within 1 % of the reference's largest. Writes bands.csv beside the last records, and prints a table
+and how much more deforming grains (condensed) dilate than full ones, packing by packing.
 """
 
 import argparse
@@ -44,16 +45,21 @@ def together(curve, reference):
     return e[numpy.argmax(apart)] if apart.any() else e[-1]
 
 
-def settings_of(folder, scene):
+def read_all(folders, name, settings):
+    rows = [row for folder in folders for row in read(os.path.join(folder, name))]
+    return [row for row in rows if not settings or row["variant"] in settings]
+
+
+def settings_of(folders, scene, settings):
     """Per setting: CPU seconds, mean, standard error and root mean square of relative differences (a number a measure) and strains of parting."""
-    runs = {key: rows[0] for key, rows in grouped(read(os.path.join(folder, "runs.csv"))).items() if key[0] == scene}
-    curves = {key: dict(zip(COLUMNS, shear(rows, *COLUMNS))) for key, rows in grouped(read(os.path.join(folder, "curves.csv"))).items() if key[0] == scene}
+    runs = {key: rows[0] for key, rows in grouped(read_all(folders, "runs.csv", settings)).items() if key[0] == scene}
+    curves = {key: dict(zip(COLUMNS, shear(rows, *COLUMNS))) for key, rows in grouped(read_all(folders, "curves.csv", settings)).items() if key[0] == scene}
     done = {key for key, run in runs.items() if run["status"] == "finished"}
     variants = list(dict.fromkeys(variant for _, _, variant in runs))
     # Packings that all settings ran to their end.
     seeds = [s for s in dict.fromkeys(seed for _, seed, _ in runs) if all((scene, s, v) in done for v in variants)]
     if not seeds:
-        raise SystemExit(f"{folder}: no packing of {scene} that all of {len(variants)} settings finished")
+        raise SystemExit(f"{folders}: no packing of {scene} that all of {len(variants)} settings finished")
     base = numpy.mean([measured(curves[scene, s, REFERENCE]) for s in seeds], axis=0)
     base[1] = curves[scene, seeds[0], REFERENCE]["axial_strain"][-1]
     found = {}
@@ -65,6 +71,7 @@ def settings_of(folder, scene):
             "cpu_s": numpy.mean([float(runs[k]["cpu_s"]) - float(runs[k]["cpu_specimen_s"]) for k in keys]),
             "mean": apart.mean(axis=0),
             "error": apart.std(axis=0, ddof=1) / numpy.sqrt(len(seeds)) if len(seeds) > 1 else numpy.full(len(MEASURES), numpy.nan),
+            "apart": apart,
             "single": numpy.sqrt((apart ** 2).mean(axis=0)),
             "together": [together(curves[k], curves[scene, k[1], REFERENCE]) for k in keys],
         }
@@ -73,16 +80,17 @@ def settings_of(folder, scene):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("records")
+    parser.add_argument("records", nargs="+")
     parser.add_argument("--out", required=True)
     parser.add_argument("--scene", default="specimen_60_deep")
+    parser.add_argument("--settings", nargs="+", default=[])
     given = parser.parse_args()
-    seeds, found = settings_of(given.records, given.scene)
+    seeds, found = settings_of(given.records, given.scene, given.settings)
     count = len(seeds)
     print(f"seeds {', '.join(seeds)}\n")
     print("| setting | CPU s | " + " | ".join(f"{m}, mean (single)" for m in MEASURES) + " | q within 1 % to |")
     print("|---" * (len(MEASURES) + 3) + "|")
-    with open(os.path.join(given.records, "bands.csv"), "w", newline="") as stream:
+    with open(os.path.join(given.records[-1], "bands.csv"), "w", newline="") as stream:
         table = csv.writer(stream)
         table.writerow(["setting", "cpu_s"] + [f"{m} {k}" for m in MEASURES for k in ("mean", "standard error", "rms")])
         for variant, row in found.items():
@@ -92,6 +100,14 @@ def main():
             cells = [f"{100 * a:+.1f}{apart} %" for a, apart in zip(mean, spread)]
             reach = ", ".join(f"{100 * x:.2f}" for x in row["together"])
             print(f"| {variant} | {row['cpu_s']:.0f} | " + " | ".join(cells) + f" | {reach} % |")
+    # Each packing's mean over its condensed runs less that over its full ones: what the reference alone has by chance falls out.
+    of = {f: numpy.mean([row["apart"] for row in found.values() if row["fidelity"] == f], axis=0) for f in ("condensed", "full")
+          if any(row["fidelity"] == f for row in found.values())}
+    if count > 1 and len(of) == 2:
+        apart = 100 * (of["condensed"] - of["full"])
+        error = apart.std(axis=0, ddof=1) / numpy.sqrt(count)
+        for measure, mean, bar, single in zip(MEASURES, apart.mean(axis=0), error, apart.T):
+            print(f"\ncondensed less full, {measure}: {mean:+.1f} ± {bar:.1f} % ({', '.join(f'{x:+.1f}' for x in single)})")
     plt.rcParams.update({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "bands"})
     figure, axes = plt.subplots(1, len(MEASURES), figsize=(4.0 * len(MEASURES), 3.4))
     for k, (axis, measure) in enumerate(zip(axes, MEASURES)):
@@ -125,7 +141,8 @@ def main():
         axis.set_xlabel("CPU time of a run [s]")
         axis.set_title(f"{measure} [% of the axial strain]" if k == 1 else f"{measure} [%]")
     axes[0].set_ylabel("mean over packings, off the full reference")
-    for fidelity, (colour, marker) in LOOKS.items():
+    shown = {row["fidelity"] for row in found.values()}
+    for fidelity, (colour, marker) in ((f, look) for f, look in LOOKS.items() if f in shown):
         axes[0].plot([], [], marker, color=colour, label=fidelity)
     axes[0].legend(fontsize=6, frameon=False)
     figure.suptitle(f"{given.scene}: {count} packing{'s' * (count > 1)}, against full grains at increments of 1e-4{' (bars: standard error)' * (count > 1)}", fontsize=9)
