@@ -433,6 +433,9 @@ fn a_batch_runs_its_members_and_goes_on_where_it_was() {
     let summary = read(&results.join("summary.csv"));
     assert_eq!(summary.lines().count(), 5, "{summary}");
     assert!(summary.lines().skip(1).all(|line| line.contains(",finished,")), "{summary}");
+    // What differs has a column each, what all have in common has none.
+    assert!(summary.starts_with("name,/contact/friction,/contact/residual_friction,status,"), "{summary}");
+    assert!(summary.contains("\npush_friction=0.4_residual_friction=0.1,0.4,0.1,finished,"), "{summary}");
     assert!(stdout.contains("push_friction=0.65_residual_friction=0.1"), "{stdout}");
     // Less friction, less work: the members are what they are called.
     let work = |peak: &str, residual: &str| {

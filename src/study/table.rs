@@ -175,11 +175,13 @@ pub fn batch(members: &[Member], all: &[Figures]) -> Table {
     match scenes {
         true => header.extend(["external work [J]", "friction energy [J]"].map(String::from)),
         false => header.extend(
-            ["axial strain [%]", "peak q [MPa]", "at [%]", "last q [MPa]", "last volume strain [%]"]
+            ["axial strain [%]", "peak q [MPa]", "peak at [%]", "last q [MPa]", "last volume strain [%]"]
                 .map(String::from),
         ),
     }
     header.extend(["factorisations", "wall time [s]", "reason"].map(String::from));
+    let varied = varied(members);
+    header.splice(1..1, varied.iter().map(|pointer| pointer.to_string()));
     let rows = members
         .iter()
         .zip(all)
@@ -204,10 +206,33 @@ pub fn batch(members: &[Member], all: &[Figures]) -> Table {
             }
             let time = if f.wall_time.is_finite() { format!("{:.1}", f.wall_time) } else { String::new() };
             row.extend([counted(f.factorisations), time, f.reason.clone()]);
+            row.splice(1..1, varied.iter().map(|pointer| overridden(member, pointer)));
             row
         })
         .collect();
     Table { header, rows }
+}
+
+/// The JSON pointers whose values are not the same in all members, in the order in which they come up.
+fn varied(members: &[Member]) -> Vec<&str> {
+    let mut pointers: Vec<&str> = Vec::new();
+    for (pointer, _) in members.iter().flat_map(|member| &member.overrides) {
+        if !pointers.contains(&pointer.as_str()) {
+            pointers.push(pointer);
+        }
+    }
+    let differs = |pointer: &&str| {
+        let mut values = members.iter().map(|member| overridden(member, pointer));
+        let first = values.next();
+        values.any(|value| Some(value) != first)
+    };
+    pointers.into_iter().filter(differs).collect()
+}
+
+/// What a member puts in place of the case's value: texts as they are, else JSON; nothing where it leaves the case's.
+fn overridden(member: &Member, pointer: &str) -> String {
+    let value = member.overrides.iter().rev().find(|(at, _)| at == pointer).map(|(_, value)| value);
+    value.map_or_else(String::new, |value| value.as_str().map_or_else(|| value.to_string(), str::to_string))
 }
 
 #[cfg(test)]
