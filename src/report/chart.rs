@@ -204,15 +204,15 @@ impl Chart {
         let mut used = f64::INFINITY;
         let mut cut: Vec<String> = Vec::new();
         for (layer, label) in entries {
-            let mut short = legend_text(&label, width, 0.0);
+            let short = legend_text(&label, width, 0.0);
             let alike = cut.iter().filter(|known| **known == short).count();
-            cut.push(short.clone());
-            if alike > 0 {
-                // Their difference is in what was cut.
-                let number = format!(" ({})", alike + 1);
-                short = legend_text(&label, width, text_width(&number, TICK_SIZE)) + &number;
-            }
-            let label = short;
+            // Where entries are alike their difference is in what was cut.
+            let number = format!(" ({})", alike + 1);
+            let label = match alike {
+                0 => short.clone(),
+                _ => legend_text(&label, width, text_width(&number, TICK_SIZE)) + &number,
+            };
+            cut.push(short);
             let needed = entry_width(&label);
             match rows.last_mut() {
                 Some(row) if used + needed <= width - 16.0 => row.push((layer, label)),
@@ -405,9 +405,7 @@ impl Panel {
             drawing.text([left, top - 12.0], &title, LABEL_SIZE, BLACK, Anchor::Left);
         }
     }
-}
 
-impl Panel {
     /// Words beside their points, clear of curves, marks and each other.
     fn notes(&self, drawing: &mut Drawing, frame: Frame, place: &impl Fn(&[f64; 2]) -> [f64; 2]) {
         let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();

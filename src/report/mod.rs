@@ -26,7 +26,7 @@ mod surface;
 
 pub use axis::{Axis, duration, short};
 pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
-pub use run::{Curve, Largest, Run, Shearing};
+pub use run::{Curve, Largest, Run, Shearing, safe};
 
 use std::path::{Path, PathBuf};
 

@@ -85,7 +85,7 @@ impl Run {
             if run.summary.status != "finished" {
                 run.label = format!("{} ({})", run.label, run.summary.status);
             }
-            run.stem = safe(&stems[at]);
+            run.stem = safe(&stems[at], "-_");
             if !is_own(&stems, at) {
                 run.stem = format!("{}_{}", run.stem, at + 1);
             }
@@ -194,9 +194,9 @@ impl Largest {
     }
 }
 
-/// A stem that files may have on any system: letters and digits of any script are kept.
-fn safe(stem: &str) -> String {
-    stem.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect()
+/// A name that files may have on any system: letters and digits of any script are kept, and those of `also`.
+pub fn safe(name: &str, also: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || also.contains(c) { c } else { '_' }).collect()
 }
 
 fn stem_of(path: &Path) -> String {
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn charts_of_files_in_any_script_stay_apart() {
-        assert_eq!(["试验一", "试验二", "a b.c"].map(safe), ["试验一", "试验二", "a_b_c"]);
+        assert_eq!(["试验一", "试验二", "a b.c"].map(|stem| safe(stem, "-_")), ["试验一", "试验二", "a_b_c"]);
     }
 
     #[test]

@@ -2,12 +2,12 @@
 //!
 //! A law may reach where no rock is (a normal one below zero, say); such draws are thrown away and made again, which shifts the mean.
 
-use crate::case::{BodyCase, Case, Geometry, RockCase};
+use crate::case::{BodyCase, Case, Geometry, Law as LawCase, RockCase, Scatter};
 use crate::error::{Error, Result};
-use crate::material::{Law, Property, sample_field};
+use crate::material::{Field, Property, sample_field};
 use crate::mesh::Mesh;
 use crate::results::Column;
-use crate::scene::SceneParameters;
+use crate::scene::{SceneBody, SceneParameters};
 
 use super::rock::quantity;
 
@@ -28,6 +28,12 @@ pub struct Drawn {
 
 /// A body's rock, its number and that of its cells.
 type Sampled<'a> = (&'a RockCase, usize, usize);
+
+/// What the cells of body number `index` draw of a quantity.
+fn field(law: &LawCase, property: Property, seed: u64, index: usize, cells: usize) -> Result<Field> {
+    sample_field(&quantity(law), property, seed, index as u64, cells)
+        .map_err(|error| Error::Usage(error.to_string()))
+}
 
 fn drawn(bodies: &[Sampled<'_>], seed: u64) -> Result<Vec<Drawn>> {
     let mut all = Vec::new();
@@ -50,8 +56,7 @@ fn drawn(bodies: &[Sampled<'_>], seed: u64) -> Result<Vec<Drawn>> {
                 Property::TensileStrength => rock.tensile_strength.as_ref().filter(|_| breaks),
             };
             let Some(law) = law else { continue };
-            let field = sample_field(&quantity(law), property, seed, index as u64, cells)
-                .map_err(|error| Error::Usage(error.to_string()))?;
+            let field = field(law, property, seed, index, cells)?;
             if found.is_none() {
                 middle = law.mean;
             }
@@ -182,17 +187,13 @@ pub fn tables(drawn: &[Drawn]) -> Vec<(String, Vec<Column>)> {
 /// A value of every cell of the grains; the law's mean where no cell has values of its own.
 fn values_of_grains(
     case: &Case,
-    law: &crate::case::Law,
+    law: &LawCase,
     property: Property,
     meshes: &[Mesh],
 ) -> Result<Vec<Vec<f64>>> {
-    let quantity = quantity(law);
-    let values = |(index, mesh): (usize, &Mesh)| {
-        if !case.meshes_act() || quantity.law == Law::Constant {
-            return Ok(vec![law.mean; mesh.cells.len()]);
-        }
-        let field = sample_field(&quantity, property, case.seed, index as u64, mesh.cells.len());
-        field.map(|field| field.values).map_err(|error| Error::Usage(error.to_string()))
+    let values = |(index, mesh): (usize, &Mesh)| match case.meshes_act() {
+        true => Ok(field(law, property, case.seed, index, mesh.cells.len())?.values),
+        false => Ok(vec![law.mean; mesh.cells.len()]),
     };
     meshes.iter().enumerate().map(values).collect()
 }
@@ -205,27 +206,26 @@ pub fn moduli_of_specimen(case: &Case, meshes: &[Mesh]) -> Result<Vec<Vec<f64>>>
     values_of_grains(case, &case.rock.youngs_modulus, Property::YoungsModulus, meshes)
 }
 
-/// Young's modulus of every cell of a scene's bodies [Pa], `cells` of each; the law's mean in bodies that do not deform.
+/// Young's modulus of every cell of a scene's bodies [Pa]; the law's mean in bodies that do not deform, none in those without a mesh.
 ///
 /// # Errors
 /// As [`of_specimen`].
 pub fn moduli_of_scene(
     case: &Case,
     parameters: &SceneParameters,
-    cells: impl IntoIterator<Item = usize>,
+    meshes: &[Option<Mesh>],
 ) -> Result<Vec<Vec<f64>>> {
     let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
-    let values = |((index, body), count): ((usize, &BodyCase), usize)| {
-        let built = parameters.bodies.get(index);
-        let rock = body.rock.as_ref().unwrap_or(&case.rock);
-        if !built.is_some_and(|built| built.grain.is_some() || built.full.is_some()) {
-            return Ok(vec![rock.youngs_modulus.mean; count]);
+    let values = |(index, (mesh, (body, built))): (usize, (&Option<Mesh>, (&BodyCase, &SceneBody)))| {
+        let law = &body.rock.as_ref().unwrap_or(&case.rock).youngs_modulus;
+        let cells = mesh.as_ref().map_or(0, |mesh| mesh.cells.len());
+        match built.grain.is_some() || built.full.is_some() {
+            true => Ok(field(law, Property::YoungsModulus, case.seed, index, cells)?.values),
+            false => Ok(vec![law.mean; cells]),
         }
-        let quantity = quantity(&rock.youngs_modulus);
-        let field = sample_field(&quantity, Property::YoungsModulus, case.seed, index as u64, count);
-        field.map(|field| field.values).map_err(|error| Error::Usage(error.to_string()))
     };
-    scene.bodies.iter().enumerate().zip(cells).map(values).collect()
+    let bodies = scene.bodies.iter().zip(&parameters.bodies);
+    meshes.iter().zip(bodies).enumerate().map(values).collect()
 }
 
 /// Mean Young's modulus [Pa] and Poisson's ratio over the cells of each grain.
@@ -233,7 +233,11 @@ pub fn moduli_of_scene(
 /// # Errors
 /// As [`of_specimen`].
 pub fn grain_means(case: &Case, meshes: &[Mesh]) -> Result<[Vec<f64>; 2]> {
-    let means = |law: &crate::case::Law, property| -> Result<Vec<f64>> {
+    let means = |law: &LawCase, property| -> Result<Vec<f64>> {
+        if matches!(law.scatter, Scatter::Constant) {
+            // To the last bit, which a sum over cells need not be.
+            return Ok(vec![law.mean; meshes.len()]);
+        }
         let of_cells = values_of_grains(case, law, property, meshes)?;
         let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
         Ok(of_cells.iter().map(mean).collect())

@@ -47,8 +47,7 @@ impl Recorder {
         let names: Vec<&str> = scene.model.bodies.iter().map(|body| body.name.as_str()).collect();
         self.writer.set_bodies(&names)?;
         let meshes = body_meshes(case, parameters, folder)?;
-        let cells = meshes.iter().map(|mesh| mesh.as_ref().map_or(0, |mesh| mesh.cells.len()));
-        let moduli = moduli_of_scene(case, parameters, cells)?;
+        let moduli = moduli_of_scene(case, parameters, &meshes)?;
         let (mesh, points) = scene_mesh(scene, parameters, &meshes, &moduli)?;
         let first = State {
             time: 0.0,

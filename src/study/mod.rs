@@ -20,6 +20,7 @@ use serde_json::Value;
 
 use crate::case::{RawCase, unsupported};
 use crate::error::{Error, Fault};
+use crate::report;
 
 /// One run of a series.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,9 +89,7 @@ impl Member {
 
 /// A name that is good for a file on any system: letters and digits of any script are kept.
 pub fn safe(name: &str) -> String {
-    let kept = |c: char| if c.is_alphanumeric() || "-_.=".contains(c) { c } else { '_' };
-    let name: String = name.chars().map(kept).collect();
-    name.trim_matches('.').to_string()
+    report::safe(name, "-_.=").trim_matches('.').to_string()
 }
 
 #[cfg(test)]
