@@ -40,6 +40,7 @@ for body in ('left', 'right'):
 assert list(file['bodies/left/displacement'][:, 0]) == list(range(1, 13))
 assert file['grains/volume'].shape == (2,)
 assert file['grains/position'].shape == (3, 2, 3) and file['grains/position'][2, 1].tolist() == [1, 0, 2]
+assert file['grains/stress'].shape == (3, 2, 6) and file['grains/stress'][2, 1].tolist() == [-1e6, -2e6, 1, 0, 0, 2]
 assert file['grains/damage_max'].shape == (3, 2)
 assert file['contacts/2/force'].shape == (1, 3)
 assert file['case/seed'][()] == 20110105 and file['case/threads'][()] == 2

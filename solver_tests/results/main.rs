@@ -2,6 +2,7 @@
 //! written, refused to a second writer, cut off by a full disk, resumed.
 
 mod contents;
+mod insides;
 mod kills;
 mod resumed;
 mod scripts;

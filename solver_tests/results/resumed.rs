@@ -66,6 +66,7 @@ fn resumed_file_equals_an_uninterrupted_one() {
         "bodies/wedge/position",
         "bodies/base/position",
         "grains/position",
+        "grains/stress",
         "contacts/4/first",
         "VTKHDF/PointData/displacement",
         "VTKHDF/CellData/stress",

@@ -119,6 +119,7 @@ pub(crate) fn grain_row(grain: usize, state: usize) -> GrainRow {
     GrainRow {
         position: Vec3::new(grain as f64, 0.0, state as f64),
         rotation: Vec3::new(0.0, 0.0, 0.1),
+        stress: [-1e6, -2e6, grain as f64, 0.0, 0.0, state as f64],
         damage_mean: 0.1,
         damage_max: 0.2,
         failed_fraction: 0.0,

@@ -192,6 +192,13 @@ impl FullGrain {
         }
     }
 
+    /// A field of this grain's nodes in the order of the mesh's.
+    pub fn on_mesh(&self, field: &[Vec3]) -> Vec<Vec3> {
+        let mut on_mesh = vec![Vec3::zeros(); field.len()];
+        self.order.iter().zip(field).for_each(|(node, value)| on_mesh[node.index()] = *value);
+        on_mesh
+    }
+
     /// What finite strains add to the forces of the undisplaced mesh's stiffness [N], node by node: `n(u)`.
     fn surplus_forces(&self, u: &[Vec3]) -> Vec<Vec3> {
         let mut surplus = vec![Vec3::zeros(); self.nodes()];
@@ -214,9 +221,7 @@ impl FullGrain {
         let Some(held) = self.held.as_ref().filter(|_| forces.iter().any(|f| *f != Vec3::zeros())) else {
             return vec![Vec3::zeros(); forces.len()];
         };
-        let mut on_mesh = vec![Vec3::zeros(); forces.len()];
-        self.order.iter().zip(forces).for_each(|(node, force)| on_mesh[node.index()] = *force);
-        let moved = held.solve(&on_mesh);
+        let moved = held.solve(&self.on_mesh(forces));
         self.order.iter().map(|node| moved[node.index()]).collect()
     }
 

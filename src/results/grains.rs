@@ -11,6 +11,8 @@ pub struct GrainRow {
     pub position: Vec3,
     /// Rotation vector from body axes to space axes [rad].
     pub rotation: Vec3,
+    /// Mean Cauchy stress [Pa] from the forces on its surface, xx yy zz xy yz xz, tension positive.
+    pub stress: [f64; 6],
     /// Volume-weighted mean of the damage variable, 0 intact to 1.
     pub damage_mean: f64,
     /// Largest damage variable in the grain.
@@ -29,13 +31,19 @@ pub struct GrainRow {
     pub level: i64,
 }
 
-/// The per-state datasets of `/grains`: the first two of shape (states, grains, 3), the others (states, grains).
-pub const GRAIN_QUANTITIES: [Quantity; 10] = [
+/// The per-state datasets of `/grains`: the first two of shape (states, grains, 3), `stress` (states, grains, 6), the others (states, grains).
+pub const GRAIN_QUANTITIES: [Quantity; 11] = [
     Quantity { name: "position", units: "m", long_name: "position of the reference point", integer: false },
     Quantity {
         name: "rotation",
         units: "rad",
         long_name: "rotation vector from body axes to space axes",
+        integer: false,
+    },
+    Quantity {
+        name: "stress",
+        units: "Pa",
+        long_name: "mean Cauchy stress xx yy zz xy yz xz from the forces on the surface, tension positive; of a grain that came apart its first part's",
         integer: false,
     },
     Quantity {

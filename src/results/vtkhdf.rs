@@ -58,7 +58,7 @@ const fn on_cells(
 const DISPLACEMENT: Field = Field {
     name: "displacement",
     units: "m",
-    long_name: "displacement since the reference configuration by the rigid motion of bodies; what they deform by is left out",
+    long_name: "displacement since the reference configuration, with what condensed and full bodies deform by",
     on_points: true,
     width: &[3],
     number: NumberKind::Float64,
@@ -76,12 +76,12 @@ const FRAGMENT: Field = on_cells(
 const STRESS: Field = on_cells(
     "stress",
     "Pa",
-    "mean Cauchy stress xx yy zz xy yz xz of the body that the cell is on, from the forces on it; tension positive",
+    "Cauchy stress xx yy zz xy yz xz, tension positive: mean of the cell where its body deforms or can break, 0 where deleted; else mean of the body, from the forces on it",
     &[6],
     NumberKind::Float32,
 );
 const VON_MISES: Field =
-    on_cells("von_mises", "Pa", "von Mises stress of the mean stress", &[], NumberKind::Float32);
+    on_cells("von_mises", "Pa", "von Mises stress of that mean stress", &[], NumberKind::Float32);
 
 const FIDELITY: Field = on_cells(
     "fidelity",

@@ -293,6 +293,7 @@ impl Writer {
                     ("position" | "rotation", _) => {
                         self.store.growing::<f64>(&name, &[grains.len(), 3], layout)?
                     }
+                    ("stress", _) => self.store.growing::<f64>(&name, &[grains.len(), 6], layout)?,
                     (_, true) => self.store.growing::<i64>(&name, &[grains.len()], layout)?,
                     (_, false) => self.store.growing::<f64>(&name, &[grains.len()], layout)?,
                 };
@@ -303,6 +304,7 @@ impl Writer {
         let [
             position,
             rotation,
+            stress,
             damage_mean,
             damage_max,
             failed_fraction,
@@ -319,6 +321,7 @@ impl Writer {
         let numbers = |of: fn(&GrainRow) -> f64| -> Vec<f64> { grains.iter().map(of).collect() };
         position.append(&self.store, &vectors(|g| g.position.into()))?;
         rotation.append(&self.store, &vectors(|g| g.rotation.into()))?;
+        stress.append(&self.store, &grains.iter().flat_map(|g| g.stress).collect::<Vec<f64>>())?;
         damage_mean.append(&self.store, &numbers(|g| g.damage_mean))?;
         damage_max.append(&self.store, &numbers(|g| g.damage_max))?;
         failed_fraction.append(&self.store, &numbers(|g| g.failed_fraction))?;

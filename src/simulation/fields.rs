@@ -9,6 +9,7 @@ use crate::triaxial::Rig;
 
 use super::breaking::{CellStates, of_cell, shown_nodes};
 use super::grain_stress::components;
+use super::inside::Inside;
 
 /// Corners of the polygon that shows a plate.
 const PLATE_CORNERS: usize = 64;
@@ -29,15 +30,26 @@ pub struct Points {
     number: Vec<usize>,
     /// Cell of each point that belongs to one only, as its grain can come apart.
     cell: Vec<Option<usize>>,
+    /// A cell that each point is a node of, by its number among those of its grain, and which node.
+    node: Vec<Option<(usize, usize)>>,
 }
 
 impl Points {
-    /// Displacement of every point since the reference configuration [m]. `frames` are those of the body coordinates as generated, and
-    /// `carriers` the bodies of the cells.
-    pub fn displacements(&self, frames: &[Pose], carriers: &[Option<usize>]) -> Vec<Vec3> {
+    /// Displacement of every point since the reference configuration [m]: its body's and, where that deforms, what is known of it inside.
+    /// `frames` are those of the body coordinates as generated, and `carriers` the bodies of the cells.
+    pub fn displacements(
+        &self,
+        frames: &[Pose],
+        carriers: &[Option<usize>],
+        insides: &[Inside],
+    ) -> Vec<Vec3> {
         let moved = |(point, (place, reference)): (usize, (&Vec3, &Vec3))| {
             let body = self.cell[point].and_then(|cell| carriers[cell]).unwrap_or(self.body[point]);
-            frames[body].to_space(place) - reference
+            let inside = self.node[point].and_then(|(cell, node)| {
+                let nodes = insides.get(self.body[point])?.displacement.get(cell)?;
+                Some(Vec3::from(nodes[node]))
+            });
+            frames[body].to_space(place) - reference + inside.unwrap_or_default()
         };
         self.place.iter().zip(&self.reference).enumerate().map(moved).collect()
     }
@@ -54,13 +66,20 @@ impl Points {
         (damage, deleted, carriers)
     }
 
-    /// Each cell's stress from that of the body that it is on; not a number on what has none.
-    pub fn cell_stresses(&self, of_bodies: &[Mat3], carriers: &[Option<usize>]) -> Vec<[f64; 6]> {
-        let of_cell = |body: &Option<usize>| match body.and_then(|body| of_bodies.get(body)) {
-            Some(stress) => components(stress),
-            None => [f64::NAN; 6],
+    /// Each cell's own stress where that is known, else that of the body that it is on; not a number on what has none.
+    pub fn cell_stresses(
+        &self,
+        of_bodies: &[Mat3],
+        carriers: &[Option<usize>],
+        insides: &[Inside],
+    ) -> Vec<[f64; 6]> {
+        let of_cell = |(cell, body): (usize, &Option<usize>)| {
+            let inside = self.grain[cell].and_then(|grain| insides.get(grain)?.stress.get(self.number[cell]));
+            let known = inside.filter(|stress| !stress[0].is_nan()).copied();
+            let of_body = || body.and_then(|body| of_bodies.get(body)).map(components);
+            known.or_else(of_body).unwrap_or([f64::NAN; 6])
         };
-        carriers.iter().map(of_cell).collect()
+        carriers.iter().enumerate().map(of_cell).collect()
     }
 }
 
@@ -77,6 +96,7 @@ impl Builder<'_> {
         self.points.body.push(body);
         self.points.place.push(place);
         self.points.cell.push(None);
+        self.points.node.push(None);
         self.points.reference.push(reference);
         self.mesh.add_point(&reference)
     }
@@ -104,6 +124,7 @@ impl Builder<'_> {
             self.cell(CellKind::Tet10, &nodes, part, Some(body), youngs_modulus)?;
             let index = self.points.number.len() - 1;
             self.points.number[index] = number;
+            nodes.iter().enumerate().for_each(|(k, point)| self.points.node[*point] = Some((number, k)));
             if apart {
                 nodes.iter().for_each(|point| self.points.cell[*point] = Some(index));
             }

@@ -10,6 +10,7 @@ mod contact_table;
 mod draws;
 mod fields;
 mod grain_stress;
+mod inside;
 mod kept;
 mod meter;
 mod observer;

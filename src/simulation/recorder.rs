@@ -26,6 +26,7 @@ use super::contact_table::ContactTable;
 use super::draws::{self, Drawn};
 use super::fields::{Points, field_mesh};
 use super::grain_stress::{components, mean_stresses};
+use super::inside;
 use super::kept::{Consolidated, Origin, Position, ScenePoint, State, TestPoint};
 use super::meter::{self, Meter};
 use super::observer::StageReport;
@@ -226,6 +227,7 @@ impl Recorder {
             poses: rig.committed.poses.clone(),
             stress: vec![Mat3::zeros(); specimen.grains.len()],
             local_strains: Vec::new(),
+            insides: Vec::new(),
             contacts: ContactTable::default(),
             cells: Vec::new(),
             grains: Vec::new(),
@@ -296,11 +298,13 @@ impl Recorder {
         meter::note(&mut row, &rig.model, &mut self.meter);
         self.curve.push(&report.row);
         let poses = &rig.committed.poses;
+        let frames = rig.model.frames(poses);
         let state = State {
             time: row.time,
             increment: row.increment as u64,
-            poses: rig.model.frames(poses),
             stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure),
+            insides: inside::of_bodies(&rig.model, &rig.contacts, &frames),
+            poses: frames,
             local_strains: report.local_strains.to_vec(),
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
             cells: cell_states(&rig.model),
@@ -506,11 +510,11 @@ impl Recorder {
             fidelity: &fidelity,
             time,
             increment: state.increment,
-            displacement: &self.points.displacements(&state.poses, &carriers),
+            displacement: &self.points.displacements(&state.poses, &carriers, &state.insides),
             damage: &damage,
             failed: &failed,
             fragment: &carriers.iter().map(|body| body.map_or(-1, |body| body as i32)).collect::<Vec<_>>(),
-            stress: &self.points.cell_stresses(&state.stress, &carriers),
+            stress: &self.points.cell_stresses(&state.stress, &carriers, &state.insides),
         })?;
         let grain = |(index, pose): (usize, &Pose)| {
             let local = state.local_strains.get(index).unwrap_or(&LocalStrain::UNKNOWN);
@@ -518,6 +522,7 @@ impl Recorder {
             GrainRow {
                 position: pose.position,
                 rotation: pose.rotation.scaled_axis(),
+                stress: state.stress.get(index).map_or([f64::NAN; 6], components),
                 damage_mean: breaking.damage_mean,
                 damage_max: breaking.damage_max,
                 failed_fraction: breaking.failed_fraction,

@@ -30,6 +30,7 @@ use super::contact_table::ContactTable;
 use super::draws::moduli_of_scene;
 use super::fields::scene_mesh;
 use super::grain_stress::body_stresses;
+use super::inside;
 use super::kept::State;
 use super::plan::PlannedStage;
 use super::recorder::Recorder;
@@ -55,6 +56,7 @@ impl Recorder {
             poses: scene.committed.poses.clone(),
             stress: vec![Mat3::zeros(); scene.model.bodies.len()],
             local_strains: Vec::new(),
+            insides: Vec::new(),
             contacts: ContactTable::default(),
             cells: Vec::new(),
             grains: Vec::new(),
@@ -77,10 +79,12 @@ impl Recorder {
         let begun = Instant::now();
         let history = history_row(row, self.seconds());
         let poses = &scene.committed.poses;
+        let frames = scene.model.frames(poses);
         let state = State {
             time: history.time,
             increment: row.increment as u64,
-            poses: scene.model.frames(poses),
+            insides: inside::of_bodies(&scene.model, scene.contacts(), &frames),
+            poses: frames,
             stress: match &scene.pressing {
                 Some(pressing) => pressing.mean_stresses(poses.len()),
                 None => body_stresses(scene, parameters, row.gravity),
