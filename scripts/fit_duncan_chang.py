@@ -13,6 +13,7 @@ Of each curve, the hyperbola runs through the points at 70 % and 95 % of its pea
 70 % of the peak, or where the volume is least if that comes before. With one pressure K, n and the like cannot be told
 apart: only the values of that pressure are given. A run that ended before a peak has its largest q taken for qf, and is
 marked; sudden drops before 95 % of the peak make a poor hyperbola, which `misfit` tells (root mean square over qf, up to the peak).
+Curves that no hyperbola fits are named and left out; with none left it ends with 1.
 """
 
 import argparse
@@ -106,9 +107,19 @@ def power_law(pressures, values):
     return 10**intercept, n
 
 
-def fit(curves):
-    """Hyperbolas of the curves, and the parameters of the model where there are at least two pressures."""
-    found = [hyperbola(curve) for curve in curves]
+def hyperbolas(curves):
+    """The hyperbolas of those curves that have one, and why the others have none."""
+    found, reasons = [], []
+    for curve in curves:
+        try:
+            found.append(hyperbola(curve))
+        except ValueError as error:
+            reasons.append(str(error))
+    return found, reasons
+
+
+def fit(found):
+    """The parameters of the model from hyperbolas of at least two pressures; else none."""
     pressures = numpy.array([h.pressure for h in found])
     parameters = {}
     if len(numpy.unique(pressures.round())) > 1:
@@ -120,7 +131,7 @@ def fit(curves):
             parameters["Kb"], parameters["m"] = power_law(pressures[known], bulk[known])
         slope, phi0 = numpy.polyfit(numpy.log10(pressures / ATMOSPHERE), [h.friction_angle for h in found], 1)
         parameters["phi0 [deg]"], parameters["dphi [deg]"] = numpy.degrees(phi0), -numpy.degrees(slope)
-    return found, parameters
+    return parameters
 
 
 def main():
@@ -128,9 +139,14 @@ def main():
     parser.add_argument("files", nargs="+", help="results files (.h5), one a confining pressure")
     options = parser.parse_args()
     try:
-        found, parameters = fit([read_curve(path) for path in options.files])
-    except (ResultsError, OSError, ValueError) as error:
+        found, reasons = hyperbolas([read_curve(path) for path in options.files])
+    except (ResultsError, OSError) as error:
         sys.exit(f"fit_duncan_chang: {error}")
+    for reason in reasons:
+        print(f"fit_duncan_chang: left out: {reason}", file=sys.stderr)
+    if not found:
+        sys.exit("fit_duncan_chang: no curve is left")
+    parameters = fit(found)
     print(f"{'s3 [MPa]':>9} {'Ei [MPa]':>9} {'qf [MPa]':>9} {'Rf':>6} {'B [MPa]':>9} {'phi [deg]':>9} {'misfit':>7}")
     for h in found:
         print(

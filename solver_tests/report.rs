@@ -489,7 +489,7 @@ fn duncan_chang_parameters_of_synthetic_curves_are_found() {
 import sys
 sys.path.insert(0, sys.argv[1])
 import numpy
-from fit_duncan_chang import ATMOSPHERE, Curve, fit
+from fit_duncan_chang import ATMOSPHERE, Curve, fit, hyperbolas
 given = {"K": 1200, "n": 0.45, "Rf": 0.78, "Kb": 600, "m": 0.2, "phi0 [deg]": 52, "dphi [deg]": 9}
 curves = []
 for pressure in (0.4e6, 0.8e6, 1.6e6, 2.5e6):
@@ -501,7 +501,12 @@ for pressure in (0.4e6, 0.8e6, 1.6e6, 2.5e6):
     strain = numpy.linspace(0, strength / modulus / (1 - given["Rf"]), 2000)
     q = strain / (1 / modulus + given["Rf"] * strain / strength)
     curves.append(Curve(pressure, strain, q, q / 3 / bulk))
-_, found = fit(curves)
+# One that is no hyperbola is left out, and said to be.
+linear = numpy.linspace(0, 1e-3, 2000)
+curves.insert(1, Curve(1e6, linear, 1e9 * linear, linear, "straight"))
+sound, reasons = hyperbolas(curves)
+assert len(sound) == 4 and len(reasons) == 1 and "straight" in reasons[0], reasons
+found = fit(sound)
 assert found.keys() == given.keys(), found
 for name, value in given.items():
     assert abs(found[name] / value - 1) < 1e-6, (name, value, found[name])

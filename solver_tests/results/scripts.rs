@@ -67,3 +67,42 @@ fn scripts_draw_their_pictures() {
     assert!(!missing.status.success() && message.contains("nowhere.h5: no such file"), "{message}");
     assert!(!message.contains("Traceback"), "{message}");
 }
+
+#[test]
+fn parameters_are_compared_packing_by_packing() {
+    let Some(python) = python() else { return };
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let compare = |files: &[&Path], options: &[&str]| {
+        let output = Command::new(&python)
+            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/compare_parameters.py"))
+            .args(files)
+            .args(options)
+            .current_dir(dir.path())
+            .output()
+            .expect("python runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    // By hand: -0.5 and -1.0 MPa off a default of 2.5 MPa in the mean, +5 and +15 % of the axial strain.
+    let runs = dir.path().join("runs.csv");
+    let head = "name,seed,status,axial_strain,mean_q_Pa,peak_q_Pa,volume_over_axial_strain,stabilisation_share,crushed_share";
+    let rows = [
+        "default,1,finished,0.1,2e6,4e6,-0.2,0.01,0",
+        "default,2,finished,0.1,3e6,4e6,-0.2,0.01,0",
+        "soft_rock,1,finished,0.1,1.5e6,3e6,-0.15,0.01,0",
+        "soft_rock,2,stopped,0.1,2e6,3e6,-0.05,0.01,0",
+    ];
+    std::fs::write(&runs, format!("{head}\n{}\n", rows.join("\n"))).expect("a table");
+    let table = compare(&[&runs], &["--out", "effects.png"]);
+    let line = table.lines().find(|line| line.contains("soft rock")).expect("a row");
+    assert!(line.contains("| -30 ± 10 % | +10 ± 5 % | 2, 1 not finished |"), "{line}");
+    assert!(std::fs::read(dir.path().join("effects.png")).expect("a picture").starts_with(b"\x89PNG"));
+    // Out of results files: two that are the same.
+    let files = ["default_seed=1.h5", "same_seed=1.h5"].map(|name| dir.path().join(name));
+    files.iter().for_each(|path| {
+        write_small_file(path);
+    });
+    let table = compare(&[&files[0], &files[1]], &["--csv", "found.csv"]);
+    assert!(table.lines().any(|line| line.contains("| same |") && line.contains("| +0 % | +0 % |")), "{table}");
+    assert_eq!(compare(&[&dir.path().join("found.csv")], &[]), table);
+}
