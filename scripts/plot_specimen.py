@@ -30,6 +30,7 @@ QUANTITIES = {
 }
 # Greys and browns of broken rock; grains take them in a fixed shuffled order.
 ROCK = ["#b9a88f", "#a38f74", "#8c7b66", "#c9bca6", "#9b9a94", "#7f7a72", "#b3a79a", "#d3c7b1", "#877057", "#a9a49b"]
+NOTHING = matplotlib.colors.to_rgb("#d9dde2")
 TOWARDS_VIEWER = numpy.array([0.45, -1.0, 0.28]) / numpy.linalg.norm([0.45, -1.0, 0.28])
 FACES_TET10 = [(0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6)]
 
@@ -92,8 +93,9 @@ def colours_of(results, state, name, triangles, owners, limits):
         rgb = palette[order[grain] % len(palette)]
     else:
         values = values_of(results, state, name, triangles, owners)
-        rgb = plt.get_cmap(QUANTITIES[name][2])(Normalize(*limits)(values))[:, :3]
-    rgb[grain < 0] = matplotlib.colors.to_rgb("#d9dde2")
+        rgb = plt.get_cmap(QUANTITIES[name][2])(Normalize(*limits)(numpy.nan_to_num(values)))[:, :3]
+        rgb[~numpy.isfinite(values)] = NOTHING
+    rgb[grain < 0] = NOTHING
     return rgb
 
 
@@ -217,6 +219,10 @@ def draw(results, states, name, hidden_parts, cut, limits, longer_side):
             on_grains = results.cell_data("grain", state)[owners] >= 0
             everything.append(values_of(results, state, name, triangles, owners)[on_grains])
         everything = numpy.concatenate(everything)
+        # Bodies that are held have no stress of their own.
+        everything = everything[numpy.isfinite(everything)]
+        if not len(everything):
+            raise ResultsError(f"{results.path}: no {name} is known in these states")
         limits = (min(0, everything.min()), max(numpy.percentile(everything, 99.5), 1e-12))
     pictures = []
     for (points, triangles, owners), state in zip(surfaces, states):

@@ -90,8 +90,10 @@ fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -
     }
     let (mesh, stresses, displacement) = match (&body.damaged, &body.full, &body.grain) {
         (Some(grain), _, _) => {
-            let moved = if body.is_elastic() { grain.displaced().to_vec() } else { Vec::new() };
-            (grain.mesh(), grain.stresses(), moved)
+            // A part that has just come off has not been displaced yet.
+            let moved = grain.displaced();
+            let moved = if body.is_elastic() && moved.len() == grain.mesh().nodes.len() { moved } else { &[] };
+            (grain.mesh(), grain.stresses(), moved.to_vec())
         }
         (None, Some(grain), _) => {
             let field = contacts.fields.get(index).filter(|field| field.len() == grain.nodes())?;
