@@ -103,6 +103,9 @@ fn parameters_are_compared_packing_by_packing() {
         write_small_file(path);
     });
     let table = compare(&[&files[0], &files[1]], &["--csv", "found.csv"]);
-    assert!(table.lines().any(|line| line.contains("| same |") && line.contains("| +0 % | +0 % |")), "{table}");
+    assert!(
+        table.lines().any(|line| line.contains("| same |") && line.contains("| +0 % | +0 % |")),
+        "{table}"
+    );
     assert_eq!(compare(&[&dir.path().join("found.csv")], &[]), table);
 }

@@ -92,7 +92,8 @@ fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -
         (Some(grain), _, _) => {
             // A part that has just come off has not been displaced yet.
             let moved = grain.displaced();
-            let moved = if body.is_elastic() && moved.len() == grain.mesh().nodes.len() { moved } else { &[] };
+            let moved =
+                if body.is_elastic() && moved.len() == grain.mesh().nodes.len() { moved } else { &[] };
             (grain.mesh(), grain.stresses(), moved.to_vec())
         }
         (None, Some(grain), _) => {
