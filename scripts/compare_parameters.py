@@ -32,8 +32,11 @@ MEASURES = {
     "stabilisation_share": ("stabilisation", 100, "% of work", "{:.1f}"),
     "crushed_share": ("rock crushed", 100, "%", "{:.1f}"),
 }
-# Shown as a share of the default's value; the others as they are.
-RELATIVE = ("mean_q_Pa", "peak_q_Pa")
+# What the runs are compared by, and the label of the chart.
+COMPARED = {
+    "mean_q_Pa": "mean q, off the default  [%]",
+    "volume_over_axial_strain": "volume strain over axial strain, off  [%]",
+}
 
 
 def measured(path):
@@ -79,20 +82,20 @@ def runs_of(files):
 
 
 def differences(runs, name, default, measure):
-    """Of `measure`, packing by packing; of stresses over the default's mean."""
+    """Of `measure`, packing by packing; of q over the default's mean."""
     seeds = [seed for known, seed in runs if known == name and (default, seed) in runs]
     values = numpy.array([runs[name, seed][measure] - runs[default, seed][measure] for seed in seeds])
-    if measure in RELATIVE:
+    if measure == "mean_q_Pa":
         values = values / numpy.mean([row[measure] for (known, _), row in runs.items() if known == default])
     return values
 
 
-def with_error(values, text):
-    """Mean and standard error of values in per cent."""
+def with_error(values):
+    """Mean and, of two or more, standard error of values, in per cent."""
     if not len(values):
         return ""
-    error = values.std(ddof=1) / len(values) ** 0.5 if len(values) > 1 else numpy.nan
-    return text.format(100 * values.mean()) + (f" ± {100 * error:.0f}" if numpy.isfinite(error) else "")
+    error = f" ± {100 * values.std(ddof=1) / len(values) ** 0.5:.0f}" if len(values) > 1 else ""
+    return f"{100 * values.mean():+.0f}{error} %"
 
 
 def table(runs, default):
@@ -104,10 +107,7 @@ def table(runs, default):
         rows = [row for (known, _), row in runs.items() if known == name]
         means = [text.format(factor * numpy.mean([row[key] for row in rows])) for key, (_, factor, _, text) in MEASURES.items()]
         means = ["" if value == "nan" else value for value in means]
-        off = ["", ""]
-        if name != default:
-            off[0] = with_error(differences(runs, name, default, "mean_q_Pa"), "{:+.0f}") + " %"
-            off[1] = with_error(differences(runs, name, default, "volume_over_axial_strain"), "{:+.0f}") + " %"
+        off = [with_error(differences(runs, name, default, measure)) if name != default else "" for measure in COMPARED]
         unfinished = sum(row["status"] != "finished" for row in rows)
         count = f"{len(rows)}" + (f", {unfinished} not finished" if unfinished else "")
         lines.append(f"| {name.replace('_', ' ')} | " + " | ".join(means + off + [count]) + " |")
@@ -116,9 +116,8 @@ def table(runs, default):
 
 def draw(runs, default, path):
     names = [name for name in dict.fromkeys(name for name, _ in runs) if name != default]
-    panels = {"mean_q_Pa": "mean q, off the default  [%]", "volume_over_axial_strain": "volume strain over axial strain, off  [%]"}
     figure, axes = plt.subplots(1, 2, figsize=(10, 1.2 + 0.36 * len(names)), sharey=True, layout="constrained")
-    for axis, (measure, label) in zip(axes, panels.items()):
+    for axis, (measure, label) in zip(axes, COMPARED.items()):
         for at, name in enumerate(names):
             values = 100 * differences(runs, name, default, measure)
             if not len(values):
