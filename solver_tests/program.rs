@@ -183,7 +183,7 @@ fn one_and_two_threads_give_the_same_bits() {
         place.ends_with(0, &["run", "tiny.json", "--quiet", "--threads", threads, "--out", &out]);
     }
     let [one, two] = ["1.h5", "2.h5"].map(|name| open(&place.path(name)));
-    for quantity in riprap::results::HISTORY.iter().filter(|quantity| quantity.name != "wall_time") {
+    for quantity in riprap::results::HISTORY.iter().filter(|quantity| !quantity.name.ends_with("_time")) {
         let bits = |reader: &Reader| -> Vec<u64> {
             column(reader, quantity.name).into_iter().map(f64::to_bits).collect()
         };
@@ -201,6 +201,18 @@ fn one_and_two_threads_give_the_same_bits() {
         };
         assert!(!bits(&one).is_empty() && bits(&one) == bits(&two), "{name}");
     }
+}
+
+#[test]
+fn time_of_the_increments_leaves_out_what_came_before_them() {
+    let place = Place::new();
+    place.ends_with(0, &["run", "tiny.json", "--quiet", "--out", "x.h5"]);
+    let reader = open(&place.path("x.h5"));
+    let [wall, solving] = ["wall_time", "solving_time"].map(|name| column(&reader, name));
+    assert!(solving.len() > 2 && solving[0] > 0.0 && solving.is_sorted_by(|a, b| a < b), "{solving:?}");
+    // The specimen, the rig, the seating; and then the file.
+    assert!(wall.iter().zip(&solving).all(|(wall, solving)| solving < wall), "{wall:?} {solving:?}");
+    assert!(wall.iter().zip(&solving).is_sorted_by_key(|(wall, solving)| *wall - *solving));
 }
 
 #[test]

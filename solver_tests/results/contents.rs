@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use riprap::results::{Existing, Outcome, Reader, Summary, Writer, journal, write_history_csv};
+use riprap::results::{CaseRecord, Existing, Outcome, Reader, Summary, Writer, journal, write_history_csv};
 
 use crate::two_grains::*;
 
@@ -54,6 +54,18 @@ assert file['status'].attrs['last_good_increment'] == 12
 print('read')
 "#;
     assert_eq!(run_python(&python, program, &[path.to_str().expect("path")]).trim(), "read");
+}
+
+#[test]
+fn any_seed_comes_back() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("seed.h5");
+    let record = CaseRecord { seed: u64::MAX, ..case_record() };
+    let writer = Writer::create(&path, &record, Existing::Refuse).expect("a file");
+    drop(writer);
+    let summary = Reader::open(&path).and_then(|reader| Summary::of(&reader)).expect("summary");
+    assert_eq!(summary.seed, u64::MAX);
+    assert!(summary.to_string().contains("seed 18446744073709551615"), "{summary}");
 }
 
 #[test]

@@ -19,6 +19,7 @@ mod fidelity_changes;
 mod full_grain;
 mod grain_meshes;
 mod hertz;
+mod lost_contacts;
 mod membrane_balloon;
 mod membrane_cylinder;
 mod newton_order;

@@ -401,7 +401,7 @@ pub struct Contacts {
     pub pairs: Vec<PairWork>,
     neighbours: Neighbours,
     #[serde(skip)]
-    kinematics: Vec<Kinematics>,
+    pub(super) kinematics: Vec<Kinematics>,
     /// Core vertices of every body in space [m].
     #[serde(skip)]
     corners: Vec<Vec<Vec3>>,

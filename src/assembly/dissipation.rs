@@ -13,10 +13,12 @@
 //!
 //! The first term is work; the others are none: `h` is zero while a contact sticks and positive in the elastic bend of the
 //! friction law, and `w` fades where a contact slides off the end of an edge. Both are booked by the
-//! trapezoidal rule, and a contact that is lost gives up what it had stored.
+//! trapezoidal rule. A contact that is lost gives up what it had stored, and where others take over from it its force is
+//! averaged with none.
 
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
+use crate::contact::memory::PointMemory;
 use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
 
@@ -62,11 +64,14 @@ impl Contacts {
         let mut sum = 0.0;
         for pair in &self.pairs {
             sum += pair.active().map(|point| dissipated(&model.law, pair, point)).sum::<f64>();
-            for lost in &pair.carried.points {
-                if !pair.active().any(|point| point.site.feature == lost.feature) {
-                    sum += lost.tangential_energy;
-                }
-            }
+            let lost = |memory: &&PointMemory| !pair.active().any(|p| p.site.feature == memory.feature);
+            sum += pair
+                .carried
+                .points
+                .iter()
+                .filter(lost)
+                .map(|memory| self.given_up(model, pair, memory))
+                .sum::<f64>();
         }
         // Pairs that are no longer within reach.
         for (key, memory) in &committed.memory {
@@ -75,6 +80,29 @@ impl Contacts {
             }
         }
         sum
+    }
+}
+
+impl Contacts {
+    /// What a contact dissipated that is lost [J]: what it had stored, and the work of the force that it began with, averaged with none, along
+    /// the pair's slide. All of that where others have taken over from it (a corner that slid off an edge); where the bodies are apart now the
+    /// share of a straight way on which they were not.
+    fn given_up(&self, model: &Model, pair: &PairWork, lost: &PointMemory) -> f64 {
+        if lost.load <= 0.0 {
+            return lost.tangential_energy;
+        }
+        let share = if pair.active().next().is_some() {
+            1.0
+        } else {
+            let radii: f64 = [pair.a(), pair.b()].map(|body| model.shapes[body].rounded.radius).iter().sum();
+            let overlap = model.law.overlap_for(lost.load / pair.spring());
+            overlap / (overlap + (pair.nearest - radii).max(0.0))
+        };
+        let [of_a, of_b] = [pair.a(), pair.b()].map(|body| self.kinematics[body].moved(&lost.place));
+        let still_near = pair.points.iter().find(|point| point.site.feature == lost.feature);
+        let elastic = still_near.map_or_else(Vec3::zeros, |point| point.state.elastic_change);
+        let force = lost.traction * (lost.pressure / lost.load);
+        lost.tangential_energy + 0.5 * share * force.dot(&(of_a - of_b - elastic))
     }
 }
 

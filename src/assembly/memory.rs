@@ -30,6 +30,7 @@ impl Contacts {
                 let slid = held.map_or_else(Vec3::zeros, |h| h.slid);
                 points.push(PointMemory {
                     feature: point.site.feature,
+                    place: e.point,
                     stretch: point.state.own_stretch(&model.law, e) - slid,
                     pressure: e.pressure,
                     load: e.load,

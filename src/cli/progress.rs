@@ -16,7 +16,7 @@ use crate::simulation::{
 use crate::solver::StopSignal;
 use crate::specimen::Phase;
 use crate::specimen::statistics::ClassStatistics;
-use crate::triaxial::{Path, Stage, StageEnd, Steps};
+use crate::triaxial::{Path, Stage, StageEnd, Steps, Until};
 
 use super::arguments::{ProgressKind, Target};
 use super::{complain, interrupt, note, say};
@@ -410,16 +410,23 @@ fn plan_line(stage: &Stage) -> String {
     }
 }
 
-/// One line per increment, in columns.
-fn step_line(step: &Step<'_>, seconds: f64) -> String {
-    let row = step.row;
+/// How much of its stage is done: nominal increments, or, where it may end before its path does, a share.
+fn how_far(step: &Step<'_>) -> String {
+    if step.stage.stage.is_some_and(|stage| stage.until != Until::default()) {
+        return format!("{:.1} %", 100.0 * step.progress);
+    }
     // Increments that were cut make fractions of the nominal ones.
     let done = step.progress * step.stage.increments;
     let done = match (done - done.round()).abs() < 1e-6 {
         true => format!("{done:.0}"),
         false => format!("{done:.1}"),
     };
-    let of = format!("{done}/{:.0}", step.stage.increments.ceil());
+    format!("{done}/{:.0}", step.stage.increments.ceil())
+}
+
+/// One line per increment, in columns.
+fn step_line(step: &Step<'_>, seconds: f64) -> String {
+    let (row, of) = (step.row, how_far(step));
     let strains =
         format!("ea {:6.3} %  ev {:+7.4} %", 100.0 * row.axial_strain, 100.0 * row.volumetric_strain);
     let state = match step.stage.stage {
@@ -455,4 +462,32 @@ fn step_json(step: &Step<'_>, seconds: f64) -> Value {
         line.insert(quantity.name.into(), value);
     }
     Value::Object(line)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::triaxial::Lateral;
+
+    #[test]
+    fn stages_that_may_end_early_count_no_increments() {
+        let row = HistoryRow::UNKNOWN;
+        let how_far = |until: Until, progress: f64| {
+            let path = Path::Strain { axial_strain: 0.1, lateral: Lateral::Pressure };
+            let steps = Steps::Strain { nominal: 5e-4, largest: 5e-4, growth: 1.0 };
+            let stage = PlannedStage {
+                index: 0,
+                kind: "shear",
+                stage: Some(Stage { path, steps, until }),
+                increments: 200.0,
+            };
+            super::how_far(&Step { stage: &stage, progress, done: 0.0, total: 1.0, row: &row })
+        };
+        assert_eq!(how_far(Until::default(), 0.25), "50/200");
+        assert_eq!(how_far(Until::default(), 0.2525), "50.5/200");
+        let landing = Until { deviatoric_stress: Some(1e6), ..Until::default() };
+        // It landed, wherever on the path that was.
+        assert_eq!(how_far(landing, 1.0), "100.0 %");
+        assert_eq!(how_far(Until { drop_after_peak: Some(0.1), ..landing }, 0.25), "25.0 %");
+    }
 }

@@ -42,6 +42,11 @@ impl Kinematics {
             turn: (sign * turn.w, turn.imag() * sign),
         }
     }
+
+    /// How far the body's point that was at `place` [m] then has come.
+    pub fn moved(&self, place: &Vec3) -> Vec3 {
+        self.position + self.turn_back.tr_mul(&(place - self.committed_position)) - place
+    }
 }
 
 /// What a contact point carries into a Newton solve; constant during it.

@@ -19,6 +19,9 @@ pub type ContactKey = (PairKey, Feature);
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PointMemory {
     pub feature: Feature,
+    /// Where its force acted [m], in space.
+    #[serde(with = "crate::tensor::stored")]
+    pub place: Vec3,
     /// Tangential stretch of the contact's own spring [m], in space.
     #[serde(with = "crate::tensor::stored")]
     pub stretch: Vec3,
@@ -50,6 +53,7 @@ impl PointMemory {
     pub fn open(feature: Feature, lead: f64) -> Self {
         PointMemory {
             feature,
+            place: Vec3::zeros(),
             stretch: Vec3::zeros(),
             pressure: 0.0,
             load: 0.0,

@@ -9,7 +9,7 @@ use nalgebra::Vector6;
 
 use crate::material::Elastic;
 use crate::mesh::tet10::EDGES;
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, Vec3, symmetric};
 
 /// Number of integration points.
 pub const POINT_COUNT: usize = 4;
@@ -162,8 +162,7 @@ impl StraightTet10 {
     /// `integral of B_i^T sigma dV`.
     pub fn add_forces(&self, out: &mut [Vec3; 10], stresses: &[Vector6<f64>; POINT_COUNT]) {
         for (l, s) in POINTS.iter().zip(stresses) {
-            let stress =
-                Mat3::new(s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2]) * self.point_volume();
+            let stress = symmetric((*s).into()) * self.point_volume();
             for (force, n) in out.iter_mut().zip(&self.shape_gradients(l)) {
                 *force += stress * n;
             }

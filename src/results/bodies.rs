@@ -24,19 +24,20 @@ pub struct BodyRow {
     pub reaction_moment: Vec3,
 }
 
-const fn vector(name: &'static str, units: &'static str, long_name: &'static str) -> Quantity {
-    Quantity { name, units, long_name, integer: false }
-}
-
 /// The datasets of `/bodies/<name>`, each of shape (increments, 3), in the order of [`BodyRow::vectors`].
 pub const BODY_QUANTITIES: [Quantity; 7] = [
-    vector("position", "m", "position of the reference point"),
-    vector("rotation", "rad", "rotation vector from body axes to space axes"),
-    vector("displacement", "m", "displacement of the reference point since the start"),
-    vector("force", "N", "resultant of the contact forces on the body"),
-    vector("moment", "N m", "moment of the contact forces on the body about its reference point"),
-    vector("reaction_force", "N", "force that the body's prescription exerts on it"),
-    vector("reaction_moment", "N m", "moment that the body's prescription exerts on it"),
+    Quantity::measured("position", "m", "position of the reference point", 3),
+    Quantity::measured("rotation", "rad", "rotation vector from body axes to space axes", 3),
+    Quantity::measured("displacement", "m", "displacement of the reference point since the start", 3),
+    Quantity::measured("force", "N", "resultant of the contact forces on the body", 3),
+    Quantity::measured(
+        "moment",
+        "N m",
+        "moment of the contact forces on the body about its reference point",
+        3,
+    ),
+    Quantity::measured("reaction_force", "N", "force that the body's prescription exerts on it", 3),
+    Quantity::measured("reaction_moment", "N m", "moment that the body's prescription exerts on it", 3),
 ];
 
 impl BodyRow {

@@ -31,67 +31,32 @@ pub struct GrainRow {
     pub level: i64,
 }
 
-/// The per-state datasets of `/grains`: the first two of shape (states, grains, 3), `stress` (states, grains, 6), the others (states, grains).
+/// The per-state datasets of `/grains`, each of shape (states, grains) or (states, grains, width).
 pub const GRAIN_QUANTITIES: [Quantity; 11] = [
-    Quantity { name: "position", units: "m", long_name: "position of the reference point", integer: false },
-    Quantity {
-        name: "rotation",
-        units: "rad",
-        long_name: "rotation vector from body axes to space axes",
-        integer: false,
-    },
-    Quantity {
-        name: "stress",
-        units: "Pa",
-        long_name: "mean Cauchy stress xx yy zz xy yz xz from the forces on the surface, tension positive; of a grain that came apart its first part's",
-        integer: false,
-    },
-    Quantity {
-        name: "damage_mean",
-        units: "1",
-        long_name: "volume-weighted mean of the damage variable",
-        integer: false,
-    },
-    Quantity {
-        name: "damage_max",
-        units: "1",
-        long_name: "largest damage variable in the grain",
-        integer: false,
-    },
-    Quantity {
-        name: "failed_fraction",
-        units: "1",
-        long_name: "failed share of the integration points",
-        integer: false,
-    },
-    Quantity {
-        name: "fragments",
-        units: "1",
-        long_name: "connected parts of the grain, 1 for a whole one",
-        integer: true,
-    },
-    Quantity {
-        name: "local_shear_strain",
-        units: "1",
-        long_name: "sqrt(2/3 e:e) of the deviatoric strain since strains count, from how the grain's neighbours moved",
-        integer: false,
-    },
-    Quantity {
-        name: "local_volumetric_strain",
-        units: "1",
-        long_name: "volumetric strain since strains count, from how the grain's neighbours moved, compression positive",
-        integer: false,
-    },
-    Quantity {
-        name: "turn",
-        units: "rad",
-        long_name: "angle by which the grain has turned since strains count",
-        integer: false,
-    },
-    Quantity {
-        name: "level",
-        units: "1",
-        long_name: "how the grain deforms: 0 rigid with local compliance, 1 condensed, 2 full",
-        integer: true,
-    },
+    Quantity::measured("position", "m", "position of the reference point", 3),
+    Quantity::measured("rotation", "rad", "rotation vector from body axes to space axes", 3),
+    Quantity::measured(
+        "stress",
+        "Pa",
+        "mean Cauchy stress xx yy zz xy yz xz from the forces on the surface, tension positive; of a grain that came apart its first part's",
+        6,
+    ),
+    Quantity::measured("damage_mean", "1", "volume-weighted mean of the damage variable", 1),
+    Quantity::measured("damage_max", "1", "largest damage variable in the grain", 1),
+    Quantity::measured("failed_fraction", "1", "failed share of the integration points", 1),
+    Quantity::count("fragments", "connected parts of the grain, 1 for a whole one"),
+    Quantity::measured(
+        "local_shear_strain",
+        "1",
+        "sqrt(2/3 e:e) of the deviatoric strain since strains count, from how the grain's neighbours moved",
+        1,
+    ),
+    Quantity::measured(
+        "local_volumetric_strain",
+        "1",
+        "volumetric strain since strains count, from how the grain's neighbours moved, compression positive",
+        1,
+    ),
+    Quantity::measured("turn", "rad", "angle by which the grain has turned since strains count", 1),
+    Quantity::count("level", "how the grain deforms: 0 rigid with local compliance, 1 condensed, 2 full"),
 ];

@@ -10,6 +10,23 @@ pub struct Quantity {
     pub long_name: &'static str,
     /// Counted, not measured: stored as 64-bit integers.
     pub integer: bool,
+    /// Numbers of one: 1 of a scalar, 3 of a vector, 6 of a symmetric tensor.
+    pub width: usize,
+}
+
+impl Quantity {
+    pub const fn measured(
+        name: &'static str,
+        units: &'static str,
+        long_name: &'static str,
+        width: usize,
+    ) -> Self {
+        Quantity { name, units, long_name, integer: false, width }
+    }
+
+    pub const fn count(name: &'static str, long_name: &'static str) -> Self {
+        Quantity { name, units: "1", long_name, integer: true, width: 1 }
+    }
 }
 
 /// One number of a history row.
@@ -59,6 +76,7 @@ macro_rules! history {
             units: $units,
             long_name: $long_name,
             integer: <$kind as Counted>::INTEGER,
+            width: 1,
         },)*];
 
         impl HistoryRow {
@@ -150,6 +168,7 @@ history! {
     snapped: i64, "1", "1 where this increment snapped to another equilibrium, so that its energy is known by balance only";
     cuts: i64, "1", "times this increment was cut before it was accepted";
     wall_time: f64, "s", "wall-clock time since the start of the run";
+    solving_time: f64, "s", "wall-clock time of all increments so far, without what came before them and without the file";
     out_of_balance: f64, "1", "out-of-balance force over the mean contact force";
     max_penetration: f64, "m", "largest penetration of two bodies";
     energy_external: f64, "J", "work done on the specimen from outside, since the start";

@@ -182,6 +182,12 @@ impl Reader {
         self.named(name, dataset.read_raw::<i64>())
     }
 
+    /// The case's seed, which may be larger than any signed integer.
+    pub fn seed(&self) -> Result<u64> {
+        let seed = self.dataset("case/seed")?;
+        self.named("case/seed", seed.read_scalar::<u64>())
+    }
+
     /// The axes of a dataset.
     pub fn shape(&self, name: &str) -> Result<Vec<usize>> {
         Ok(self.dataset(name)?.shape())

@@ -12,6 +12,8 @@ use ndarray::{ArrayViewD, IxDyn};
 
 use crate::error::{Error, Result};
 
+use super::history::Quantity;
+
 /// Uncompressed bytes of a chunk of the large arrays: big enough to compress well, small enough to read alone.
 const CHUNK_BYTES: usize = 1 << 20;
 const DEFLATE_LEVEL: u8 = 4;
@@ -147,6 +149,25 @@ impl Store {
         }
         let made = builder.empty::<T>().shape(Extents::from(extents)).create(name);
         Ok(Growing { dataset: self.hdf5(name, made)?, name: name.to_string(), width: width.to_vec() })
+    }
+
+    /// As [`Store::growing`], of the values of a quantity in `group`, in each row those of so many `items`, with what they are.
+    pub fn column(
+        &self,
+        group: &str,
+        quantity: &Quantity,
+        items: Option<usize>,
+        layout: Layout,
+    ) -> Result<Growing> {
+        let name = format!("{group}/{}", quantity.name);
+        let width = (quantity.width > 1).then_some(quantity.width);
+        let width: Vec<usize> = items.into_iter().chain(width).collect();
+        let column = match quantity.integer {
+            true => self.growing::<i64>(&name, &width, layout)?,
+            false => self.growing::<f64>(&name, &width, layout)?,
+        };
+        self.describe(&column.dataset, quantity.units, quantity.long_name)?;
+        Ok(column)
     }
 
     /// Opens a dataset that [`Store::growing`] made.

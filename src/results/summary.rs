@@ -24,7 +24,7 @@ pub struct Summary {
     pub file: PathBuf,
     pub file_bytes: u64,
     pub title: String,
-    pub seed: i64,
+    pub seed: u64,
     pub riprap_version: String,
     pub riprap_commit: String,
     pub host: String,
@@ -105,7 +105,7 @@ impl Summary {
                 .map_err(|e| Error::io("read", reader.path(), e))?
                 .len(),
             title: reader.text("case/title")?,
-            seed: single("case/seed")?,
+            seed: reader.seed()?,
             riprap_version: reader.text("case/version")?,
             riprap_commit: reader.text("case/commit")?,
             host: reader.text("case/host")?,

@@ -139,14 +139,7 @@ impl Writer {
         store.group("history")?;
         let mut history = Vec::new();
         for quantity in HISTORY {
-            let name = format!("history/{}", quantity.name);
-            let layout = Layout::Rows(HISTORY_ROWS);
-            let column = match quantity.integer {
-                true => store.growing::<i64>(&name, &[], layout)?,
-                false => store.growing::<f64>(&name, &[], layout)?,
-            };
-            store.describe(&column.dataset, quantity.units, quantity.long_name)?;
-            history.push(column);
+            history.push(store.column("history", quantity, None, Layout::Rows(HISTORY_ROWS))?);
         }
         Ok(Self::over(store, lock, history, status))
     }
@@ -223,10 +216,8 @@ impl Writer {
             }
             let mut columns = Vec::new();
             for quantity in &BODY_QUANTITIES {
-                let path = format!("bodies/{name}/{}", quantity.name);
-                let column = self.store.growing::<f64>(&path, &[3], Layout::Rows(HISTORY_ROWS / 2))?;
-                self.store.describe(&column.dataset, quantity.units, quantity.long_name)?;
-                columns.push(column);
+                let (group, layout) = (format!("bodies/{name}"), Layout::Rows(HISTORY_ROWS / 2));
+                columns.push(self.store.column(&group, quantity, None, layout)?);
             }
             self.bodies.push(columns);
         }
@@ -287,18 +278,8 @@ impl Writer {
         self.dirty = true;
         if self.grains.is_empty() {
             for quantity in &GRAIN_QUANTITIES {
-                let name = format!("grains/{}", quantity.name);
                 let layout = Layout::Blocks { rows: 1 };
-                let column = match (quantity.name, quantity.integer) {
-                    ("position" | "rotation", _) => {
-                        self.store.growing::<f64>(&name, &[grains.len(), 3], layout)?
-                    }
-                    ("stress", _) => self.store.growing::<f64>(&name, &[grains.len(), 6], layout)?,
-                    (_, true) => self.store.growing::<i64>(&name, &[grains.len()], layout)?,
-                    (_, false) => self.store.growing::<f64>(&name, &[grains.len()], layout)?,
-                };
-                self.store.describe(&column.dataset, quantity.units, quantity.long_name)?;
-                self.grains.push(column);
+                self.grains.push(self.store.column("grains", quantity, Some(grains.len()), layout)?);
             }
         }
         let [

@@ -13,7 +13,7 @@ use crate::scene::parameters::LoadStage;
 use crate::scene::row::{BodyState, Row};
 use crate::scene::run::{Scene, UnderWay};
 use crate::solver::{Balance, ContactMeasures, motion_between};
-use crate::tensor::{Mat3, Pose, Rotation, Vec3, Vector6};
+use crate::tensor::{Mat3, Pose, Rotation, Vec3, Vector6, symmetric};
 use crate::triaxial::{FidelityCounts, Ledger, StageEnd};
 
 /// Who is pressed by whom, by number.
@@ -145,10 +145,8 @@ impl Pressing {
                 points.iter().for_each(|stress| mean += stress * share);
             }
             mean /= mesh.volume();
-            let s =
-                Mat3::new(mean[0], mean[3], mean[5], mean[3], mean[1], mean[4], mean[5], mean[4], mean[2]);
             let turn = self.bench.frame.rotation.to_rotation_matrix();
-            means[*body] = turn.matrix() * s * turn.matrix().transpose();
+            means[*body] = turn.matrix() * symmetric(mean.into()) * turn.matrix().transpose();
         }
         means
     }

@@ -21,7 +21,7 @@ use crate::solver::{
     continued_fields, continued_poses, motion_between, sweep,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
-use crate::triaxial::{FidelityCounts, Ledger, StageEnd};
+use crate::triaxial::{FidelityCounts, Ledger, StageEnd, fell};
 
 /// Overlap over which a contact's force sets in, and length over which an edge's contacts fade, over
 /// the smallest rounding radius.
@@ -507,7 +507,7 @@ impl Scene {
     ) -> Row {
         let mut bodies = Vec::with_capacity(self.start.len());
         let vector = |w: &Vector6<f64>, first: usize| Vec3::new(w[first], w[first + 1], w[first + 2]);
-        let error_before = self.ledger.error();
+        let (error_before, mut unborne) = (self.ledger.error(), 0.0);
         for (i, body) in self.model.bodies.iter().enumerate() {
             let [old, new] = [self.committed.poses[i], report.poses[i]];
             let weight = |gravity: &Vec3, pose: &Pose| {
@@ -525,7 +525,11 @@ impl Scene {
             let before = self.loads.applied[i] + weight(&self.loads.gravity, &old) + self.reaction[i];
             let (shift, turn) = motion_between(&old, &new);
             let motion = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
-            self.ledger.external += 0.5 * (before + dead + reaction).dot(&motion);
+            let work = 0.5 * (before + dead + reaction).dot(&motion);
+            self.ledger.external += work;
+            if before == Vector6::zeros() && loads.prescribed[i] == [false; 6] {
+                unborne += work;
+            }
             self.reaction[i] = reaction;
             let Some(start) = self.start.get(i) else { continue };
             // Of the largest part of a body that broke, about the reference point that it was placed by.
@@ -545,9 +549,10 @@ impl Scene {
         self.ledger.elastic = report.energy.elastic - self.elastic_shift;
         self.ledger.friction += report.energy.friction;
         self.ledger.damage += report.damage.dissipated;
-        let snapped = dwelt || report.is_snap(&self.settings);
+        let left_over = self.ledger.error() - error_before;
+        let snapped = dwelt || report.is_snap(&self.settings) || fell(unborne, left_over);
         if snapped {
-            self.ledger.stabilisation += (self.ledger.error() - error_before).max(0.0);
+            self.ledger.stabilisation += left_over.max(0.0);
         }
         self.committed.poses.clone_from(&report.poses);
         self.committed.memory.clone_from(&report.memory);

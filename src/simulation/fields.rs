@@ -4,11 +4,10 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::results::{CellKind, FieldMesh};
 use crate::scene::{Scene, SceneParameters};
-use crate::tensor::{Mat3, Pose, Vec3};
+use crate::tensor::{Mat3, Pose, Vec3, components};
 use crate::triaxial::Rig;
 
 use super::breaking::{CellStates, of_cell, shown_nodes};
-use super::grain_stress::components;
 use super::inside::Inside;
 
 /// Corners of the polygon that shows a plate.
@@ -28,9 +27,7 @@ pub struct Points {
     grain: Vec<Option<usize>>,
     /// Its number among those of its grain.
     number: Vec<usize>,
-    /// Cell of each point that belongs to one only, as its grain can come apart.
-    cell: Vec<Option<usize>>,
-    /// A cell that each point is a node of, by its number among those of its grain, and which node.
+    /// A cell that each point of a grain is a node of, and which node. Of a grain that can come apart it is the only one.
     node: Vec<Option<(usize, usize)>>,
 }
 
@@ -44,9 +41,9 @@ impl Points {
         insides: &[Inside],
     ) -> Vec<Vec3> {
         let moved = |(point, (place, reference)): (usize, (&Vec3, &Vec3))| {
-            let body = self.cell[point].and_then(|cell| carriers[cell]).unwrap_or(self.body[point]);
+            let body = self.node[point].and_then(|(cell, _)| carriers[cell]).unwrap_or(self.body[point]);
             let inside = self.node[point].and_then(|(cell, node)| {
-                let nodes = insides.get(self.body[point])?.displacement.get(cell)?;
+                let nodes = insides.get(self.body[point])?.displacement.get(self.number[cell])?;
                 Some(Vec3::from(nodes[node]))
             });
             frames[body].to_space(place) - reference + inside.unwrap_or_default()
@@ -95,7 +92,6 @@ impl Builder<'_> {
         let reference = self.poses[body].to_space(&place);
         self.points.body.push(body);
         self.points.place.push(place);
-        self.points.cell.push(None);
         self.points.node.push(None);
         self.points.reference.push(reference);
         self.mesh.add_point(&reference)
@@ -124,10 +120,7 @@ impl Builder<'_> {
             self.cell(CellKind::Tet10, &nodes, part, Some(body), youngs_modulus)?;
             let index = self.points.number.len() - 1;
             self.points.number[index] = number;
-            nodes.iter().enumerate().for_each(|(k, point)| self.points.node[*point] = Some((number, k)));
-            if apart {
-                nodes.iter().for_each(|point| self.points.cell[*point] = Some(index));
-            }
+            nodes.iter().enumerate().for_each(|(k, point)| self.points.node[*point] = Some((index, k)));
         }
         Ok(())
     }

@@ -44,8 +44,3 @@ pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3)
 fn positions(model: &Model, poses: &[Pose]) -> Vec<Vec3> {
     poses[..model.bodies.len()].iter().map(|pose| pose.position).collect()
 }
-
-/// A symmetric tensor as xx yy zz xy yz xz.
-pub fn components(stress: &Mat3) -> [f64; 6] {
-    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|(i, j)| stress[(i, j)])
-}

@@ -1,19 +1,16 @@
 //! What bodies that deform or can break are like inside: stresses of their cells and displacements of their nodes.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use crate::assembly::Contacts;
 use crate::element::POINT_COUNT;
 use crate::grain::DamagedGrain;
 use crate::mesh::Mesh;
-use crate::model::{Body, Model};
-use crate::tensor::{Mat3, Pose, Rotation, Vec3, Vector6};
-
-use super::grain_stress::components;
+use crate::model::{Body, Committed, Loads, Model};
+use crate::tensor::{Pose, Rotation, Vec3, Vector6, components, symmetric};
 
 /// The cells of one body as generated; of a rigid one that cannot break there are none.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Inside {
     /// Mean Cauchy stress of each cell in space [Pa], xx yy zz xy yz xz, tension positive; zero where deleted, not a number in parts whose
     /// cells are not known.
@@ -30,14 +27,24 @@ struct Own<'a> {
     displacement: Vec<Vec3>,
 }
 
-/// Of all bodies as generated, in the configuration that was last accepted. `frames` are those of the bodies' coordinates.
-pub fn of_bodies(model: &Model, contacts: &Contacts, frames: &[Pose]) -> Vec<Inside> {
+/// As [`of_bodies`], of bodies as they are committed, whatever `contacts` was last evaluated in; under `loads`.
+pub fn of_committed(model: &Model, contacts: &Contacts, committed: &Committed, loads: &Loads) -> Vec<Inside> {
+    let (mut contacts, poses) = (contacts.clone(), &committed.poses);
+    contacts.start(model, committed);
+    if contacts.evaluate(model, committed, poses).is_ok() {
+        contacts.note_loads(model, loads, poses);
+    }
+    of_bodies(model, &contacts, poses)
+}
+
+/// Of all bodies as generated, in the configuration that `contacts` was last accepted in.
+pub fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Inside> {
     let own: Vec<Option<Own<'_>>> = model
         .bodies
         .par_iter()
         .enumerate()
-        .zip(frames)
-        .map(|((index, body), frame)| own(body, index, contacts, &frame.rotation))
+        .zip(poses)
+        .map(|((index, body), pose)| own(body, index, contacts, &pose.rotation))
         .collect();
     let mut all: Vec<Inside> = match model.generated.is_empty() {
         true => vec![Inside::default(); model.bodies.len()],
@@ -108,10 +115,49 @@ fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -
     };
     let turn = turn.to_rotation_matrix();
     let turned = |points: &[Vector6<f64>; POINT_COUNT]| {
-        let [xx, yy, zz, xy, yz, xz] = (points.iter().sum::<Vector6<f64>>() / POINT_COUNT as f64).into();
-        let stress = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        let stress = symmetric((points.iter().sum::<Vector6<f64>>() / POINT_COUNT as f64).into());
         components(&(turn.matrix() * stress * turn.matrix().transpose()))
     };
     let stress = stresses.iter().map(turned).collect();
     Some(Own { mesh, stress, displacement: displacement.iter().map(|u| turn * u).collect() })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case::RawCase;
+    use crate::simulation::scene;
+
+    /// A run that ends between saved states has nothing but its committed state to tell from.
+    #[test]
+    fn committed_bodies_are_like_inside_what_the_increment_left() {
+        let text = include_str!("../../cases/scenes/contact_patch.json");
+        for fidelity in ["condensed", "full"] {
+            let text = text.replace("\"fidelity\": \"condensed\"", &format!("\"fidelity\": \"{fidelity}\""));
+            let case =
+                RawCase::parse(Path::new("x.json"), &text).and_then(|raw| raw.check()).expect("a case");
+            let mut blocks = 0;
+            let end = scene::run(&case, Path::new(""), |scene, _| {
+                let (model, contacts) = (&scene.model, scene.contacts());
+                let left = of_bodies(model, contacts, &scene.committed.poses);
+                let told = of_committed(model, contacts, &scene.committed, scene.loads());
+                for (left, told) in left.iter().zip(&told).filter(|(left, _)| !left.stress.is_empty()) {
+                    blocks += 1;
+                    assert_eq!(left.stress.len(), told.stress.len());
+                    // 3 kPa, and 0.1 um of strain over a metre: both to 1e-6.
+                    let stress = left.stress.iter().flatten().zip(told.stress.iter().flatten());
+                    stress.for_each(|(a, b)| assert!((a - b).abs() < 3e-3, "{fidelity}: {a} and {b} Pa"));
+                    let moved = left.displacement.iter().flatten().flatten();
+                    moved.zip(told.displacement.iter().flatten().flatten()).for_each(|(a, b)| {
+                        assert!((a - b).abs() < 1e-14, "{fidelity}: {a:e} and {b:e} m");
+                    });
+                }
+                true
+            });
+            assert!(matches!(end, Ok(crate::triaxial::StageEnd::Finished)), "{end:?}");
+            assert_eq!(blocks, 2, "{fidelity}");
+        }
+    }
 }

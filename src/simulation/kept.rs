@@ -12,7 +12,6 @@ use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, Test};
 use super::breaking::{CellStates, GrainState, cell_states, grain_states};
 use super::contact_table::ContactTable;
 use super::grain_stress::mean_stresses;
-use super::inside::{self, Inside};
 use super::recorder::Sums;
 
 /// A state that the file may come to hold.
@@ -26,8 +25,6 @@ pub struct State {
     pub stress: Vec<Mat3>,
     pub local_strains: Vec<LocalStrain>,
     pub contacts: ContactTable,
-    /// Of the bodies that deform or can break.
-    pub insides: Vec<Inside>,
     /// Of the grains that can break.
     pub cells: Vec<CellStates>,
     pub grains: Vec<GrainState>,
@@ -45,16 +42,12 @@ impl State {
             true => mean_stresses(&rig.model, &contacts, &committed.poses, rig.pressure),
             false => vec![Mat3::zeros(); grains],
         };
-        if known {
-            contacts.note_loads(&rig.model, &rig.loads(false, rig.pressure), &committed.poses);
-        }
         State {
             time: 0.0,
             increment: 0,
             poses: committed.poses.clone(),
             stress,
             local_strains: Vec::new(),
-            insides: inside::of_bodies(&rig.model, &contacts, &rig.model.frames(&committed.poses)),
             contacts: ContactTable::of(&contacts, &committed.memory, grains),
             cells: cell_states(&rig.model),
             grains: grain_states(&rig.model),

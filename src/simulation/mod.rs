@@ -47,6 +47,7 @@ use crate::scene::{Scene, other_equilibrium};
 use crate::solver::{Dossier, audit};
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
+use inside::Inside;
 use kept::{Origin, ScenePoint, State, TestPoint};
 use recorder::Recorder;
 use resume::Found;
@@ -258,6 +259,7 @@ fn triaxial_test(
         }
         let (mut trouble, mut fault) = (None, None);
         let (start, mut output) = (Instant::now(), Duration::ZERO);
+        recorder.begin_solving();
         end = test.run(&mut rig, stage, &mut |rig, report| {
             let begun = Instant::now();
             let recorded = recorder.accept(planned, rig, report);
@@ -270,6 +272,7 @@ fn triaxial_test(
             if options.audit {
                 fault = audit::fault(&rig.model, &rig.contacts, &rig.committed.poses);
             }
+            recorder.begin_solving();
             trouble.is_none() && fault.is_none() && !observer.stop_requested()
         });
         if let Some(fault) = fault {
@@ -280,7 +283,7 @@ fn triaxial_test(
         if let Some(error) = trouble {
             return Err(error);
         }
-        recorder.end_stage()?;
+        recorder.end_stage(|| insides_of(&rig))?;
         recorder.sum_up(planned)?;
         let next = stages.get(planned.index + 1);
         if end == StageEnd::Finished
@@ -369,7 +372,8 @@ fn started_test(
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, specimen, &meshes)?;
     recorder.save_origin(&origin)?;
-    recorder.begin_with(State::of(&rig, specimen.grains.len()), case, &first, specimen, &meshes)?;
+    let state = (State::of(&rig, specimen.grains.len()), &insides_of(&rig)[..]);
+    recorder.begin_with(state, case, &first, specimen, &meshes)?;
     recorder.start_from(&test);
     recorder.at.seated = true;
     if planned_stages(case).first().is_none_or(|planned| !planned.consolidates()) {
@@ -414,6 +418,11 @@ fn continued_test(
     recorder.restore(point.sums, point.curve.into_owned(), kept.states, unsaved);
     recorder.at = point.at;
     Ok((recorder, rig, point.test.into_owned()))
+}
+
+/// What the grains of a rig are like inside, as committed.
+fn insides_of(rig: &Rig) -> Vec<Inside> {
+    inside::of_committed(&rig.model, &rig.contacts, &rig.committed, &rig.loads(false, rig.pressure))
 }
 
 fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<Rig> {
@@ -493,6 +502,7 @@ fn scene_run(
     let (mut trouble, mut begun, mut fault) = (None, None, None);
     let mut end = StageEnd::Interrupted;
     if !observer.stop_requested() {
+        recorder.begin_solving();
         end = scene.run(|scene, row| {
             let Some(planned) = stages.get(row.stage) else { return true };
             if begun != Some(row.stage) {
@@ -518,6 +528,7 @@ fn scene_run(
                     );
                 }
             }
+            recorder.begin_solving();
             trouble.is_none() && fault.is_none() && !observer.stop_requested()
         });
     }
@@ -527,7 +538,9 @@ fn scene_run(
     if let Some(error) = trouble {
         return Err(error);
     }
-    recorder.end_stage()?;
+    recorder.end_stage(|| {
+        inside::of_committed(&scene.model, scene.contacts(), &scene.committed, scene.loads())
+    })?;
     if !matches!(end, StageEnd::Interrupted) {
         recorder.write_pieces(&scene.model)?;
     }

@@ -17,7 +17,7 @@ use crate::results::{
 use crate::scene::Scene;
 use crate::solver::Dossier;
 use crate::specimen::Specimen;
-use crate::tensor::{Mat3, Pose};
+use crate::tensor::{Mat3, Pose, components};
 use crate::triaxial::{LocalStrain, Measures, Rig, StageCurve, StageEnd, StepReport, Test};
 
 use super::Options;
@@ -25,8 +25,8 @@ use super::breaking::{cell_states, grain_states};
 use super::contact_table::ContactTable;
 use super::draws::{self, Drawn};
 use super::fields::{Points, field_mesh};
-use super::grain_stress::{components, mean_stresses};
-use super::inside;
+use super::grain_stress::mean_stresses;
+use super::inside::{self, Inside};
 use super::kept::{Consolidated, Origin, Position, ScenePoint, State, TestPoint};
 use super::meter::{self, Meter};
 use super::observer::StageReport;
@@ -47,8 +47,9 @@ pub struct Sums {
     stage: StageSums,
     /// Time of the last saved state.
     saved: f64,
-    /// Wall-clock time of the run up to here [s].
+    /// Wall-clock time of the run up to here, and of its increments without the file [s].
     seconds: f64,
+    solving: f64,
 }
 
 /// Running sums of the present stage.
@@ -71,6 +72,8 @@ struct StageSums {
 pub struct Recorder {
     pub(super) writer: Writer,
     clock: Instant,
+    /// When the increment under way began.
+    solving_since: Instant,
     /// Wall-clock time of the run before `clock` started [s].
     earlier: f64,
     points: Points,
@@ -160,6 +163,7 @@ impl Recorder {
         Recorder {
             writer,
             clock,
+            solving_since: Instant::now(),
             earlier: 0.0,
             points: Points::default(),
             grains: 0,
@@ -227,19 +231,18 @@ impl Recorder {
             poses: rig.committed.poses.clone(),
             stress: vec![Mat3::zeros(); specimen.grains.len()],
             local_strains: Vec::new(),
-            insides: Vec::new(),
             contacts: ContactTable::default(),
             cells: Vec::new(),
             grains: Vec::new(),
             levels: rig.levels(),
         };
-        self.begin_with(first, case, rig, specimen, meshes)
+        self.begin_with((first, &[]), case, rig, specimen, meshes)
     }
 
     /// As [`Recorder::begin`], with another first state than the reference configuration `rig`.
     pub fn begin_with(
         &mut self,
-        first: State,
+        first: (State, &[Inside]),
         case: &Case,
         rig: &Rig,
         specimen: &Specimen,
@@ -253,11 +256,16 @@ impl Recorder {
     }
 
     /// Writes a mesh and the first state, or compares the mesh with that of a continued run.
-    pub fn begin_fields(&mut self, mesh: FieldMesh, points: Points, first: State) -> Result<()> {
+    pub fn begin_fields(
+        &mut self,
+        mesh: FieldMesh,
+        points: Points,
+        (first, insides): (State, &[Inside]),
+    ) -> Result<()> {
         self.points = points;
         self.writer.set_mesh(mesh)?;
         if self.writer.states() == 0 {
-            self.save(first)?;
+            self.save(first, insides)?;
             self.writer.commit()?;
         }
         Ok(())
@@ -291,20 +299,30 @@ impl Recorder {
         self.curve = from.map(StageCurve::starting_at).unwrap_or_default();
     }
 
+    /// From here on increments are computed, until one is accepted.
+    pub fn begin_solving(&mut self) {
+        self.solving_since = Instant::now();
+    }
+
+    /// An increment was computed. Returns when that was, and the time that all of them took [s].
+    pub fn end_solving(&mut self) -> (Instant, f64) {
+        let now = Instant::now();
+        self.sums.solving += (now - self.solving_since).as_secs_f64();
+        (now, self.sums.solving)
+    }
+
     /// Takes down an accepted increment; it is in the file when this returns.
     pub fn accept(&mut self, stage: &PlannedStage, rig: &Rig, report: &StepReport<'_>) -> Result<HistoryRow> {
-        let begun = Instant::now();
+        let (begun, _) = self.end_solving();
         let mut row = self.row(stage, report);
         meter::note(&mut row, &rig.model, &mut self.meter);
         self.curve.push(&report.row);
         let poses = &rig.committed.poses;
-        let frames = rig.model.frames(poses);
         let state = State {
             time: row.time,
             increment: row.increment as u64,
+            poses: rig.model.frames(poses),
             stress: mean_stresses(&rig.model, &rig.contacts, poses, rig.pressure),
-            insides: inside::of_bodies(&rig.model, &rig.contacts, &frames),
-            poses: frames,
             local_strains: report.local_strains.to_vec(),
             contacts: ContactTable::of(&rig.contacts, &rig.committed.memory, self.grains),
             cells: cell_states(&rig.model),
@@ -312,7 +330,8 @@ impl Recorder {
             levels: rig.levels(),
         };
         let position = report.row.path * stage.axial_strain().unwrap_or(1.0);
-        self.append(&row, &[], state, position, report.row.progress)?;
+        let insides = || inside::of_bodies(&rig.model, &rig.contacts, poses);
+        self.append(&row, &[], state, [position, report.row.progress], insides)?;
         self.sums.stage.poorly_closed += usize::from(report.row.poorly_closed);
         self.hold(report.test, rig)?;
         self.commit()?;
@@ -325,14 +344,14 @@ impl Recorder {
         self.sums.stage.writing += begun.elapsed().as_secs_f64();
     }
 
-    /// Appends an increment, and its state where that is due: `position` is what `fields_every` counts.
+    /// Appends an increment and, where that is due, its state with the `insides` of bodies: `position` is what `fields_every` counts.
     pub fn append(
         &mut self,
         row: &HistoryRow,
         bodies: &[BodyRow],
         state: State,
-        position: f64,
-        progress: f64,
+        [position, progress]: [f64; 2],
+        insides: impl FnOnce() -> Vec<Inside>,
     ) -> Result<()> {
         let sums = &mut self.sums;
         sums.increments += 1;
@@ -344,7 +363,7 @@ impl Recorder {
         sums.stage.due = due;
         self.writer.append(row, bodies)?;
         match is_due {
-            true => self.save(state)?,
+            true => self.save(state, &insides())?,
             false => self.unsaved = Some(state),
         }
         Ok(())
@@ -389,11 +408,11 @@ impl Recorder {
 
     /// Ends a stage that is done, or the run in the midst of one: then there is a restart point after the last
     /// accepted increment, and its state is saved behind that. A continued run forgets that state; it has it
-    /// from the restart point, should it end before another increment.
-    pub fn end_stage(&mut self) -> Result<()> {
+    /// from the restart point, should it end before another increment. `insides` are those of the bodies as committed.
+    pub fn end_stage(&mut self, insides: impl FnOnce() -> Vec<Inside>) -> Result<()> {
         self.keep()?;
         if let Some(state) = self.unsaved.take() {
-            self.save(state)?;
+            self.save(state, &insides())?;
             self.writer.commit()?;
         }
         Ok(())
@@ -498,7 +517,7 @@ impl Recorder {
         self.writer.finish(outcome, reason, self.sums.increments)
     }
 
-    fn save(&mut self, state: State) -> Result<()> {
+    fn save(&mut self, state: State, insides: &[Inside]) -> Result<()> {
         self.unsaved = None;
         // A dwell has the time of the increment before it; times of saved states grow.
         let time = if self.states > 0 { state.time.max(self.sums.saved.next_up()) } else { state.time };
@@ -510,11 +529,11 @@ impl Recorder {
             fidelity: &fidelity,
             time,
             increment: state.increment,
-            displacement: &self.points.displacements(&state.poses, &carriers, &state.insides),
+            displacement: &self.points.displacements(&state.poses, &carriers, insides),
             damage: &damage,
             failed: &failed,
             fragment: &carriers.iter().map(|body| body.map_or(-1, |body| body as i32)).collect::<Vec<_>>(),
-            stress: &self.points.cell_stresses(&state.stress, &carriers, &state.insides),
+            stress: &self.points.cell_stresses(&state.stress, &carriers, insides),
         })?;
         let grain = |(index, pose): (usize, &Pose)| {
             let local = state.local_strains.get(index).unwrap_or(&LocalStrain::UNKNOWN);
@@ -626,6 +645,7 @@ impl Recorder {
             snapped: row.snapped.into(),
             cuts: counters.cuts as i64,
             wall_time: self.seconds(),
+            solving_time: self.sums.solving,
             out_of_balance: row.out_of_balance,
             max_penetration: row.max_penetration,
             energy_external: ledger.external,

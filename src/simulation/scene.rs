@@ -3,7 +3,6 @@
 //! [`run`] runs a scene without a file; [`parameters`], [`history_row`] and [`body_rows`] are its parts.
 
 use std::path::Path;
-use std::time::Instant;
 
 use crate::case::{
     BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, StageCase,
@@ -56,13 +55,12 @@ impl Recorder {
             poses: scene.committed.poses.clone(),
             stress: vec![Mat3::zeros(); scene.model.bodies.len()],
             local_strains: Vec::new(),
-            insides: Vec::new(),
             contacts: ContactTable::default(),
             cells: Vec::new(),
             grains: Vec::new(),
             levels: scene.model.bodies.iter().map(Body::level).collect(),
         };
-        self.begin_fields(mesh, points, first)
+        self.begin_fields(mesh, points, (first, &[]))
     }
 
     /// Takes down an accepted increment; it is in the file when this returns.
@@ -76,15 +74,13 @@ impl Recorder {
         if self.at.stage != stage.index || row.increment == 1 {
             self.begin_stage(stage, None);
         }
-        let begun = Instant::now();
-        let history = history_row(row, self.seconds());
+        let (begun, solving_time) = self.end_solving();
+        let history = HistoryRow { solving_time, ..history_row(row, self.seconds()) };
         let poses = &scene.committed.poses;
-        let frames = scene.model.frames(poses);
         let state = State {
             time: history.time,
             increment: row.increment as u64,
-            insides: inside::of_bodies(&scene.model, scene.contacts(), &frames),
-            poses: frames,
+            poses: scene.model.frames(poses),
             stress: match &scene.pressing {
                 Some(pressing) => pressing.mean_stresses(poses.len()),
                 None => body_stresses(scene, parameters, row.gravity),
@@ -98,7 +94,8 @@ impl Recorder {
             grains: Vec::new(),
             levels: scene.model.bodies.iter().map(Body::level).collect(),
         };
-        self.append(&history, &body_rows(row), state, row.progress, row.progress)?;
+        let insides = || inside::of_bodies(&scene.model, scene.contacts(), poses);
+        self.append(&history, &body_rows(row), state, [row.progress; 2], insides)?;
         self.hold_scene(scene)?;
         self.commit()?;
         self.took_since(begun);

@@ -15,8 +15,10 @@ pub struct Figures {
     pub increments: usize,
     pub factorisations: f64,
     pub cuts: f64,
-    /// [s]
+    /// Since the start of the run [s].
     pub wall_time: f64,
+    /// Of the increments alone [s]; not a number in files of versions that did not write it.
+    pub solving_time: f64,
     /// Axial strain, deviatoric stress [Pa] and volumetric strain behind the consolidation; empty for scenes.
     pub strain: Vec<f64>,
     pub deviatoric_stress: Vec<f64>,
@@ -57,6 +59,7 @@ impl Figures {
             factorisations: sum("factorisations")?,
             cuts: sum("cuts")?,
             wall_time: last("wall_time")?,
+            solving_time: last("solving_time")?,
             external_work: last("energy_external")?,
             friction_energy: last("energy_friction")?,
             cells_of_a_grain: cells_of_a_grain(&run)?,
@@ -82,6 +85,7 @@ impl Figures {
         let nan = f64::NAN;
         Figures {
             wall_time: nan,
+            solving_time: nan,
             external_work: nan,
             friction_energy: nan,
             cells_of_a_grain: nan,

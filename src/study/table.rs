@@ -83,11 +83,16 @@ fn counted(value: f64) -> String {
     if value.is_finite() { format!("{:.0}", value + 0.0) } else { String::new() }
 }
 
+fn seconds(value: f64) -> String {
+    if value.is_finite() { format!("{value:.1}") } else { String::new() }
+}
+
 /// One row a value of what is varied.
 pub fn study(heading: &str, settings: &[Setting], all: &[Figures], compared: &[Figure]) -> Table {
     let mut header = vec![heading.to_string(), "status".into()];
     header.extend(compared.iter().map(|figure| figure.name.clone()));
-    header.extend(["increments", "factorisations", "cuts", "wall time [s]"].map(String::from));
+    let cost = ["increments", "factorisations", "cuts", "wall time [s]", "time of the increments [s]"];
+    header.extend(cost.map(String::from));
     let rows = settings
         .iter()
         .zip(all)
@@ -98,11 +103,7 @@ pub fn study(heading: &str, settings: &[Setting], all: &[Figures], compared: &[F
             row.push(figures.increments.to_string());
             row.push(counted(figures.factorisations));
             row.push(counted(figures.cuts));
-            row.push(if figures.wall_time.is_finite() {
-                format!("{:.1}", figures.wall_time)
-            } else {
-                String::new()
-            });
+            row.extend([figures.wall_time, figures.solving_time].map(seconds));
             row
         })
         .collect();
@@ -204,8 +205,7 @@ pub fn batch(members: &[Member], all: &[Figures]) -> Table {
                     .map(number),
                 );
             }
-            let time = if f.wall_time.is_finite() { format!("{:.1}", f.wall_time) } else { String::new() };
-            row.extend([counted(f.factorisations), time, f.reason.clone()]);
+            row.extend([counted(f.factorisations), seconds(f.wall_time), f.reason.clone()]);
             row.splice(1..1, varied.iter().map(|pointer| overridden(member, pointer)));
             row
         })

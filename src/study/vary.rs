@@ -4,7 +4,7 @@ use std::num::IntErrorKind;
 
 use serde_json::{Value, json};
 
-use crate::case::{Case, Fidelity, Geometry, RawCase, StageCase};
+use crate::case::{BodyCase, Case, Fidelity, Geometry, RawCase, StageCase};
 use crate::error::{Error, Result};
 
 use super::outcome::Figures;
@@ -179,12 +179,14 @@ fn has_condensed(case: &Case) -> bool {
     }
 }
 
+/// Why there is nothing to find out about meshes.
+const UNUSED_MESHES: &str = "are rigid and cannot break, so that nothing depends on their meshes; rock with \"damage\", or a fidelity that has them deform, does";
+
 fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
     match &case.geometry {
         Geometry::Specimen(specimen) => {
             if !case.meshes_act() {
-                let reason = "the grains are rigid and cannot break, so that nothing depends on their meshes; rock with \"damage\", or a solver.fidelity that has grains deform, does";
-                return Err(missing("mesh", reason));
+                return Err(missing("mesh", &format!("the grains {UNUSED_MESHES}")));
             }
             let base = specimen.cells_per_grain;
             let numbers = whole(values, 1, || around(base))?;
@@ -208,6 +210,13 @@ fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
                 .collect();
             if meshed.is_empty() {
                 return Err(missing("mesh", "no body of the scene has a mesh_size"));
+            }
+            let acts = |body: &BodyCase| {
+                let rock = body.rock.as_ref().unwrap_or(&case.rock);
+                case.fidelity_of(body) != Fidelity::Rigid || rock.damage.is_some()
+            };
+            if !scene.bodies.iter().any(acts) {
+                return Err(missing("mesh", &format!("the bodies {UNUSED_MESHES}")));
             }
             let factors = floats(values, || vec![2.0, 1.0, 0.5])?;
             let setting = |factor: f64| Setting {
@@ -401,6 +410,19 @@ mod tests {
         assert_eq!(varied(&[&breaks[..], &[rigid]].concat()), Ok(3));
         assert_eq!(varied(&["/rock/damage=null", "/solver/fidelity=condensed"]), Ok(3));
         assert_eq!(varied(&["/rock/damage=null", "/solver/fidelity=auto", "/solver/accuracy=0.1"]), Ok(3));
+    }
+
+    #[test]
+    fn meshes_of_bodies_that_nothing_depends_on_are_not_varied() {
+        let text = include_str!("../../cases/scenes/hertz.json");
+        let varied = |fidelity: &str| {
+            let text = text.replace("\"fidelity\": \"condensed\"", &format!("\"fidelity\": \"{fidelity}\""));
+            let (raw, case) = parsed(&text);
+            Vary::Mesh.settings(&raw, &case, &[]).map(|settings| settings.len()).map_err(|e| e.to_string())
+        };
+        assert_eq!(varied("condensed"), Ok(3));
+        let error = varied("rigid").unwrap_err();
+        assert!(error.contains("the bodies are rigid and cannot break"), "{error}");
     }
 
     #[test]

@@ -51,6 +51,16 @@ impl Pose {
     }
 }
 
+/// The symmetric tensor with the components xx yy zz xy yz xz.
+pub fn symmetric([xx, yy, zz, xy, yz, xz]: [f64; 6]) -> Mat3 {
+    Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+}
+
+/// The components of a symmetric tensor as xx yy zz xy yz xz.
+pub fn components(tensor: &Mat3) -> [f64; 6] {
+    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].map(|(i, j)| tensor[(i, j)])
+}
+
 /// The middle one of `values`, the upper of the two where their number is even; `None` of none.
 pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.collect();
@@ -61,6 +71,16 @@ pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn components_are_those_of_the_symmetric_tensor() {
+        let six = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let tensor = symmetric(six);
+        assert_eq!(components(&tensor), six);
+        assert_eq!(tensor, tensor.transpose());
+        // Shear along y on a face whose normal is x.
+        assert_eq!((tensor * Vec3::x()).y, 4.0);
+    }
 
     #[test]
     fn median_is_the_upper_middle_in_any_order() {

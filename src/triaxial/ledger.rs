@@ -46,6 +46,16 @@ pub fn creates_energy(gap: f64, spent: f64, stored: f64) -> bool {
     -gap > (CREATION_LIMIT * spent.max(0.0)).max(CREATION_FLOOR * stored)
 }
 
+/// Share of the work on bodies that nothing bore which contacts take up where these only meet them: all of it where a force grows with the
+/// displacement, 0.8 where it grows as Hertz's (the work is that of the mean force), half where it grows with the cube.
+const FALL_LIMIT: f64 = 0.5;
+
+/// Whether bodies that nothing bore at the start of an increment fell in it: of the `work` [J] that their loads did, most is `left_over` [J], since
+/// bodies fell freely before anything caught them.
+pub fn fell(work: f64, left_over: f64) -> bool {
+    work > 0.0 && left_over > (1.0 - FALL_LIMIT) * work
+}
+
 /// How well the energy of an increment has to close, and what a breach does.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EnergyGate {
@@ -83,6 +93,17 @@ mod tests {
         assert!(!creates_energy(1.0 + 8.0 - 7.0, 9.0, 20.0));
         // Nothing was spent, and what is missing is rounding.
         assert!(!creates_energy(-1e-3, -0.1, 20.0));
+    }
+
+    #[test]
+    fn a_fall_leaves_most_of_its_work_over() {
+        // A force F ~ u^n stores F u / (n + 1), of F u / 2 that the mean load did.
+        let left_over = |n: f64| 0.5 - 1.0 / (n + 1.0);
+        assert!([1.0, 1.5, 2.0].into_iter().all(|n| !fell(0.5, left_over(n))));
+        // A millimetre of air, then 2 um of an elastic contact.
+        assert!(fell(0.5 * 1.002, 0.5 * 1.002 - 0.5 * 0.002));
+        // Nothing that was loose moved; or something that was borne fell.
+        assert!(!fell(0.0, 0.0) && !fell(0.0, 1.0) && !fell(-1.0, 1.0));
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub mod zones;
 
 pub use deformation::LocalStrain;
 pub use fidelity::FidelityCounts;
-pub use ledger::{EnergyGate, Ledger};
+pub use ledger::{EnergyGate, Ledger, fell};
 pub use measures::{Measures, Picture};
 pub use rig::{Cover, Rig, RigParameters, RigState, Rims};
 pub use rubber::RubberSheet;
