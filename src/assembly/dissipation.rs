@@ -13,8 +13,8 @@
 //!
 //! The first term is work; the others are none: `h` is zero while a contact sticks and positive in the elastic bend of the
 //! friction law, and `w` fades where a contact slides off the end of an edge. Both are booked by the
-//! trapezoidal rule. A contact that is lost gives up what it had stored, and where others take over from it its force is
-//! averaged with none.
+//! trapezoidal rule. A contact that is lost gives up what it had stored, and its force, averaged with none, works along what its bodies
+//! slid in touch.
 
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
@@ -81,9 +81,7 @@ impl Contacts {
         }
         sum
     }
-}
 
-impl Contacts {
     /// What a contact dissipated that is lost [J]: what it had stored, and the work of the force that it began with, averaged with none, along
     /// the pair's slide. All of that where others have taken over from it (a corner that slid off an edge); where the bodies are apart now the
     /// share of a straight way on which they were not.
