@@ -101,10 +101,16 @@ def draw_curves(files):
         if passed:
             top.plot(strain[peak], q[peak], "o", markersize=5, color=style["color"])
             notes.append((strain[peak], q[peak], style["color"]))
-    # Of many runs the numbers would lie on each other.
-    for x, y, colour in notes if len(notes) <= NOTES else []:
+    # The highest first; numbers that would lie on those, or on those of many runs, are left to the curves.
+    reach = max((line.get_xdata().max() for line in top.get_lines()), default=0.0)
+    largest = max((y for _, y, _ in notes), default=0.0)
+    clear = []
+    for note in sorted(notes, key=lambda note: -note[1]) if len(notes) <= NOTES else []:
+        if all(abs(note[0] - x) > 0.2 * reach or abs(note[1] - y) > 0.05 * largest for x, y, _ in clear):
+            clear.append(note)
+    for x, y, colour in clear:
         # Clear of the axes, whichever run it belongs to.
-        share = x / max(line.get_xdata().max() for line in top.get_lines())
+        share = x / reach
         top.annotate(
             f"{y:.3g} MPa at {x:.3g} %",
             (x, y),
