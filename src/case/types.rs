@@ -47,10 +47,17 @@ impl Case {
         self.settled(body.fidelity.unwrap_or(self.solver.fidelity))
     }
 
-    /// Whether the cells of a specimen's grains have values of their own: not where all grains are rigid and none can break, since then
-    /// nothing depends on their meshes.
+    /// Whether anything depends on the meshes of grains or bodies, whose cells have values of their own then: not where all are rigid and none
+    /// can break.
     pub fn meshes_act(&self) -> bool {
-        self.fidelity_of_grains() != Fidelity::Rigid || self.rock.damage.is_some()
+        let acts = |fidelity, rock: &RockCase| fidelity != Fidelity::Rigid || rock.damage.is_some();
+        match &self.geometry {
+            Geometry::Specimen(_) => acts(self.fidelity_of_grains(), &self.rock),
+            Geometry::Scene(scene) => scene
+                .bodies
+                .iter()
+                .any(|body| acts(self.fidelity_of(body), body.rock.as_ref().unwrap_or(&self.rock))),
+        }
     }
 
     fn settled(&self, fidelity: Fidelity) -> Fidelity {

@@ -15,6 +15,7 @@ pub struct Quantity {
 }
 
 impl Quantity {
+    /// Real numbers in these units, so many of one.
     pub const fn measured(
         name: &'static str,
         units: &'static str,
@@ -24,6 +25,7 @@ impl Quantity {
         Quantity { name, units, long_name, integer: false, width }
     }
 
+    /// A number of things.
     pub const fn count(name: &'static str, long_name: &'static str) -> Self {
         Quantity { name, units: "1", long_name, integer: true, width: 1 }
     }

@@ -27,13 +27,15 @@ struct Own<'a> {
     displacement: Vec<Vec3>,
 }
 
-/// As [`of_bodies`], of bodies as they are committed, whatever `contacts` was last evaluated in; under `loads`.
+/// As [`of_bodies`], of bodies as they are committed, whatever `contacts` was last evaluated in; under `loads`. Of none where these contacts cannot
+/// be evaluated.
 pub fn of_committed(model: &Model, contacts: &Contacts, committed: &Committed, loads: &Loads) -> Vec<Inside> {
     let (mut contacts, poses) = (contacts.clone(), &committed.poses);
     contacts.start(model, committed);
-    if contacts.evaluate(model, committed, poses).is_ok() {
-        contacts.note_loads(model, loads, poses);
+    if contacts.evaluate(model, committed, poses).is_err() {
+        return Vec::new();
     }
+    contacts.note_loads(model, loads, poses);
     of_bodies(model, &contacts, poses)
 }
 

@@ -304,16 +304,21 @@ impl Recorder {
         self.solving_since = Instant::now();
     }
 
-    /// An increment was computed. Returns when that was, and the time that all of them took [s].
-    pub fn end_solving(&mut self) -> (Instant, f64) {
+    /// An increment was computed. Returns when that was.
+    pub fn end_solving(&mut self) -> Instant {
         let now = Instant::now();
         self.sums.solving += (now - self.solving_since).as_secs_f64();
-        (now, self.sums.solving)
+        now
+    }
+
+    /// Wall-clock time of the run, and of its increments [s].
+    pub fn times(&self) -> [f64; 2] {
+        [self.seconds(), self.sums.solving]
     }
 
     /// Takes down an accepted increment; it is in the file when this returns.
     pub fn accept(&mut self, stage: &PlannedStage, rig: &Rig, report: &StepReport<'_>) -> Result<HistoryRow> {
-        let (begun, _) = self.end_solving();
+        let begun = self.end_solving();
         let mut row = self.row(stage, report);
         meter::note(&mut row, &rig.model, &mut self.meter);
         self.curve.push(&report.row);
@@ -564,6 +569,7 @@ impl Recorder {
     }
 
     fn row(&self, stage: &PlannedStage, report: &StepReport<'_>) -> HistoryRow {
+        let [wall_time, solving_time] = self.times();
         let row = &report.row;
         let (m, ledger, counters) = (&row.measures, &row.ledger, &row.counters);
         let (picture, network) = (&row.picture, &row.picture.network);
@@ -644,8 +650,8 @@ impl Recorder {
             local_factorisations: counters.local_factorisations as i64,
             snapped: row.snapped.into(),
             cuts: counters.cuts as i64,
-            wall_time: self.seconds(),
-            solving_time: self.sums.solving,
+            wall_time,
+            solving_time,
             out_of_balance: row.out_of_balance,
             max_penetration: row.max_penetration,
             energy_external: ledger.external,

@@ -74,8 +74,8 @@ impl Recorder {
         if self.at.stage != stage.index || row.increment == 1 {
             self.begin_stage(stage, None);
         }
-        let (begun, solving_time) = self.end_solving();
-        let history = HistoryRow { solving_time, ..history_row(row, self.seconds()) };
+        let begun = self.end_solving();
+        let history = history_row(row, self.times());
         let poses = &scene.committed.poses;
         let state = State {
             time: history.time,
@@ -191,7 +191,7 @@ pub fn settings(case: &Case) -> Settings {
 }
 
 /// The row of `/history`; a scene has no strains and stresses, so those are NaN.
-pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
+pub fn history_row(row: &Row, [wall_time, solving_time]: [f64; 2]) -> HistoryRow {
     let count = |n: usize| n as i64;
     HistoryRow {
         stage: count(row.stage),
@@ -215,6 +215,7 @@ pub fn history_row(row: &Row, wall_time: f64) -> HistoryRow {
         local_factorisations: count(row.counters.local_factorisations),
         cuts: count(row.counters.cuts),
         wall_time,
+        solving_time,
         out_of_balance: row.balance.out_of_balance,
         max_penetration: row.measures.max_penetration,
         energy_external: row.ledger.external,

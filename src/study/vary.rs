@@ -4,7 +4,7 @@ use std::num::IntErrorKind;
 
 use serde_json::{Value, json};
 
-use crate::case::{BodyCase, Case, Fidelity, Geometry, RawCase, StageCase};
+use crate::case::{Case, Fidelity, Geometry, RawCase, StageCase};
 use crate::error::{Error, Result};
 
 use super::outcome::Figures;
@@ -179,14 +179,11 @@ fn has_condensed(case: &Case) -> bool {
     }
 }
 
-/// Why there is nothing to find out about meshes.
-const UNUSED_MESHES: &str = "are rigid and cannot break, so that nothing depends on their meshes; rock with \"damage\", or a fidelity that has them deform, does";
-
 fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
     match &case.geometry {
         Geometry::Specimen(specimen) => {
             if !case.meshes_act() {
-                return Err(missing("mesh", &format!("the grains {UNUSED_MESHES}")));
+                return Err(unused_meshes("grains"));
             }
             let base = specimen.cells_per_grain;
             let numbers = whole(values, 1, || around(base))?;
@@ -211,12 +208,8 @@ fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
             if meshed.is_empty() {
                 return Err(missing("mesh", "no body of the scene has a mesh_size"));
             }
-            let acts = |body: &BodyCase| {
-                let rock = body.rock.as_ref().unwrap_or(&case.rock);
-                case.fidelity_of(body) != Fidelity::Rigid || rock.damage.is_some()
-            };
-            if !scene.bodies.iter().any(acts) {
-                return Err(missing("mesh", &format!("the bodies {UNUSED_MESHES}")));
+            if !case.meshes_act() {
+                return Err(unused_meshes("bodies"));
             }
             let factors = floats(values, || vec![2.0, 1.0, 0.5])?;
             let setting = |factor: f64| Setting {
@@ -305,6 +298,13 @@ fn strain_increment(stage: &StageCase) -> Option<f64> {
         | StageCase::Hold { .. }
         | StageCase::Load { .. } => None,
     }
+}
+
+fn unused_meshes(of: &str) -> Error {
+    let reason = format!(
+        "the {of} are rigid and cannot break, so that nothing depends on their meshes; rock with \"damage\", or a fidelity that has them deform, does"
+    );
+    missing("mesh", &reason)
 }
 
 fn missing(word: &str, why: &str) -> Error {
