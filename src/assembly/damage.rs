@@ -251,8 +251,11 @@ impl Contacts {
     /// less the energy gained. Along the normal with the spring's hardening
     /// ([`freed_by_softening`](crate::contact::ContactLaw::freed_by_softening)), across it `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose
     /// stiffness goes from k1 to k2 and its force from f1 to f2.
-    fn softened(&self, model: &Model) -> f64 {
+    pub fn softened(&self, model: &Model) -> f64 {
         let mut freed = 0.0;
+        if !model.can_break() {
+            return freed;
+        }
         for (pair, point) in self.active() {
             let Some(memory) = pair.carried.point(point.site.feature) else { continue };
             if memory.firmness == point.firmness || memory.load <= 0.0 {

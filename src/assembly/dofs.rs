@@ -180,12 +180,17 @@ impl Dofs {
         components.map(|i| forces[*i as usize].powi(2)).sum::<f64>().sqrt()
     }
 
-    /// The largest force on a body [N], as [`Self::force_on`]. Returns the body with it, of a full grain's nodes the grain.
+    /// The largest force on a body [N], as [`Self::force_on`], or the first that is no number. Returns the body with it, of a full grain's nodes the
+    /// grain.
     pub fn largest_force(&self, forces: &[f64]) -> (f64, usize) {
         let mut largest = (0.0, 0);
         for body in 0..self.index.len() {
             let force = self.force_on(forces, body);
-            if !(force <= largest.0) {
+            if force.is_nan() {
+                largest = (force, body);
+                break;
+            }
+            if force > largest.0 {
                 largest = (force, body);
             }
         }

@@ -23,11 +23,6 @@ use crate::solver::{
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::{FidelityCounts, Ledger, StageEnd, fell};
 
-/// Overlap over which a contact's force sets in, and length over which an edge's contacts fade, over
-/// the smallest rounding radius.
-const ONSET: f64 = 4e-3;
-const FADE: f64 = 1.0;
-
 /// Times that an increment is repeated since a body ought to have been condensed in it.
 const MOST_REPEATS: usize = 3;
 
@@ -140,13 +135,7 @@ impl Scene {
         }
         let smallest = shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min);
         let nu = parameters.bodies.iter().map(|b| b.poissons_ratio).fold(0.0, f64::max);
-        let law = ContactLaw {
-            onset: ONSET * smallest,
-            fade_length: FADE * smallest,
-            parallel_limit: 4e-3,
-            tangential_ratio: 2.0 * (1.0 - nu) / (2.0 - nu),
-            friction_blend: 0.05,
-        };
+        let law = ContactLaw::of_rock(smallest, nu);
         let mut poses: Vec<Pose> = parameters.bodies.iter().map(|b| b.pose).collect();
         let pressing = match parameters.press {
             Some(press) => Some(Pressing::new(press, &mut bodies, &mut poses)?),
@@ -390,7 +379,7 @@ impl Scene {
             }
             report.counters.add(&std::mem::take(&mut lost));
             if !dwells {
-                report.counters.cuts = pace.accept(share, report.history.len());
+                report.counters.cuts = pace.accept(share, report.augmentations);
                 let fields = if self.model.has_nodes() { self.committed.fields.clone() } else { Vec::new() };
                 last = Some(Last { poses: self.committed.poses.clone(), fields, share });
             }

@@ -91,14 +91,16 @@ impl Dossier {
             factorisations: report.counters.factorisations,
             advice: Vec::new(),
         };
-        dossier.advice = dossier.what_to_try(&report.status, settings);
+        let spent = report.augmentations > settings.max_augmentations;
+        dossier.advice = dossier.what_to_try(&report.status, spent, settings);
         if let Some(note) = unresolved(model, report, settings) {
             dossier.advice.insert(0, note);
         }
         dossier
     }
 
-    fn what_to_try(&self, status: &StepStatus, settings: &Settings) -> Vec<String> {
+    /// `spent` says whether it took all augmentations that it may.
+    fn what_to_try(&self, status: &StepStatus, spent: bool, settings: &Settings) -> Vec<String> {
         let mut advice = Vec::new();
         if matches!(status, StepStatus::TooClose | StepStatus::Overlapping { .. }) {
             advice
@@ -107,7 +109,7 @@ impl Dossier {
         }
         let best = self.history.iter().copied().fold(f64::INFINITY, f64::min);
         let last = self.history.last().copied().unwrap_or(f64::INFINITY);
-        if self.history.len() > settings.max_augmentations && last < 0.1 && last <= 1.5 * best {
+        if spent && last < 0.1 && last <= 1.5 * best {
             advice.push(format!(
                 "a larger solver.max_augmentations (now {}): the forces were still coming into balance",
                 settings.max_augmentations

@@ -32,8 +32,10 @@ impl Balance {
 pub struct Equilibrium {
     pub converged: bool,
     pub balance: Balance,
-    /// Out-of-balance of each augmentation.
+    /// Out-of-balance of each augmentation, those of parts of the bodies included.
     pub history: Vec<f64>,
+    /// Augmentations of all bodies together.
+    pub augmentations: usize,
     /// Energy in elastic bodies [J].
     pub surface_energy: f64,
     /// Whether it ended because bodies fell as far as they may before a commit.
@@ -81,8 +83,9 @@ impl Newton<'_> {
             history = self.soften();
         }
         let mut found = self.balance_to(self.settings.force_tolerance);
+        let augmentations = history.len() + found.augmentations;
         history.append(&mut found.history);
-        Equilibrium { history, ..found }
+        Equilibrium { history, augmentations, ..found }
     }
 
     /// Brings the model nearly into balance with soft contacts, harder and harder; what was out of balance on the way.
@@ -145,9 +148,10 @@ impl Newton<'_> {
         // Whether the strongest hold got nowhere.
         let mut exhausted = false;
         let mut next_fall = settings.falls_after.filter(|_| self.can_fall());
-        let ended = |converged, balance, history, surface_energy| Equilibrium {
+        let ended = |converged, balance, history: Vec<f64>, parts: &Parts, surface_energy| Equilibrium {
             converged,
             balance,
+            augmentations: history.len() - parts.augmentations,
             history,
             surface_energy,
             far: false,
@@ -179,7 +183,10 @@ impl Newton<'_> {
                     Ok(settled) => converged &= settled,
                     Err(problem) => {
                         let broke = Some(problem.to_string());
-                        return Equilibrium { broke, ..ended(false, balance, history, surface_energy) };
+                        return Equilibrium {
+                            broke,
+                            ..ended(false, balance, history, &parts, surface_energy)
+                        };
                     }
                 }
                 if !converged {
@@ -192,10 +199,10 @@ impl Newton<'_> {
             let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
             let tired = whole.saturating_sub(spared) > settings.max_augmentations;
             if converged {
-                return ended(true, balance, history, surface_energy);
+                return ended(true, balance, history, &parts, surface_energy);
             }
             if tired || settings.stop.is_raised() {
-                return ended(false, balance, history, self.surface_energy());
+                return ended(false, balance, history, &parts, self.surface_energy());
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
@@ -214,7 +221,7 @@ impl Newton<'_> {
                 tracing::debug!(from, to, steps, ?end, "fall");
                 if end == FallEnd::Far {
                     history.push(to);
-                    return Equilibrium { far: true, ..ended(false, self.balance(), history, 0.0) };
+                    return Equilibrium { far: true, ..ended(false, self.balance(), history, &parts, 0.0) };
                 }
                 (hold, fresh) = (Hold::new(settings), false);
                 continue;
@@ -238,7 +245,7 @@ impl Newton<'_> {
             );
             if !hold.after(end, settings) {
                 if next_fall.is_none() || !settings.falls_when_stuck {
-                    return ended(false, balance, history, self.surface_energy());
+                    return ended(false, balance, history, &parts, self.surface_energy());
                 }
                 exhausted = true;
             }

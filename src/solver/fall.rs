@@ -127,8 +127,9 @@ impl Newton<'_> {
     }
 
     /// Has friction act against the way from here on, as if this had been committed.
-    fn rebase(&mut self) {
+    pub(super) fn rebase(&mut self) {
         self.dissipated = self.step_dissipation();
+        self.softened += self.contacts.softened(self.model);
         let fields = self.committed.fields.clone();
         let mut here = Committed { fields, ..Committed::new(self.poses.clone()) };
         self.contacts.rebase(self.model, &mut here);

@@ -61,8 +61,10 @@ pub struct IncrementReport {
     /// Force and moment that contacts, and a membrane glued to it, exert on each body [N, N m].
     pub contact_wrench: Vec<Vector6<f64>>,
     pub counters: Counters,
-    /// Out-of-balance at each augmentation, for the dossier.
+    /// Out-of-balance at each augmentation, those of parts of the bodies included, for the dossier.
     pub history: Vec<f64>,
+    /// Augmentations of all bodies together.
+    pub augmentations: usize,
     pub measures: ContactMeasures,
     /// Damage of the bodies that can break.
     pub damage: Damages,
@@ -86,7 +88,7 @@ impl IncrementReport {
     /// Whether the solver had to relax through an instability (a snap of the force chains): more
     /// augmentations than a steady increment takes.
     pub fn is_snap(&self, settings: &Settings) -> bool {
-        settings.beyond_start(self.history.len()) > SNAP_AUGMENTATIONS
+        settings.beyond_start(self.augmentations) > SNAP_AUGMENTATIONS
     }
 }
 
@@ -154,6 +156,7 @@ pub fn advance(
             contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
             counters: Counters::default(),
             history: Vec::new(),
+            augmentations: 0,
             measures: ContactMeasures::default(),
             damage: Damages::default(),
             fell: false,
@@ -166,7 +169,13 @@ pub fn advance(
     if takes_damage && !outcome.converged && !model.has_elastic() {
         newton.contacts.note_loads(model, &newton.loads, &newton.poses);
     }
-    let damage = if takes_damage { newton.contacts.damages(model) } else { Ok(Damages::default()) };
+    // What is not taken goes on being followed, but contacts stay as soft as they became.
+    let damage = if takes_damage {
+        newton.contacts.damages(model)
+    } else {
+        Ok(Damages { dissipated: newton.contacts.softened(model), ..Damages::default() })
+    };
+    let damage = damage.map(|found| Damages { dissipated: found.dissipated + newton.softened, ..found });
     // Neither a balance nor a place to go on from.
     let state = (passes || outcome.far).then_some(&newton.poses);
     let overlap = state.and_then(|poses| audit::fault(model, &newton.contacts, poses));
@@ -235,6 +244,7 @@ pub fn advance(
         contact_wrench,
         counters,
         history: outcome.history,
+        augmentations: outcome.augmentations,
         measures,
         damage: damage.unwrap_or_default(),
         fell,

@@ -35,6 +35,8 @@ pub struct Newton<'a> {
     pub counters: Counters,
     /// Work lost to friction in the present step before friction was re-based last [J].
     pub(super) dissipated: f64,
+    /// Energy that contacts set free by getting softer until then [J].
+    pub(super) softened: f64,
     /// Whether the last step of the last solve went as far as bodies may go at once.
     pub(super) was_capped: bool,
     /// Whether steps use the symmetric part of the tangent, to compare with.
@@ -101,6 +103,7 @@ impl<'a> Newton<'a> {
             residual: Vec::new(),
             counters: Counters::default(),
             dissipated: 0.0,
+            softened: 0.0,
             was_capped: false,
             symmetrised: false,
             typical_stiffness,

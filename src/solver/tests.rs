@@ -9,12 +9,14 @@ use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::geometry::Polyhedron;
 use crate::geometry::rounded::RoundedBody;
-use crate::grain::CondensedGrain;
-use crate::material::{Rubber, RubberLaw};
+use crate::grain::{Ancestry, CondensedGrain, DamagedGrain};
+use crate::material::{DamageLaw, DamageParameters, Elastic, Rubber, RubberLaw};
+use crate::mesh::grain_mesh;
 use crate::model::membrane::Fastening;
 use crate::model::{
     Body, BodyKind, Committed, Control, Controlled, Loads, Membrane, MembraneParameters, Model, Thickness,
 };
+use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vec3, Vector6};
 
 const ROUNDING: f64 = 1e-3;
@@ -323,6 +325,45 @@ fn a_fall_books_the_friction_of_its_way() {
             "{rebase:?}: {way} {friction}"
         );
     }
+}
+
+/// What contacts set free by getting softer is booked once, whether or not friction is re-based on the way.
+#[test]
+fn a_fall_books_what_contacts_set_free_by_softening() {
+    let (mut model, committed, mut loads) = block_on_plate(0.3);
+    let mesh = grain_mesh(&model.bodies[1].nominal, 60).expect("a mesh");
+    let elastic = Elastic::new(3e10, 0.2).expect("allowed");
+    let law = DamageLaw::new(elastic, 1e5, 1e6, &DamageParameters::default(), 0.01).expect("a law");
+    let laws = vec![law; mesh.cells.len()];
+    let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(1)).expect("a grain");
+    loads.applied[1].z = -1e4;
+    let rest = settle(&model, &committed, &loads);
+    assert!(rest.converged());
+    let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
+    model.bodies[1].damaged = Some(Arc::new(grain));
+    model.begin_damage();
+    let settings = Settings::default();
+    let contacts = Contacts::default();
+    let start = committed.poses.clone();
+    let newton = Newton::new(&model, &committed, &loads, &settings, contacts, start);
+    let mut newton = newton.unwrap_or_else(|_| panic!("it rests there"));
+    let mut books = vec![];
+    for rebases in [false, false, true, false, true] {
+        newton.contacts.note_loads(&model, &newton.loads, &newton.poses);
+        newton.contacts.move_damage(&model, 0.02, 1e-5).expect("still a body");
+        newton.contacts.forget_places();
+        assert!(newton.evaluate());
+        let before = newton.softened + newton.contacts.softened(&model);
+        if rebases {
+            newton.rebase();
+            assert!(newton.evaluate());
+        }
+        let behind = newton.softened + newton.contacts.softened(&model);
+        assert!((behind - before).abs() <= 1e-9 * before, "{before} {behind}");
+        books.push(behind);
+    }
+    // Contacts get softer all the way; in the second and third round by something that has to be carried over.
+    assert!(books[0] > 0.0 && books[3] > 1.1 * books[2], "{books:?}");
 }
 
 #[test]

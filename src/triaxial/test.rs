@@ -347,7 +347,7 @@ impl Test {
             }
             if !way.dwells {
                 report.counters.cuts =
-                    way.pace.accept(share, rig.settings.beyond_start(report.history.len()));
+                    way.pace.accept(share, rig.settings.beyond_start(report.augmentations));
             }
             let m = &trial.measures;
             way.watch.accept(m);
@@ -577,7 +577,7 @@ impl Test {
         };
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
         let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
-        let (mut counters, mut longest) = (Counters::default(), Vec::new());
+        let (mut counters, mut longest, mut augmentations) = (Counters::default(), Vec::new(), 0);
         let falling = falling(rig, way);
         let settings = falling.as_ref().unwrap_or(&rig.settings);
         for _ in 0..AREA_TRIALS {
@@ -614,11 +614,11 @@ impl Test {
             }
             let area = rig.volume(&report.poses) / rig.height(&report.poses);
             // The trial that had the way to go says whether it was a snap.
-            if report.history.len() > longest.len() {
-                longest = std::mem::take(&mut report.history);
+            if report.augmentations >= augmentations {
+                (longest, augmentations) = (std::mem::take(&mut report.history), report.augmentations);
             }
             if !depends || (area / guess.area - 1.0).abs() <= AREA_TOLERANCE {
-                return Ok(IncrementReport { counters, history: longest, ..report });
+                return Ok(IncrementReport { counters, history: longest, augmentations, ..report });
             }
             guess.area = area;
             guess.deviatoric_stress = report.factor;

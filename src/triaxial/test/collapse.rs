@@ -132,7 +132,7 @@ impl Test {
         }
         if !way.dwells {
             (way.dwells, way.last) = (true, None);
-            way.spent.cuts += way.pace.accept(share, rig.settings.beyond_start(report.history.len()));
+            way.spent.cuts += way.pace.accept(share, rig.settings.beyond_start(report.augmentations));
         }
         way.pieces += 1;
         self.take_piece(rig, way, report, &trial, share);
