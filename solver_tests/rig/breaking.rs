@@ -5,22 +5,24 @@
 use std::sync::Arc;
 
 use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
-use riprap::material::{DamageLaw, DamageParameters, Elastic};
+use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
 use riprap::mesh::grain_mesh;
 use riprap::model::DamageCounts;
 use riprap::solver::audit;
 use riprap::tensor::Vec3;
 use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, StageEnd, Test};
 
-use crate::ready::{consolidate, drive, rig, run, specimen};
+use crate::ready::{consolidate, drive, rig, rubber, run, specimen};
 
 /// The rig around sixteen grains whose rock has this tensile strength [Pa], a tenth of that in compression; what fails leaves.
 fn breakable(tensile: f64) -> Rig {
-    breakable_by_cells(&|_, _| tensile, false)
+    breakable_by_cells(&|_, _| tensile, false, PRESSED)
 }
 
+const PRESSED: Cover = Cover::Pressure(Rims::Bonded);
+
 /// The same with strengths by grain and cell.
-fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, keeps_rubble: bool) -> Rig {
+fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, keeps_rubble: bool, cover: Cover) -> Rig {
     let parameters = DamageParameters::default();
     let elastic = Elastic::new(3e10, 0.2).expect("allowed");
     let law =
@@ -35,14 +37,14 @@ fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, keeps_rubble: bool)
         let damaged = if keeps_rubble { damaged.keeping_rubble() } else { damaged };
         (condensed, Some(Arc::new(damaged)))
     });
-    let mut rig = rig(Cover::Pressure(Rims::Bonded));
+    let mut rig = rig(cover);
     rig.let_break(grains.collect());
     rig
 }
 
 #[test]
 fn grains_that_cannot_break_give_the_bits_of_rigid_ones() {
-    let results = [rig(Cover::Pressure(Rims::Bonded)), breakable(1e12)].map(|mut rig| {
+    let results = [rig(PRESSED), breakable(1e12)].map(|mut rig| {
         let (mut test, mut rows) = consolidate(&mut rig, 6);
         let (sheared, end) = run(&mut rig, &mut test, &drive(4e-4, Lateral::Pressure));
         assert_eq!(end, StageEnd::Finished);
@@ -61,14 +63,67 @@ const WEAK: f64 = 1e6;
 
 #[test]
 fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
-    break_on(false);
+    break_on(false, PRESSED);
+}
+
+/// As under a pressure that acts on the grains themselves: the sheet follows what is left of them.
+#[test]
+fn weak_grains_break_on_in_rubber_and_a_stored_state_goes_on_to_the_same_bits() {
+    break_on(false, rubber());
+}
+
+/// A grain that comes apart puts bodies in front of the sheet's nodes. Reference: nothing but their numbers changes. Then the specimen finds a balance.
+#[test]
+fn a_grain_in_rubber_comes_apart() {
+    let mut rig = breakable_by_cells(&|_, _| 1e12, false, rubber());
+    let (mut test, _) = consolidate(&mut rig, 4);
+    let sheet = |rig: &Rig| {
+        let (mut positions, membrane) = (Vec::new(), rig.model.membrane.as_ref().expect("there"));
+        membrane.positions_into(&mut positions, &rig.committed.poses);
+        positions
+    };
+    let before = (rig.model.bodies.len(), sheet(&rig), rig.volume(&rig.committed.poses));
+    // Cells across a grain fail; most are too coarse for that to leave two parts that are thick enough.
+    let halved = |body: usize, axis: usize, off: f64| {
+        let mut rig = rig.clone();
+        let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
+        let mesh = whole.mesh();
+        let across = |cell| {
+            let heights = mesh.corners(cell).map(|p| p[axis] - mesh.centroid()[axis] - off);
+            heights.iter().any(|z| *z <= 0.0) && heights.iter().any(|z| *z >= 0.0)
+        };
+        let failed = DamageState { failed: true, ..DamageState::default() };
+        let state = |cell| if across(cell) { failed } else { DamageState::default() };
+        let states = mesh.cell_ids().map(|cell| [state(cell); 4]).collect();
+        let laws = mesh.cell_ids().map(|cell| *whole.law(cell)).collect();
+        let origin = Ancestry::of_grain(body as u32);
+        let cut = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, origin).expect("a grain");
+        rig.model.bodies[body].damaged = Some(Arc::new(cut));
+        let mut displacements = vec![Vec::new(); before.0];
+        displacements[body] = vec![Vec3::zeros(); mesh.nodes.len()];
+        let fractures = rig.model.break_up(&mut rig.committed, &displacements, 1e-9).expect("parts");
+        let more = fractures[0].parts.len().saturating_sub(1);
+        (more > 0).then_some((rig, more))
+    };
+    let planes = || (0..3).flat_map(|axis| [-6e-3, -3e-3, 0.0, 3e-3, 6e-3].map(|off| (axis, off)));
+    let mut cuts =
+        (0..specimen().grains.len()).flat_map(|body| planes().map(move |(axis, off)| (body, axis, off)));
+    let (mut rig, more) = cuts.find_map(|(body, axis, off)| halved(body, axis, off)).expect("two parts");
+    assert_eq!(rig.model.bodies.len(), before.0 + more);
+    assert_eq!(rig.committed.poses.len(), rig.model.carriers());
+    assert!(sheet(&rig) == before.1 && rig.volume(&rig.committed.poses) == before.2);
+    let (rows, end) = run(&mut rig, &mut test, &drive(1e-4, Lateral::Pressure));
+    assert_eq!(end, StageEnd::Finished);
+    for row in &rows {
+        assert!(row.out_of_balance < 1e-3 && row.damage.fragments == more + 1, "{row:?}");
+    }
 }
 
 /// As without; and no room is lost: a grain that never came apart has the contact body that it was generated with, and its cells and its
 /// rubble are all cells.
 #[test]
 fn weak_grains_that_stay_as_rubble_keep_their_room() {
-    let whole = break_on(true);
+    let whole = break_on(true, PRESSED);
     let before = breakable(WEAK).model;
     let mut crushed = 0;
     for (index, first) in before.bodies.iter().enumerate() {
@@ -86,8 +141,8 @@ fn weak_grains_that_stay_as_rubble_keep_their_room() {
 }
 
 /// Shears weak grains until some have lost cells; where it ended.
-fn break_on(keeps_rubble: bool) -> Rig {
-    let breakable = |strength| breakable_by_cells(&|_, _| strength, keeps_rubble);
+fn break_on(keeps_rubble: bool, cover: Cover) -> Rig {
+    let breakable = |strength| breakable_by_cells(&|_, _| strength, keeps_rubble, cover);
     let mut whole = breakable(WEAK);
     let (mut test, mut rows) = consolidate(&mut whole, 6);
     let stage = drive(1e-3, Lateral::Pressure);
@@ -140,7 +195,7 @@ fn half_the_limit_of_damage_breaks_as_many_cells() {
     let mut compared = 0;
     for number in 0..4 {
         let [full, half] = [0.2, 0.1].map(|limit| {
-            let mut rig = breakable_by_cells(&draw(number), false);
+            let mut rig = breakable_by_cells(&draw(number), false, PRESSED);
             rig.settings.damage.max_change = limit;
             let (mut test, mut rows) = consolidate(&mut rig, 6);
             let (sheared, end) = run(&mut rig, &mut test, &drive(1.5e-3, Lateral::Pressure));

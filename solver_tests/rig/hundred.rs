@@ -52,6 +52,14 @@ fn loop_of(grains: u64, axial_strain: f64, cover: &str) {
     // Snaps are known by balance only: if all were, closure would say nothing.
     let snaps = rows.iter().filter(|row| row.snapped > 0).count();
     assert!(5 * snaps < rows.len(), "{snaps} of {}", rows.len());
+    // Ladder D: between snaps nothing to speak of is booked as stabilisation.
+    let steady = rows.windows(2).filter(|pair| pair[1].snapped == 0);
+    let (booked, work) = steady.fold((0.0, 0.0), |(booked, work), pair| {
+        let stabilisation = pair[1].energy_stabilisation - pair[0].energy_stabilisation;
+        let external = pair[1].energy_external - pair[0].energy_external;
+        (booked + stabilisation.abs(), work + external.abs())
+    });
+    assert!(booked < 1e-2 * work, "{booked} {work}");
     // A loop costs work, which friction takes.
     assert!(reloaded.energy_external > sheared.energy_external);
     assert!(reloaded.energy_friction > sheared.energy_friction);

@@ -4,10 +4,12 @@ use std::sync::OnceLock;
 
 use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
+use riprap::material::{Rubber, RubberLaw};
+use riprap::model::Thickness;
 use riprap::solver::Settings;
 use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
 use riprap::triaxial::{
-    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, StageEnd, Steps, Test, Until,
+    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, RubberSheet, Stage, StageEnd, Steps, Test, Until,
 };
 
 pub const PRESSURE: f64 = 4e5;
@@ -54,9 +56,22 @@ pub fn rig_on(plate_friction: f64, cover: Cover) -> Rig {
     Rig::new(specimen(), &parameters, Settings::default()).expect("a rig")
 }
 
-/// Seats the grains and consolidates them in so many increments.
+/// 5 mm of rubber of 2 MPa.
+pub fn rubber() -> Cover {
+    Cover::Rubber(RubberSheet {
+        rubber: Rubber::new(2e6, RubberLaw::NeoHookean).expect("rubber"),
+        thickness: 5e-3,
+        on_bodies: Thickness::Constant,
+        mesh_size: Some(0.015),
+        refinement: 0,
+        pressure: PRESSURE,
+    })
+}
+
+/// Lays a membrane, seats the grains and consolidates them in so many increments.
 pub fn consolidate(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>) {
     let mut test = Test::new(rig);
+    test.lay_membrane(rig, PRESSURE).unwrap_or_else(|reason| panic!("{reason}"));
     let rows = consolidate_seated(rig, &mut test, increments);
     (test, rows)
 }

@@ -2,30 +2,15 @@
 
 use std::sync::OnceLock;
 
-use riprap::material::{Rubber, RubberLaw};
-use riprap::model::Thickness;
-use riprap::triaxial::{
-    Cover, EnergyGate, Lateral, Path, Rig, Row, RubberSheet, Stage, StageEnd, Steps, Test, Until,
-};
+use riprap::triaxial::{EnergyGate, Lateral, Path, Rig, Row, Stage, StageEnd, Steps, Test, Until};
 
-use crate::ready::{HELD, PRESSURE, consolidate_seated, drive, finished, rig, run, steps};
+use crate::ready::{HELD, PRESSURE, consolidate, drive, finished, rig, rubber, run, steps};
 
 fn wrapped() -> (Rig, Test) {
     static WRAPPED: OnceLock<(Rig, Test)> = OnceLock::new();
     let ready = WRAPPED.get_or_init(|| {
-        let rubber = Rubber::new(2e6, RubberLaw::NeoHookean).expect("rubber");
-        let sheet = RubberSheet {
-            rubber,
-            thickness: 5e-3,
-            on_bodies: Thickness::Constant,
-            mesh_size: Some(0.015),
-            refinement: 0,
-            pressure: PRESSURE,
-        };
-        let mut rig = rig(Cover::Rubber(sheet));
-        let mut test = Test::new(&rig);
-        test.lay_membrane(&mut rig, PRESSURE).unwrap_or_else(|reason| panic!("{reason}"));
-        consolidate_seated(&mut rig, &mut test, 4);
+        let mut rig = rig(rubber());
+        let (test, _) = consolidate(&mut rig, 4);
         (rig, test)
     });
     ready.clone()

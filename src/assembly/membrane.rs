@@ -95,6 +95,9 @@ impl MembraneContacts {
         let mut positions = std::mem::take(&mut self.positions);
         membrane.positions_into(&mut positions, poses);
         self.positions = positions;
+        if let Some(node) = membrane.torn(&self.positions) {
+            return Err(TooClose { a: node, b: node, distance: 0.0 });
+        }
         if !self.is_valid(model, membrane, poses) {
             self.list(model, membrane, corners, poses);
         }
@@ -211,6 +214,7 @@ impl MembraneContacts {
         let (skin, offset) = (self.skin, self.offset);
         self.bodies = (0..model.bodies.len())
             .into_par_iter()
+            .filter(|body| model.bodies[*body].kind != BodyKind::Gone)
             .filter_map(|body| {
                 let shape = &model.shapes[body];
                 let radii = shape.rounded.radius + offset;

@@ -108,7 +108,7 @@ pub fn contact_stiffness_into(values: &mut [f64], pattern: &BlockPattern, dofs: 
     }
 }
 
-/// The geometric stiffness of gravity and fixed forces acting off a body's reference point:
+/// The geometric stiffness of gravity acting off a body's reference point:
 /// minus the derivative of the moment `(R c) x w` by the spin of the body.
 pub fn gravity_stiffness_into(
     values: &mut [f64],

@@ -5,6 +5,9 @@ use crate::error::Fault;
 
 use super::types::*;
 
+/// More cells of a body are a slip of the pen.
+const MOST_CELLS: f64 = 1e8;
+
 /// Parts of a sound case that cannot be run yet, each with its path and what can.
 pub fn unsupported(case: &Case) -> Vec<Fault> {
     let mut faults = vec![];
@@ -39,6 +42,23 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 let chosen = fidelity == Fidelity::Auto && case.solver.accuracy.is_some();
                 rock.damage.is_some() && (fidelity == Fidelity::Condensed || chosen)
             };
+            for (index, body) in scene.bodies.iter().enumerate() {
+                let path = format!("$.scene.bodies[{index}]");
+                let rock = body.rock.as_ref().unwrap_or(&case.rock);
+                if rock.damage.is_some() && case.fidelity_of(body) == Fidelity::Full {
+                    let problem = "a full body does not break, and its rock has damage";
+                    let accepted = "\"condensed\", or a rock of its own with \"damage\": null";
+                    refuse(&format!("{path}.fidelity"), "\"full\"", problem, accepted);
+                }
+                let cells = case.cells_of(body);
+                if cells > MOST_CELLS {
+                    let problem = format!("makes about {cells:.0e} cells (a plain number is in m)");
+                    let found = body.mesh_size.map_or("the default".into(), |size| format!("{size} m"));
+                    let accepted = format!("what makes at most {MOST_CELLS:.0e}");
+                    refuse(&format!("{path}.mesh_size"), &found, &problem, &accepted);
+                }
+            }
+            scene_solver(&mut refuse, &case.solver);
             if case.rock.damage.is_some() && !scene.bodies.iter().any(breaks) {
                 let problem = "damage needs a body that deforms, and none does";
                 refuse(
@@ -54,6 +74,17 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
         patches(&mut refuse, case);
     }
     faults
+}
+
+/// Settings of specimens that a scene has no use for.
+fn scene_solver(refuse: &mut dyn FnMut(&str, &str, &str, &str), solver: &SolverCase) {
+    let problem = "scenes are not cut for their energy, and accept no rough balance";
+    if solver.energy_gate == Some(GateCase::Cut) {
+        refuse("$.solver.energy_gate", "\"cut\"", problem, "\"warn\" or null");
+    }
+    if let Some(tolerance) = solver.rough_tolerance {
+        refuse("$.solver.rough_tolerance", &tolerance.to_string(), problem, "null");
+    }
 }
 
 /// What does not go together with patches of faces: bodies that change their shape, or how they deform, as they run.
@@ -96,14 +127,10 @@ fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
         let accepted = "\"removed\", or fidelity \"auto\" without an accuracy or \"rigid\"";
         refuse("$.rock.damage.rubble", "\"kept\"", problem, accepted);
     }
-    let membrane = match case.membrane {
-        MembraneCase::Pressure { .. } => None,
-        MembraneCase::Rubber { .. } => Some("rubber"),
-        MembraneCase::RigidWall => Some("rigid_wall"),
-    };
-    if let Some(kind) = membrane {
-        let problem = format!("grains that break are not built inside a {kind} membrane");
-        refuse("$.membrane.kind", &format!("\"{kind}\""), &problem, "\"pressure\", or \"damage\": null");
+    if matches!(case.membrane, MembraneCase::RigidWall) {
+        let problem = "grains that break are not built inside a rigid wall";
+        let accepted = "\"pressure\", \"rubber\", or \"damage\": null";
+        refuse("$.membrane.kind", "\"rigid_wall\"", problem, accepted);
     }
 }
 

@@ -167,7 +167,7 @@ impl Observer for Progress {
 
     fn seated(&mut self, seating: &Seating) {
         self.begun = Instant::now();
-        let Seating { out_of_balance, factorisations, falling_steps } = *seating;
+        let Seating { out_of_balance, factorisations, falling_steps, .. } = *seating;
         self.tell(
             || {
                 format!(

@@ -28,6 +28,17 @@ pub struct ContactLaw {
 }
 
 impl ContactLaw {
+    /// The law of specimens and scenes: bodies whose smallest rounding is `rounding` [m], of rock with Poisson's ratio `nu`.
+    pub fn of_rock(rounding: f64, nu: f64) -> Self {
+        ContactLaw {
+            onset: 4e-3 * rounding,
+            fade_length: rounding,
+            parallel_limit: 4e-3,
+            tangential_ratio: 2.0 * (1.0 - nu) / (2.0 - nu),
+            friction_blend: 0.05,
+        }
+    }
+
     /// Normal force per stiffness, `p / k` [m], at an overlap [m]: quadratic below the onset,
     /// then linear.
     pub fn normal<T: Real>(&self, overlap: T) -> T {

@@ -88,6 +88,11 @@ impl SheetEnergy {
 }
 
 impl Rubber {
+    /// Whether there is a stretch that it cannot go beyond.
+    pub fn has_limit(&self) -> bool {
+        matches!(self.law, RubberLaw::Gent { .. })
+    }
+
     /// # Errors
     /// [`MaterialError::Parameter`] unless `shear_modulus` [Pa] and a Gent limit are positive and
     /// finite and a Mooney-Rivlin share is within 0 to 1.

@@ -17,6 +17,7 @@ use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::hulls::{self, contact_shapes};
 use crate::grain::{DamagedGrain, Fragment};
 use crate::mesh::Mesh;
+use crate::model::cover::CoverNode;
 use crate::model::{Body, BodyKind, Committed, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
@@ -191,6 +192,7 @@ impl Model {
                     }
                 }
             }
+            let bodies = self.bodies.len();
             let mut points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
             let stays = parts.is_empty() && grain.keeps_rubble();
             let changed = match &parts[..] {
@@ -230,6 +232,7 @@ impl Model {
                     committed.fields.push(field);
                 }
             }
+            self.make_room(bodies)?;
             self.glue_anew(&fracture, &points, &committed.poses)?;
             if brittle {
                 // A rigid body stores nothing.
@@ -398,6 +401,21 @@ impl Model {
     pub(super) fn remove(&mut self, index: usize) {
         let body = &mut self.bodies[index];
         (body.kind, body.grain, body.damaged, body.mass) = (BodyKind::Gone, None, None, 0.0);
+    }
+
+    /// Has the nodes of a membrane stand behind the bodies again, of which there were `before`.
+    fn make_room(&mut self, before: usize) -> Result<()> {
+        let more = self.bodies.len() - before;
+        let Some(membrane) = self.membrane.as_mut().filter(|_| more > 0) else { return Ok(()) };
+        membrane.stand_behind(self.bodies.len());
+        if let Some(cover) = &self.cover {
+            let moved = cover.glued_anew(|node| {
+                let CoverNode { body, point } = cover.nodes()[node];
+                (if body < before { body } else { body + more }, point)
+            })?;
+            self.cover = Some(moved);
+        }
+        Ok(())
     }
 
     /// Hands the cover's nodes on a body that broke to the nearest of its parts, at their material points; where nothing is left,

@@ -186,6 +186,13 @@ impl Membrane {
         Ok((membrane, cover, poses))
     }
 
+    /// Has the free nodes stand behind so many bodies.
+    pub(super) fn stand_behind(&mut self, bodies: usize) {
+        let free = self.nodes.iter_mut().filter(|node| node.body >= self.first);
+        free.for_each(|node| node.body = node.body - self.first + bodies);
+        self.first = bodies;
+    }
+
     /// How many nodes are free.
     pub const fn free_nodes(&self) -> usize {
         self.free
@@ -254,6 +261,20 @@ impl Membrane {
         positions.extend(self.nodes.iter().map(|node| poses[node.body].to_space(&node.point)));
     }
 
+    /// A carrier of a triangle that is stretched beyond what its rubber can be ([`crate::material::RubberLaw::Gent`]): a place that no step may lead
+    /// to, since no force leads back from it.
+    pub fn torn(&self, positions: &[Vec3]) -> Option<usize> {
+        if !self.parameters.rubber.has_limit() {
+            return None;
+        }
+        let is_torn = |(facet, element): &(&[usize; 3], &MembraneTriangle)| {
+            let at = element.forces(&facet.map(|n| positions[n]), &self.parameters.rubber, self.wrinkling);
+            !at.energy.is_finite()
+        };
+        let (facet, _) = self.facets.iter().zip(&self.elements).find(is_torn)?;
+        Some(self.nodes[facet[0]].body)
+    }
+
     /// Energy stored in the sheet [J].
     pub fn energy(&self, positions: &[Vec3]) -> f64 {
         let energy = |(facet, element): (&[usize; 3], &MembraneTriangle)| {
@@ -315,5 +336,39 @@ impl Membrane {
             measures.largest_stretch = measures.largest_stretch.max(element.stretches(&x)[0]);
         }
         measures
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::RubberLaw;
+    use crate::tensor::Rotation;
+
+    #[test]
+    fn only_rubber_with_a_limit_tears() {
+        let at = |body: usize, height: f64| {
+            let pose = Pose::new(Vec3::new(0.0, 0.0, height), Rotation::identity());
+            Fastening { body, pose, height }
+        };
+        let fastenings = [at(0, 0.0), at(1, 0.1)];
+        let torn = |law: RubberLaw, widened: f64| {
+            let rubber = Rubber::new(1e6, law).expect("allowed");
+            let (thickness, mesh_size) = (2e-3, 0.02);
+            let on_bodies = Thickness::Constant;
+            let parameters = MembraneParameters { rubber, thickness, on_bodies, mesh_size, pressure: 1e5 };
+            let made = Membrane::new(&parameters, 0.05, 0.05, &fastenings, 2, &ContactLaw::SAMPLE);
+            let (membrane, _, nodes) = made.expect("a membrane");
+            let mut poses: Vec<Pose> = fastenings.iter().map(|fastening| fastening.pose).collect();
+            poses.extend(nodes);
+            let mut positions = Vec::new();
+            membrane.positions_into(&mut positions, &poses);
+            positions.iter_mut().for_each(|x| *x *= widened);
+            membrane.torn(&positions)
+        };
+        // Twice as long both ways, I1 - 3 = 4 + 4 + 1/16 - 3 = 5.06.
+        assert_eq!(torn(RubberLaw::NeoHookean, 2.0), None);
+        assert_eq!(torn(RubberLaw::Gent { limit: 6.0 }, 2.0), None);
+        assert!(torn(RubberLaw::Gent { limit: 5.0 }, 2.0).is_some());
     }
 }

@@ -35,10 +35,11 @@ use crate::tensor::{self, Pose};
 /// the whole body where it is rigid. Its compliance adds to the flexibility of the mesh.
 pub const SHELL_STIFFNESS: f64 = 4.0;
 
-/// Share of its size by which a rigid body's [`Body::stiffness`] is made of its modulus `E/(1-nu^2)`.
-const STIFFNESS_RATIO: f64 = 0.1;
+/// A body's share of a contact's stiffness ([`Body::stiffness`]) over `E / (1 - nu^2)` times its size, the diameter of the ball of its volume.
+pub const STIFFNESS_RATIO: f64 = 0.1;
 
-/// Everything that does not change during a run.
+/// What is computed: bodies, their shapes and what confines them. Between increments it changes where bodies break, wake or rest and where a cover
+/// is laid anew; never within one.
 #[derive(Debug, Clone)]
 pub struct Model {
     pub bodies: Vec<Body>,

@@ -5,13 +5,13 @@ use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Poses and contact memory of the last accepted increment. A rejected trial leaves no trace here.
-/// Poses are those of all carriers: the bodies, then the free nodes of the membrane.
+/// Poses are those of all carriers: the bodies, then the free nodes of the membrane, or the wall.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Committed {
     pub poses: Vec<Pose>,
     pub memory: Memory,
-    /// Displacement of the surface nodes of every body in its own frame [m]; empty for a rigid body,
-    /// or nothing at all before the first increment.
+    /// Displacement of the nodes of every body in its own frame [m], of a condensed one those of its surface; empty for a rigid body, or nothing at
+    /// all before the first increment.
     #[serde(with = "crate::tensor::stored")]
     pub fields: Vec<Vec<Vec3>>,
 }

@@ -135,6 +135,9 @@ impl Model {
             }
             self.shapes[index] = ContactShape::new(stored.rounded.into_owned());
         }
+        if let Some(membrane) = &mut self.membrane {
+            membrane.stand_behind(self.bodies.len());
+        }
         if let Some(cover) = &stored.cover {
             self.cover = Some(PressureCover::restored(cover, self.carriers())?);
         }

@@ -3,12 +3,8 @@
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::model::{Body, BodyKind};
+use crate::model::{Body, BodyKind, STIFFNESS_RATIO};
 use crate::scene::parameters::{SceneBody, SceneShape};
-
-/// A body's share of a contact's stiffness over `E / (1 - nu^2)` times its size, the diameter of the
-/// ball of its volume.
-const STIFFNESS_RATIO: f64 = 0.1;
 
 /// The body, and its rounded shape for contact.
 pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, RoundedBody)> {

@@ -5,6 +5,7 @@
 //! while grains are seated, and slip counts from the end of the seating on.
 
 use crate::contact::law::Friction;
+use crate::solver::StepStatus;
 use crate::triaxial::{Rig, Test};
 
 /// Each goes on from where the one before gave up.
@@ -13,7 +14,7 @@ const MOST_ATTEMPTS: usize = 8;
 const APART: f64 = 100.0;
 
 /// What the seating came to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Seating {
     /// Out-of-balance force over the mean contact force. The first increment goes on from here and
     /// has to meet the tolerance itself.
@@ -21,11 +22,18 @@ pub struct Seating {
     pub factorisations: usize,
     /// Steps of falls, each an evaluation of the contacts.
     pub falling_steps: usize,
+    /// Which grains overlap, if any do more than contacts know of.
+    pub overlap: Option<String>,
 }
 
 impl Seating {
     /// Why no test can begin from it, if so.
     pub fn fault(&self) -> Option<String> {
+        if let Some(overlap) = &self.overlap {
+            return Some(format!(
+                "the grains could not be seated: {overlap}; another seed packs them otherwise"
+            ));
+        }
         // Not a number either.
         let holds_together = self.out_of_balance < APART;
         (!holds_together).then(|| {
@@ -44,7 +52,8 @@ impl Seating {
 pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bool) -> Seating {
     let friction = rig.model.friction;
     rig.model.friction = Friction::constant(friction.peak);
-    let mut seating = Seating { out_of_balance: f64::INFINITY, factorisations: 0, falling_steps: 0 };
+    let mut seating =
+        Seating { out_of_balance: f64::INFINITY, factorisations: 0, falling_steps: 0, overlap: None };
     if let Some(elasticity) = rig.stiffen() {
         attempts(&mut seating, test, rig, pressure, stop);
         rig.soften(elasticity);
@@ -65,6 +74,10 @@ fn attempts(seating: &mut Seating, test: &mut Test, rig: &mut Rig, pressure: f64
         seating.out_of_balance = report.balance.out_of_balance;
         seating.factorisations += report.counters.factorisations;
         seating.falling_steps += report.counters.falling_steps;
+        seating.overlap = match &report.status {
+            StepStatus::Overlapping { problem } => Some(problem.clone()),
+            _ => None,
+        };
         if report.converged() || stop() {
             break;
         }
@@ -77,10 +90,17 @@ mod tests {
 
     #[test]
     fn only_grains_that_flew_apart_are_no_specimen() {
-        let seating = |out_of_balance| Seating { out_of_balance, factorisations: 1, falling_steps: 240_000 };
+        let seating = |out_of_balance| Seating {
+            out_of_balance,
+            factorisations: 1,
+            falling_steps: 240_000,
+            overlap: None,
+        };
         // One that gave up short of its tolerance may still be consolidated; low friction as met; nothing known.
         assert!(seating(0.5).fault().is_none());
         assert!(seating(6.2e12).fault().is_some_and(|reason| reason.contains("6e12")));
         assert!(seating(f64::NAN).fault().is_some() && seating(f64::INFINITY).fault().is_some());
+        let overlapping = Seating { overlap: Some("a and b overlap".into()), ..seating(1e-4) };
+        assert!(overlapping.fault().is_some_and(|reason| reason.contains("a and b overlap")));
     }
 }

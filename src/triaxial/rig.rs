@@ -14,7 +14,9 @@ use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
 use crate::model::cover::{Outline, Rim};
 use crate::model::fracture::Fracture;
-use crate::model::{Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall, StoredBodies};
+use crate::model::{
+    Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall, STIFFNESS_RATIO, StoredBodies,
+};
 use crate::solver::{Dossier, Settings};
 use crate::specimen::Specimen;
 use crate::tensor::{self, Pose, Rotation, Vec3};
@@ -54,10 +56,6 @@ pub enum Rims {
     Bonded,
     Sliding,
 }
-
-/// A grain's share of a contact's stiffness over `E / (1 - nu^2)` times its size, for fidelity
-/// `rigid`.
-const STIFFNESS_RATIO: f64 = 0.1;
 
 /// A triaxial test in progress.
 #[derive(Debug, Clone)]
@@ -219,15 +217,8 @@ impl Rig {
             shapes.push(ContactShape::new(RoundedBody { core: core.clone(), radius: rounding }));
             poses.push(Pose::new(Vec3::new(0.0, 0.0, z), Rotation::identity()));
         }
-        let tangential_ratio = 2.0 * (1.0 - parameters.poissons_ratio) / (2.0 - parameters.poissons_ratio);
         let smallest = shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min);
-        let law = ContactLaw {
-            onset: 4e-3 * smallest,
-            fade_length: smallest,
-            parallel_limit: 4e-3,
-            tangential_ratio,
-            friction_blend: 0.05,
-        };
+        let law = ContactLaw::of_rock(smallest, parameters.poissons_ratio);
         let model = Model::new(bodies, shapes, law, parameters.friction).with_faces(parameters.faces);
         let mut rig = Rig {
             model,

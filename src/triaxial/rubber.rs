@@ -28,7 +28,7 @@ pub struct RubberSheet {
 
 /// Edge length of the triangles over the median grain size, where none is given.
 const MESH_SIZE: f64 = 0.25;
-/// First proximal weight of an increment. With the rigs' usual 1e-4 the first four augmentations of nearly every increment
+/// First proximal weight of an increment. With 1e-4, the rigs' usual one when this was measured, the first four augmentations of nearly every increment
 /// came to nothing: 86 factorisations each instead of 62 (forty grains).
 const PROXIMAL_START: f64 = 0.05;
 /// Depth of a pore, over the median grain size, from which on the triangles above it are refined.
