@@ -8,6 +8,7 @@ use crate::grain::DamagedGrain;
 use crate::mesh::Mesh;
 use crate::model::{Body, Committed, Loads, Model};
 use crate::tensor::{Pose, Rotation, Vec3, Vector6, components, symmetric};
+use crate::triaxial::Rig;
 
 /// The cells of one body as generated; of a rigid one that cannot break there are none.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,8 +28,8 @@ struct Own<'a> {
     displacement: Vec<Vec3>,
 }
 
-/// As [`of_bodies`], of bodies as they are committed, whatever `contacts` was last evaluated in; under `loads`. Of none where these contacts cannot
-/// be evaluated.
+/// Of all bodies as generated, as they are committed, whatever `contacts` was last evaluated in; under `loads`. Of none where these contacts
+/// cannot be evaluated.
 pub fn of_committed(model: &Model, contacts: &Contacts, committed: &Committed, loads: &Loads) -> Vec<Inside> {
     let (mut contacts, poses) = (contacts.clone(), &committed.poses);
     contacts.start(model, committed);
@@ -39,8 +40,13 @@ pub fn of_committed(model: &Model, contacts: &Contacts, committed: &Committed, l
     of_bodies(model, &contacts, poses)
 }
 
-/// Of all bodies as generated, in the configuration that `contacts` was last accepted in.
-pub fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Inside> {
+/// [`of_committed`] of a rig under its pressure.
+pub fn of_rig(rig: &Rig) -> Vec<Inside> {
+    of_committed(&rig.model, &rig.contacts, &rig.committed, &rig.loads(false, rig.pressure))
+}
+
+/// The same in the configuration that `contacts` was last accepted in.
+fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Inside> {
     let own: Vec<Option<Own<'_>>> = model
         .bodies
         .par_iter()
@@ -98,6 +104,13 @@ fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -
         return None;
     }
     let (mesh, stresses, displacement) = match (&body.damaged, &body.full, &body.grain) {
+        // Not strained yet: it was rigid until now, or a restart point has its states only.
+        (Some(grain), _, _) if body.is_elastic() && grain.displaced().is_empty() => {
+            let moved = grain.condensed().nodal_displacements(contacts.surface_loads.get(index)?);
+            let stresses =
+                if grain.is_sound() { grain.condensed().cell_stresses(&moved) } else { grain.stresses() };
+            (grain.mesh(), stresses, moved)
+        }
         (Some(grain), _, _) => {
             // A part that has just come off has not been displaced yet.
             let moved = grain.displaced();

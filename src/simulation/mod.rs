@@ -47,7 +47,6 @@ use crate::scene::{Scene, other_equilibrium};
 use crate::solver::{Dossier, audit};
 use crate::specimen::{GrainShape, Phase, Specimen, generate};
 use crate::triaxial::{Path as StagePath, Rig, StageCurve, StageEnd, Test};
-use inside::Inside;
 use kept::{Origin, ScenePoint, State, TestPoint};
 use recorder::Recorder;
 use resume::Found;
@@ -283,7 +282,7 @@ fn triaxial_test(
         if let Some(error) = trouble {
             return Err(error);
         }
-        recorder.end_stage(|| insides_of(&rig))?;
+        recorder.end_stage(&rig.model, &rig.committed.poses, || inside::of_rig(&rig))?;
         recorder.sum_up(planned)?;
         let next = stages.get(planned.index + 1);
         if end == StageEnd::Finished
@@ -372,7 +371,7 @@ fn started_test(
     let mut recorder = Recorder::create(case, source, options, clock)?;
     recorder.write_specimen(case, specimen, &meshes)?;
     recorder.save_origin(&origin)?;
-    let state = (State::of(&rig, specimen.grains.len()), &insides_of(&rig)[..]);
+    let state = (State::of(&rig, specimen.grains.len()), &inside::of_rig(&rig)[..]);
     recorder.begin_with(state, case, &first, specimen, &meshes)?;
     recorder.start_from(&test);
     recorder.at.seated = true;
@@ -418,11 +417,6 @@ fn continued_test(
     recorder.restore(point.sums, point.curve.into_owned(), kept.states, unsaved);
     recorder.at = point.at;
     Ok((recorder, rig, point.test.into_owned()))
-}
-
-/// What the grains of a rig are like inside, as committed.
-fn insides_of(rig: &Rig) -> Vec<Inside> {
-    inside::of_committed(&rig.model, &rig.contacts, &rig.committed, &rig.loads(false, rig.pressure))
 }
 
 fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<Rig> {
@@ -538,7 +532,7 @@ fn scene_run(
     if let Some(error) = trouble {
         return Err(error);
     }
-    recorder.end_stage(|| {
+    recorder.end_stage(&scene.model, &scene.committed.poses, || {
         inside::of_committed(&scene.model, scene.contacts(), &scene.committed, scene.loads())
     })?;
     if !matches!(end, StageEnd::Interrupted) {

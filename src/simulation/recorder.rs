@@ -335,7 +335,7 @@ impl Recorder {
             levels: rig.levels(),
         };
         let position = report.row.path * stage.axial_strain().unwrap_or(1.0);
-        let insides = || inside::of_bodies(&rig.model, &rig.contacts, poses);
+        let insides = || inside::of_rig(rig);
         self.append(&row, &[], state, [position, report.row.progress], insides)?;
         self.sums.stage.poorly_closed += usize::from(report.row.poorly_closed);
         self.hold(report.test, rig)?;
@@ -413,11 +413,19 @@ impl Recorder {
 
     /// Ends a stage that is done, or the run in the midst of one: then there is a restart point after the last
     /// accepted increment, and its state is saved behind that. A continued run forgets that state; it has it
-    /// from the restart point, should it end before another increment. `insides` are those of the bodies as committed.
-    pub fn end_stage(&mut self, insides: impl FnOnce() -> Vec<Inside>) -> Result<()> {
+    /// from the restart point, should it end before another increment. `insides` are those of the bodies of `model` at
+    /// `poses`, as committed; where these have moved on from that state without a row, nothing is known of it.
+    pub fn end_stage(
+        &mut self,
+        model: &Model,
+        poses: &[Pose],
+        insides: impl FnOnce() -> Vec<Inside>,
+    ) -> Result<()> {
         self.keep()?;
         if let Some(state) = self.unsaved.take() {
-            self.save(state, &insides())?;
+            let is_there = state.poses == model.frames(poses) && state.cells == cell_states(model);
+            let insides = if is_there { insides() } else { Vec::new() };
+            self.save(state, &insides)?;
             self.writer.commit()?;
         }
         Ok(())

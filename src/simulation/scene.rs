@@ -94,7 +94,8 @@ impl Recorder {
             grains: Vec::new(),
             levels: scene.model.bodies.iter().map(Body::level).collect(),
         };
-        let insides = || inside::of_bodies(&scene.model, scene.contacts(), poses);
+        let insides =
+            || inside::of_committed(&scene.model, scene.contacts(), &scene.committed, scene.loads());
         self.append(&history, &body_rows(row), state, [row.progress; 2], insides)?;
         self.hold_scene(scene)?;
         self.commit()?;
