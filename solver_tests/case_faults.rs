@@ -97,6 +97,27 @@ fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
     assert_eq!(refused(SPECIMEN, &[area, whole, ("/solver/accuracy", json!(0.05))]), 1);
 }
 
+/// What would be left unused without a word.
+#[test]
+fn scenes_refuse_what_they_have_no_use_for() {
+    let [strong, weak] = [("/rock/compressive_strength", json!(2e8)), ("/rock/tensile_strength", json!(2e7))];
+    let set = [
+        strong,
+        weak,
+        ("/rock/damage", json!({"exponent": 3})),
+        ("/scene/bodies/2/fidelity", json!("full")),
+        ("/scene/bodies/3/fidelity", json!("condensed")),
+        ("/solver/energy_gate", json!("cut")),
+        ("/solver/rough_tolerance", json!(0.1)),
+    ];
+    let refused = ["$.scene.bodies[2].fidelity", "$.solver.energy_gate", "$.solver.rough_tolerance"];
+    assert_eq!(not_yet(SCENE, &set), refused);
+    // A block that would fill the memory.
+    let fine =
+        [("/scene/bodies/1/fidelity", json!("condensed")), ("/scene/bodies/1/mesh_size", json!(1.1e-4))];
+    assert_eq!(not_yet(SCENE, &fine), ["$.scene.bodies[1].mesh_size"]);
+}
+
 #[test]
 fn rubble_is_kept_by_grains_that_are_rigid_in_their_contacts() {
     let refused = |base: &str, overrides: &[(&str, Value)]| {
@@ -209,6 +230,7 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/specimen/grading/0/1", "0.9", "$.specimen.grading", "[0.06 m, 0.9]", &["must begin with 1 passing"]),
     (SPECIMEN, "/specimen/grading/2/1", "0.1", "$.specimen.grading", "[0.02 m, 0.1]", &["must end with 0 passing"]),
     (SPECIMEN, "/specimen/grading/0/0", "\"250 mm\"", "$.specimen.grading", "0.25 m", &["too large for a specimen 0.3000 m wide"]),
+    (SPECIMEN, "/specimen/diameter", "300", "$.specimen", "300 m x 0.65 m", &["grains of this grading", "a plain number is in m"]),
     (SPECIMEN, "/specimen/height", "", "$.specimen", "diameter", &["is not sized", "grains and aspect"]),
     (SPECIMEN, "/specimen/grains", "80", "$.specimen.grains", "80", &["disagrees with diameter, height", "within 5 %"]),
     (SPECIMEN, "/specimen/aspect", "2", "$.specimen.aspect", "2", &["disagrees with height over diameter", "2.1667"]),
@@ -231,6 +253,7 @@ const BROKEN: &[Row] = &[
     (SCENE, "/scene/bodies", "[]", "$.scene.bodies", "[]", &["is empty"]),
     (SCENE, "/scene/bodies/1/name", "\"plane\"", "$.scene.bodies[1].name", "\"plane\"", &["names a second body"]),
     (SCENE, "/scene/bodies/2/name", "\"a/b\"", "$.scene.bodies[2].name", "\"a/b\"", &["without /"]),
+    (SCENE, "/scene/bodies/2/name", "\"a\\tb\"", "$.scene.bodies[2].name", "\"a\\tb\"", &["cannot name a group", "control characters"]),
     (SCENE, "/scene/bodies/2/shape", "{\"sphere\": 0.02, \"box\": [1, 1, 1]}", "$.scene.bodies[2].shape", "sphere", &["box and sphere where one is needed"]),
     (SCENE, "/scene/bodies/2/shape", "{}", "$.scene.bodies[2].shape", "{}", &["has none of the keys", "polyhedron"]),
     (SCENE, "/scene/bodies/2/shape", "{\"shpere\": 0.02}", "$.scene.bodies[2].shape.shpere", "0.02", &["did you mean \"sphere\"?"]),
@@ -248,6 +271,7 @@ const BROKEN: &[Row] = &[
     (SCENE, "/stages/0/bodies/plane", "{\"force\": [0, 0, 1]}", "$.stages[0].bodies.plane", "force", &["which is fixed"]),
     (SCENE, "/stages/0/bodies/block/force", "[1, null, null]", "$.stages[0].bodies.block.force[0]", "1", &["displacement prescribes"]),
     (SCENE, "/stages/0/bodies/block/force", "[\"1 mm\", 0, 0]", "$.stages[0].bodies.block.force[0]", "\"1 mm\"", &["is a length where a force is needed"]),
+    (SCENE, "/stages", "[{\"kind\": \"load\", \"bodies\": {\"block\": {\"displacement\": [1e-3, null, null]}}}, {\"kind\": \"load\", \"bodies\": {\"block\": {\"force\": [5, 5, 0]}}}]", "$.stages[1].bodies.block.force[0]", "5", &["stage 0 prescribed", "stays held", "frees it"]),
     (SCENE, "/stages/0/increments", "0", "$.stages[0].increments", "0", &["must be at least 1"]),
     (SCENE, "/scene/gravity", "9.81", "$.scene.gravity", "9.81", &["is a number where a list is needed"]),
 ];

@@ -352,6 +352,20 @@ fn what_cannot_be_run_yet_is_refused() {
 }
 
 #[test]
+fn a_mesh_file_that_makes_no_body_is_a_fault_of_the_case() {
+    let place = Place::new();
+    std::fs::write(place.path("rubbish.vtu"), "garbage").expect("a file");
+    let case = r#"{"scene": {"bodies": [{"name": "a", "shape": {"mesh": "rubbish.vtu"}}]},
+        "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2},
+        "contact": {"friction": 0.5}, "stages": [{"kind": "load"}], "colour": "red"}"#;
+    std::fs::write(place.path("meshed.json"), case).expect("a file");
+    let (_, stderr) = place.ends_with(1, &["check", "meshed.json"]);
+    for part in ["$.scene.bodies[0].shape.mesh", "makes no body", "convex body", "$.colour"] {
+        assert!(stderr.contains(part), "{stderr}");
+    }
+}
+
+#[test]
 fn a_target_that_cannot_be_written_is_file_trouble() {
     let place = Place::new();
     let (_, stderr) = place.ends_with(4, &["run", "tiny.json", "--out", "tiny.json/x.h5"]);

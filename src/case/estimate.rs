@@ -92,7 +92,7 @@ impl Case {
     }
 
     /// As the generator makes them, about: bricks of six cells in a box, elsewhere cells halved until no edge is longer than asked.
-    fn cells_of(&self, body: &BodyCase) -> f64 {
+    pub(super) fn cells_of(&self, body: &BodyCase) -> f64 {
         let Some(h) = body.cell_size().filter(|_| self.fidelity_of(body) != Fidelity::Rigid) else {
             return 0.0;
         };

@@ -589,7 +589,7 @@ static SOLVER: &[Key] = &[
         "gap_tolerance",
         TOLERANCE,
         "1e-5",
-        "Overlap allowed in an accepted state over the grain size.",
+        "By how much gaps between bodies that deform and their contact forces may disagree in an accepted state, over the median size of the bodies; without effect on rigid ones.",
     ),
     Key::default(
         "first_penalty",
@@ -632,7 +632,7 @@ static SOLVER: &[Key] = &[
         "increment_growth",
         Quantity(Dimension::None, within(1.0, 10.0)),
         "1.5",
-        "Factor on the increment after an easy one, up to the largest.",
+        "Factor on the increment of a specimen after an easy one, up to the largest; in scenes 1.5.",
     ),
     Key::default(
         "energy_gate",
@@ -644,7 +644,7 @@ static SOLVER: &[Key] = &[
         "energy_tolerance",
         Quantity(Dimension::None, positive(1.0)),
         "1e-3",
-        "Energy error of an increment over the work that ram and pressure exchange in it.",
+        "Energy error of an increment of a specimen over the work that ram and pressure exchange in it.",
     ),
 ];
 

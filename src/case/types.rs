@@ -581,7 +581,7 @@ pub struct SolverCase {
     pub force_tolerance: f64,
     /// As `force_tolerance`, of increments that find no better balance; `None`: the run stops there.
     pub rough_tolerance: Option<f64>,
-    /// Overlap of an accepted state over the grain size.
+    /// Mismatch of gaps and contact forces of bodies that deform, over the median size.
     pub gap_tolerance: f64,
     /// Of contacts of condensed bodies, over the default.
     pub first_penalty: f64,

@@ -6,10 +6,11 @@ use serde_json::Value;
 
 use crate::error::Fault;
 use crate::geometry::RoundedBody;
+use crate::mesh::file::read_mesh;
 
 use super::super::overlap::Placed;
 use super::super::types::{BodyCase, ShapeCase};
-use super::super::walk::{Walker, shown};
+use super::super::walk::{Walker, child, shown};
 use super::material;
 
 /// Overlapping pairs that are listed one by one.
@@ -45,9 +46,10 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
                 }
                 Ok(None) => {}
                 Err(problem) => {
-                    let found = shown(&bodies[i]["shape"]["polyhedron"]);
-                    let accepted = "vertices that span a volume";
-                    walker.fault(Fault::new(format!("{path}.shape.polyhedron"), found, problem, accepted));
+                    let given = bodies[i]["shape"].as_object().and_then(|shape| shape.iter().next());
+                    let (kind, found) = given.map_or(("", "nothing".into()), |(k, v)| (k.as_str(), shown(v)));
+                    let place = child(&format!("{path}.shape"), kind);
+                    walker.fault(Fault::new(place, found, problem, "a shape that spans a volume"));
                 }
             }
         }
@@ -60,12 +62,12 @@ fn check_name(name: &str, before: &[&str], path: &str, walker: &mut Walker) {
         "names a second body"
     } else if name.trim().is_empty() {
         "is empty"
-    } else if name.contains(['/', '\0']) || name == "." || name == ".." {
+    } else if name.contains('/') || name.contains(char::is_control) || name == "." || name == ".." {
         "cannot name a group of the results file"
     } else {
         return;
     };
-    let accepted = "a name of its own, without /";
+    let accepted = "a name of its own, without / and control characters";
     walker.fault(Fault::new(format!("{path}.name"), shown(&Value::from(name)), problem, accepted));
 }
 
@@ -77,6 +79,12 @@ fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker
         && !folder.join(file).is_file()
     {
         walker.fault(Fault::new(path, shown(&Value::from(file)), "is not there", accepted));
+    } else if let Some(folder) = folder
+        && let Err(error) = read_mesh(&folder.join(file))
+    {
+        let problem = format!("makes no body: {error}");
+        let accepted = "an ASCII .vtu file of tetrahedra that fill one convex body";
+        walker.fault(Fault::new(path, shown(&Value::from(file)), problem, accepted));
     }
 }
 

@@ -14,6 +14,9 @@ use super::number;
 /// Largest sieve size over the smaller of diameter and height.
 const LARGEST_GRAIN: f64 = 0.8;
 
+/// More grains are a slip of the pen, a forgotten unit most likely.
+const MOST_GRAINS: f64 = 1e7;
+
 /// A grading from small to large is turned round.
 pub fn derive(specimen: &mut Value) {
     if let Some(points) = specimen.pointer_mut("/grading").and_then(Value::as_array_mut) {
@@ -112,6 +115,15 @@ fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, wal
             return;
         }
     };
+    if let (Some(grains), Some(e)) = (grains, number(specimen, "void_ratio")) {
+        let count = grains.number(d, h, e) as f64;
+        if count > MOST_GRAINS {
+            let problem = format!("holds {count:.1e} grains of this grading (a plain number is in m)");
+            let (found, accepted) = (format!("{d} m x {h} m"), format!("at most {MOST_GRAINS:.0e} grains"));
+            walker.fault(Fault::new(place, found, problem, accepted));
+            return;
+        }
+    }
     let agree = |a: f64, b: f64| (a / b - 1.0).abs() <= CONSISTENCY;
     let mut differ = |key: &str, value: f64, expected: f64, why: &str| {
         if !agree(value, expected) {

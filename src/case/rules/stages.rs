@@ -1,5 +1,7 @@
 //! Rules of the stages: what may follow what, and which bodies a load stage may name.
 
+use std::collections::BTreeMap;
+
 use serde_json::Value;
 
 use crate::error::Fault;
@@ -155,6 +157,8 @@ pub fn check_scene(stages: &Value, bodies: &Value, walker: &mut Walker) {
     let names: Vec<&str> = list().filter_map(|body| body["name"].as_str()).collect();
     let sound_name = |i: usize| walker.is_clean(&format!("$.scene.bodies[{i}].name"));
     let all_named = bodies.is_array() && (0..list().count()).all(sound_name) && names.len() == list().count();
+    // The stage that prescribed each component last, by body: what is held stays so until a null frees it.
+    let mut held: BTreeMap<&str, [Option<usize>; 6]> = BTreeMap::new();
     for (i, stage) in stages.iter().enumerate() {
         let path = format!("$.stages[{i}]");
         let Some(kind) = stage["kind"].as_str() else { continue };
@@ -185,7 +189,28 @@ pub fn check_scene(stages: &Value, bodies: &Value, walker: &mut Walker) {
                         walker.fault(Fault::new(place, shown(load), problem, accepted));
                     }
                 }
-                _ => check_components(load, &place, walker),
+                _ => {
+                    check_components(load, &place, walker);
+                    check_held(load, held.entry(name).or_default(), i, &place, walker);
+                }
+            }
+        }
+    }
+}
+
+/// What an earlier stage holds takes no load; notes what stage `at` holds and frees.
+fn check_held(load: &Value, held: &mut [Option<usize>; 6], at: usize, path: &str, walker: &mut Walker) {
+    for (first, driven, loaded) in [(0, "displacement", "force"), (3, "rotation", "moment")] {
+        for k in 0..3 {
+            let holder = &mut held[first + k];
+            if load[driven].is_array() {
+                *holder = load[driven][k].is_number().then_some(at);
+            } else if let (Some(stage), Some(value)) = (*holder, load[loaded][k].as_f64())
+                && value != 0.0
+            {
+                let problem = format!("loads a component that stage {stage} prescribed, which stays held");
+                let accepted = format!("null, or a {driven} here with null in its place, which frees it");
+                walker.fault(Fault::new(format!("{path}.{loaded}[{k}]"), value, problem, accepted));
             }
         }
     }
