@@ -10,7 +10,7 @@ use crate::study::launch::{Event, Launch, Standing};
 use crate::study::outcome::{Figures, compared};
 use crate::study::plan::read_plan;
 use crate::study::vary::{Setting, Vary};
-use crate::study::{Member, Refusal, chart, safe, slurm, table};
+use crate::study::{Member, Refusal, chart, plan, safe, slurm, table};
 
 use super::arguments::{Batch, Study};
 use super::commands::{Ended, checked};
@@ -26,6 +26,7 @@ pub fn study(arguments: &Study) -> Ended {
     let given: Vec<_> =
         arguments.input.overrides.iter().filter_map(|text| parse_override(text).ok()).collect();
     let (mut members, mut kept): (Vec<Member>, Vec<Setting>) = Default::default();
+    let mut faults = Vec::new();
     for setting in settings {
         let name = format!("{}_{}", arguments.vary.word(), setting.label);
         let mut overrides = given.clone();
@@ -43,8 +44,11 @@ pub fn study(arguments: &Study) -> Ended {
                 ));
                 faults.iter().for_each(|fault| note(&format!("  {fault}")));
             }
-            Err(Refusal::Faulty(faults)) => return Err(Error::Case { file: source.file, faults }.into()),
+            Err(refusal @ Refusal::Faulty(_)) => plan::list(&name, &refusal, &mut faults),
         }
+    }
+    if !faults.is_empty() {
+        return Err(Error::Case { file: source.file, faults }.into());
     }
     if members.is_empty() {
         let message = format!("--vary {}: nothing is left to run", arguments.vary.word());
@@ -92,7 +96,7 @@ pub fn batch(arguments: &Batch) -> Ended {
     plan.threads = arguments.threads.map_or(plan.threads, usize::from);
     if arguments.slurm {
         let program = program()?;
-        let (script, answer) = slurm::submit(&plan, &program, jobs)?;
+        let (script, answer) = slurm::submit(&plan, &program, jobs, arguments.force)?;
         match answer {
             Some(answer) => note(&answer),
             None => note("there is no sbatch here: the script is written and not submitted"),

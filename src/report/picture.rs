@@ -188,7 +188,7 @@ fn scene(run: &Run) -> Result<Option<Picture>> {
     }
     let mut about = format!("{}: the bodies", run.label);
     if left_out > 0 {
-        about.push_str(&format!("; {left_out} with a mesh file for their shape are not shown"));
+        about.push_str(&format!("; {left_out} whose shapes are mesh files or random grains are not shown"));
     }
     Ok(composed(&format!("scene_{}", run.stem), &about, &shots))
 }

@@ -121,13 +121,15 @@ impl Run {
         self.summary.stages.iter().take_while(|kind| *kind == "consolidate").count()
     }
 
-    /// The stages behind the consolidation; the whole history where there is no consolidation or nothing behind it.
+    /// The stages behind the consolidation, without rows where the run did not come to them; the whole history where the case has no consolidation, or
+    /// nothing behind it.
     pub fn shearing(&self) -> Result<Shearing> {
         let leading = self.leading_consolidations();
         let stage = self.column("stage")?;
         let first = stage.iter().position(|&stage| stage >= leading as f64);
         let (from, from_zero) = match first {
             Some(row) if row > 0 => (row - 1, true),
+            None if leading < self.summary.stages.len() => (stage.len(), false),
             Some(_) | None => (0, false),
         };
         let rows: Vec<usize> = (from..stage.len()).collect();

@@ -188,6 +188,10 @@ pub fn of_bodies(case: &Value, pose: impl Fn(&str) -> Option<Pose>) -> Result<(V
         };
         let solid = if let Some(size) = shape.get("box").and_then(numbers) {
             Some(Polyhedron::cuboid(size)?)
+        } else if let Some(cylinder) = shape.get("cylinder") {
+            let length = |key: &str| cylinder.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
+            let sides = cylinder.get("sides").and_then(Value::as_u64).unwrap_or(0);
+            Some(Polyhedron::cylinder(length("radius"), length("length"), sides as usize)?)
         } else if let Some(points) = shape.get("polyhedron").and_then(Value::as_array) {
             let points: Vec<Vec3> = points.iter().filter_map(numbers).map(Vec3::from).collect();
             Some(Polyhedron::convex_hull(&points)?)

@@ -459,8 +459,8 @@ fn members_of(
     members
 }
 
-/// The faults of a member's case, each led by the member's name; what a member before it had too is not repeated.
-fn list(name: &str, refusal: &Refusal, faults: &mut Vec<Fault>) {
+/// Adds the faults of a member's case, each led by the member's name; what a member before it had too is not repeated.
+pub fn list(name: &str, refusal: &Refusal, faults: &mut Vec<Fault>) {
     for fault in refusal.faults() {
         let same = |known: &Fault| {
             known.path.ends_with(&format!(": {}", fault.path))

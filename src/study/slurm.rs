@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use super::plan::Plan;
 
 /// The script of the array. `program` is the riprap to run on the cluster.
-pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>) -> String {
+pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>, force: bool) -> String {
     // Without a number the cluster says how many run at a time.
     let at_a_time = jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
     let name = plan.file.file_stem().unwrap_or(plan.file.as_os_str()).to_string_lossy().into_owned();
@@ -39,8 +39,9 @@ pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>) -> String {
             .into(),
     );
     lines.push("# writes the table; an array submitted again skips what is finished.".into());
+    let force = if force { " --force" } else { "" };
     lines.push(format!(
-        "exec {} batch {} --out {} --threads {} --only \"$SLURM_ARRAY_TASK_ID\"",
+        "exec {} batch {} --out {} --threads {}{force} --only \"$SLURM_ARRAY_TASK_ID\"",
         quoted(&program.to_string_lossy()),
         quoted(&absolute(&plan.file).to_string_lossy()),
         quoted(&absolute(&plan.out).to_string_lossy()),
@@ -54,10 +55,15 @@ pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>) -> String {
 ///
 /// # Errors
 /// A script that cannot be written; an sbatch that refuses.
-pub fn submit(plan: &Plan, program: &Path, jobs: Option<usize>) -> Result<(PathBuf, Option<String>)> {
+pub fn submit(
+    plan: &Plan,
+    program: &Path,
+    jobs: Option<usize>,
+    force: bool,
+) -> Result<(PathBuf, Option<String>)> {
     std::fs::create_dir_all(&plan.out).map_err(|e| Error::io("create", &plan.out, e))?;
     let path = plan.out.join("array.sh");
-    std::fs::write(&path, script(plan, program, jobs)).map_err(|e| Error::io("write", &path, e))?;
+    std::fs::write(&path, script(plan, program, jobs, force)).map_err(|e| Error::io("write", &path, e))?;
     match Command::new("sbatch").arg(&path).output() {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok((path, None)),
         Err(e) => Err(Error::io("start", Path::new("sbatch"), e)),
@@ -111,14 +117,14 @@ mod tests {
                 ..Slurm::default()
             },
         };
-        assert!(script(&plan, Path::new("/bin/riprap"), None).contains("--array=0-2\n"));
-        let script = script(&plan, Path::new("/bin/riprap"), Some(2));
+        assert!(script(&plan, Path::new("/bin/riprap"), None, false).contains("--array=0-2\n"));
+        let script = script(&plan, Path::new("/bin/riprap"), Some(2), true);
         for part in [
             "--array=0-2%2\n",
             "--cpus-per-task=4\n",
             "#SBATCH --time=1:00\n",
             "#SBATCH --account=a\n",
-            "exec /bin/riprap batch '/x/it'\\''s.json' --out /x/out --threads 4 --only \"$SLURM_ARRAY_TASK_ID\"\n",
+            "exec /bin/riprap batch '/x/it'\\''s.json' --out /x/out --threads 4 --force --only \"$SLURM_ARRAY_TASK_ID\"\n",
         ] {
             assert!(script.contains(part), "{script}\nhas no {part}");
         }
@@ -126,7 +132,9 @@ mod tests {
         let plan = Plan { out: "out".into(), ..plan };
         let folder = absolute(Path::new("out"));
         let log = format!("#SBATCH --output={}/slurm-%A_%a.log\n", quoted(&folder.to_string_lossy()));
-        assert!(self::script(&plan, Path::new("/bin/riprap"), None).contains(&log) && folder.is_absolute());
+        assert!(
+            self::script(&plan, Path::new("/bin/riprap"), None, false).contains(&log) && folder.is_absolute()
+        );
         let (_, behind) = script.split_once("\nexec ").unwrap_or_default();
         assert!(!behind.contains("#SBATCH"), "Slurm reads options up to the first command");
     }

@@ -234,15 +234,23 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
             let Some(&(_, base)) = driven.last() else {
                 return Err(missing("increment", "no stage of the case is driven by strain"));
             };
-            let numbers = floats(values, || vec![4.0 * base, 2.0 * base, base])?;
+            // Twice and four times as long where the shortest stage has room for them.
+            let room = case.stages.iter().filter_map(strains_of).fold(f64::INFINITY, f64::min);
+            let factors = [[4.0, 2.0, 1.0], [2.0, 1.0, 0.5]].into_iter().find(|of| of[0] <= room);
+            let usual = || factors.unwrap_or([1.0, 0.5, 0.25]).map(|factor| factor * base).to_vec();
+            let numbers = floats(values, usual)?;
+            let completed = case.completed();
             // Other stages, and how far increments may grow where that is given, in proportion.
             let setting = |increment: f64| {
                 let scaled = |place: String, own: f64| (place, json!(own * increment / base));
                 let mut overrides = Vec::new();
                 for (at, own) in &driven {
                     let largest = format!("/stages/{at}/increment_max");
-                    if let Some(given) = source.value.pointer(&largest).and_then(serde_json::Value::as_f64) {
-                        overrides.push(scaled(largest, given));
+                    // As checked: it may have been given with a unit.
+                    if source.value.pointer(&largest).is_some()
+                        && let Some(own) = completed.pointer(&largest).and_then(serde_json::Value::as_f64)
+                    {
+                        overrides.push(scaled(largest, own));
                     }
                     overrides.push(scaled(format!("/stages/{at}/increment"), *own));
                 }
@@ -282,6 +290,22 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
             };
             Ok(numbers.into_iter().map(setting).collect())
         }
+    }
+}
+
+/// The strain of a stage over its increment, where it prescribes both.
+fn strains_of(stage: &StageCase) -> Option<f64> {
+    match stage {
+        StageCase::Shear { axial_strain, increment, .. }
+        | StageCase::Oedometer { axial_strain, increment, .. }
+        | StageCase::ConstantVolume { axial_strain, increment, .. }
+        | StageCase::ConstantP { axial_strain, increment, .. } => Some(axial_strain / increment),
+        StageCase::Reload { axial_strain, increment, .. } => Some(axial_strain.as_ref()? / increment),
+        StageCase::Consolidate { .. }
+        | StageCase::Unload { .. }
+        | StageCase::StressShear { .. }
+        | StageCase::Hold { .. }
+        | StageCase::Load { .. } => None,
     }
 }
 
@@ -377,6 +401,30 @@ mod tests {
             };
             let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
             assert!(near(increment, increments[0]) && near(increment_max, increments[1]), "{setting:?}");
+        }
+    }
+
+    /// Defaults never ask for increments longer than a stage; a limit given with a unit is varied, too.
+    #[test]
+    fn increments_keep_within_their_stage() {
+        let text = include_str!("../../cases/stages/shear.json");
+        for (strain, expected) in
+            [(1e-2, [4.0, 2.0, 1.0]), (2.5e-3, [2.0, 1.0, 0.5]), (1e-3, [1.0, 0.5, 0.25])]
+        {
+            let mut raw = RawCase::parse(Path::new("case.json"), text).unwrap();
+            raw.set(&[
+                ("/stages/1/axial_strain".into(), json!(strain)),
+                ("/stages/1/increment".into(), json!(1e-3)),
+                ("/stages/1/increment_max".into(), json!("0.1 %")),
+            ]);
+            let case = raw.check().unwrap();
+            let settings = Vary::Increment.settings(&raw, &case, &[]).unwrap();
+            for (setting, factor) in settings.iter().zip(expected) {
+                assert_eq!(setting.size, Some(1e-3 * factor));
+                let mut other = raw.clone();
+                other.set(&setting.overrides);
+                other.check().unwrap_or_else(|e| panic!("{e}"));
+            }
         }
     }
 
