@@ -61,7 +61,7 @@ def read_curve(path):
     with Results(path) as results:
         names = ("axial_strain", "volumetric_strain", "deviatoric_stress", "confining_pressure")
         strain, volume, q, pressure = results.shear(*names)
-        return Curve(float(numpy.median(pressure)), strain, q, volume, path)
+        return Curve(float(numpy.median(pressure)) if len(pressure) else numpy.nan, strain, q, volume, path)
 
 
 def hyperbola(curve):
@@ -69,6 +69,8 @@ def hyperbola(curve):
     strain, q = curve.axial_strain, curve.deviatoric_stress
     good = numpy.isfinite(strain) & numpy.isfinite(q)
     strain, q, volume = strain[good], q[good], curve.volumetric_strain[good]
+    if not len(q):
+        raise ValueError(f"{curve.name}: has no shear to measure")
     if len(q) < 5 or not q.max() > 0:
         raise ValueError(f"{curve.name}: has no rising curve to fit")
     peak = int(q.argmax())

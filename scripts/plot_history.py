@@ -79,19 +79,26 @@ def peak_of(strain, q):
     return at, bool((strain[at + 1 :][numpy.isfinite(q[at + 1 :])] > strain[at]).any())
 
 
+def reason_against(results, energy):
+    """Why nothing can be drawn of a file; None where something can."""
+    if not len(results.history):
+        return "has no increments yet"
+    if not len(results.shear_rows()[0]):
+        return "did not get beyond its consolidation"
+    if results.is_scene and not energy:
+        return "is of a scene, which has no stress and strain; --energy draws its energies"
+    return None
+
+
 def draw_curves(files):
     """q and volumetric strain over axial strain, of the stages behind the consolidation."""
     figure, (top, bottom) = plt.subplots(
         2, 1, figsize=(6.4, 7.0 + 0.19 * len(files)), sharex=True, height_ratios=[3, 2], layout="constrained"
     )
-    drawn, notes = 0, []
+    notes = []
     for at, (results, label) in enumerate(zip(files, labels_of(files))):
         strain, q, volume = results.shear("axial_strain", "deviatoric_stress", "volumetric_strain")
         strain, q, volume = 100 * strain, q / 1e6, 100 * volume
-        if not len(strain):
-            print(f"{results.path}: has no increments yet; left out", file=sys.stderr)
-            continue
-        drawn += 1
         style = {"color": COLOURS[at % len(COLOURS)], "linestyle": STYLES[at % len(STYLES)]}
         top.plot(strain, q, label=label, **style)
         bottom.plot(strain, volume, **style)
@@ -129,42 +136,41 @@ def draw_curves(files):
     bottom.set_ylabel("volumetric strain  [%]\n(contraction positive)")
     bottom.set_xlabel("axial strain  [%]")
     bottom.axhline(0, color="#555555", linewidth=0.8)
-    if drawn:
-        # Below the charts, where it covers nothing.
-        figure.legend(loc="outside lower center", fontsize=9)
+    # Below the charts, where it covers nothing.
+    figure.legend(loc="outside lower center", fontsize=9)
     figure.align_ylabels()
     return figure
 
 
 def draw_energies(files):
-    """Shares of the energies in the work done, over axial strain, one chart a file."""
+    """Shares of the energies in the work done, over axial strain (of scenes over the stages), one chart a file."""
     figure, axes = plt.subplots(
         1, len(files), figsize=(1.2 + 4.6 * len(files), 4.2), sharey=True, squeeze=False, layout="constrained"
     )
     for ax, results in zip(axes[0], files):
         rows, _ = results.shear_rows()
-        strain = 100 * results.shear("axial_strain")[0]
+        x = results.history["time"][rows] if results.is_scene else 100 * results.shear("axial_strain")[0]
         parts = [numpy.nan_to_num(results.history[name][rows]) for name, _, _ in ENERGIES]
         total = numpy.sum(parts, axis=0)
         started = total > 0
         ax.set_title(textwrap.fill(shortened(label_of(results), 150), 48), fontsize=10)
-        ax.set_xlabel("axial strain  [%]")
+        ax.set_xlabel("progress  [stages]" if results.is_scene else "axial strain  [%]")
         if not started.any():
-            ax.text(0.5, 50, "no energy booked yet", ha="center", transform=ax.get_xaxis_transform())
+            ax.text(0.5, 0.5, "no energy booked yet", ha="center", transform=ax.transAxes)
             continue
-        strain = strain[started]
+        x = x[started]
         shares = [100 * part[started] / total[started] for part in parts]
         # A part that never reaches a thousandth would only clutter the legend.
         shown = [at for at, share in enumerate(shares) if share.max() > 0.1]
         ax.stackplot(
-            strain,
+            x,
             *[shares[at] for at in shown],
             labels=[ENERGIES[at][1] for at in shown],
             colors=[ENERGIES[at][2] for at in shown],
             edgecolor="white",
             linewidth=0.6,
         )
-        ax.set_xlim(strain[0], max(strain[-1], strain[0] + 1e-9))
+        ax.set_xlim(x[0], max(x[-1], x[0] + 1e-9))
         ax.set_ylim(0, 100)
         ax.grid(False)
         error = results.history["energy_error"][rows]
@@ -175,9 +181,10 @@ def draw_energies(files):
             transform=ax.transAxes, ha="center", va="top", fontsize=8, color="#777777",
         )
     axes[0][0].set_ylabel("share of the energy  [%]")
-    handles, labels = axes[0][0].get_legend_handles_labels()
-    if handles:
-        figure.legend(handles[::-1], labels[::-1], loc="outside right center", fontsize=9)
+    handles = {label: handle for ax in axes[0] for handle, label in zip(*ax.get_legend_handles_labels())}
+    labels = [label for _, label, _ in reversed(ENERGIES) if label in handles]
+    if labels:
+        figure.legend([handles[label] for label in labels], labels, loc="outside right center", fontsize=9)
     return figure
 
 
@@ -189,7 +196,15 @@ def main():
     options = parser.parse_args()
     plt.rcParams.update(STYLE)
     try:
-        files = [Results(path) for path in options.files]
+        files = []
+        for results in map(Results, options.files):
+            reason = reason_against(results, options.energy)
+            if reason:
+                print(f"plot_history: left out: {results.path} {reason}", file=sys.stderr)
+            else:
+                files.append(results)
+        if not files:
+            sys.exit("plot_history: nothing is left to draw")
         figure = draw_energies(files) if options.energy else draw_curves(files)
         figure.savefig(options.out, dpi=160)
     except (ResultsError, OSError, ValueError) as error:

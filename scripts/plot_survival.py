@@ -61,15 +61,20 @@ def intervals(m, scale, count, random):
 
 
 def test_of(path):
-    """Peak force [N], distance of the plates at the start [m], travel at the peak [m], whether the run finished, the cells' modulus."""
+    """Peak force [N], distance of the plates at the start [m], travel at the peak [m], whether the run finished, the cells' modulus.
+
+    None where the run has no increments.
+    """
     with Results(path) as results:
         case = json.loads(results.file["case/completed"].asstr()[()])
-        press = case["scene"].get("press")
+        press = case.get("scene", {}).get("press")
         if press is None:
             raise ResultsError(f"{path}: is no run of a press")
         half = {body["name"]: body["shape"]["box"][2] / 2 for body in case["scene"]["bodies"] if "box" in body["shape"]}
         top, bottom = (results.file[f"bodies/{press[role]}"] for role in ("top", "bottom"))
         force = top["force"][:, 2]
+        if not len(force):
+            return None
         start = top["position"][0, 2] - top["displacement"][0, 2]
         distance = start - half[press["top"]] - bottom["position"][0, 2] - half[press["bottom"]]
         at = int(numpy.argmax(force))
@@ -146,8 +151,15 @@ def main():
     fits, rows, cells = [], [], None
     try:
         for name, files in groups_of(given.runs).items():
-            tests = [(path, *test_of(path)) for path in files]
-            cells = tests[0][5]
+            tests = []
+            for path in files:
+                test = test_of(path)
+                if test is None:
+                    print(f"plot_survival.py: left out: {path} has no increments", file=sys.stderr)
+                else:
+                    tests.append((path, *test))
+            if tests:
+                cells = tests[0][5]
             broken = [test for test in tests if test[1] > 0]
             strengths = numpy.array([force / d**2 for _, force, d, *_ in broken])
             rows += [(name, os.path.basename(path), d, force, force / d**2, travel) for path, force, d, travel, *_ in broken]

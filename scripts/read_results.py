@@ -88,15 +88,19 @@ def states(path, plain=False):
                     arrays[name] = ((place,), read(name, 0))
                     continue
                 block = numpy.stack([read(name, state) for state in range(count)])
-                more = {2: (), 3: ("axis",) if block.shape[-1] == 3 else ("component",)}[block.ndim]
-                arrays[name] = (("state", place, *more), block)
+                arrays[name] = (("state", place, *_last(block)), block)
         for name, data in results.file["grains"].items() if "grains" in results.file else []:
             if data.maxshape[0] is None:
                 # Cell data has a `damage` of its own; these are of whole grains.
-                arrays[f"grain_{name}"] = (("state", "number", *(["axis"] if data.ndim == 3 else [])), data[:count])
+                arrays[f"grain_{name}"] = (("state", "number", *_last(data)), data[:count])
     if xarray is None or plain:
         return {name: values for name, (_, values) in arrays.items()}
     return xarray.Dataset(arrays, coords={"axis": list(VECTOR), "component": list(TENSOR)})
+
+
+def _last(values):
+    """The dimension behind state and place: of vectors or tensors; none of numbers."""
+    return {2: (), 3: ("axis",) if values.shape[-1] == 3 else ("component",)}[values.ndim]
 
 
 def _columns(group, rows=None):

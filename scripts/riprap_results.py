@@ -9,6 +9,7 @@ SI units. Strains, q and p in the history count compression positive; stresses o
 A file whose writer was killed in the middle of a write is put back to its last good increment first (`recover`).
 """
 
+import json
 import os
 import struct
 import time
@@ -143,6 +144,11 @@ class Results:
         text = self.file["case/stages"].asstr()[()]
         return text.split("\n") if text else []
 
+    @property
+    def is_scene(self):
+        """Whether bodies were set by hand; its history has no strains and no q."""
+        return "scene" in json.loads(self.file["case/completed"].asstr()[()])
+
     def shear(self, *names):
         """Columns of the history over `shear_rows`; strains count from the end of the consolidation, as laboratories report them."""
         rows, consolidated = self.shear_rows()
@@ -153,17 +159,20 @@ class Results:
         return columns
 
     def shear_rows(self):
-        """Rows of the stages behind the leading consolidation, led by its last row where there is one, and whether so."""
+        """Rows of the stages behind the leading consolidation, led by its last row where there is one, and whether so.
+
+        No rows where the run did not come to those stages; all where the case has nothing but consolidations.
+        """
         leading = 0
         for kind in self.stages:
             if kind != "consolidate":
                 break
             leading += 1
         stage = self.history["stage"]
-        rows = numpy.flatnonzero(stage >= leading)
-        if not len(rows):
+        if leading == len(self.stages):
             return numpy.arange(len(stage)), False
-        if rows[0] > 0:
+        rows = numpy.flatnonzero(stage >= leading)
+        if len(rows) and rows[0] > 0:
             return numpy.concatenate([[rows[0] - 1], rows]), True
         return rows, False
 

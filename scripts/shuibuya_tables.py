@@ -34,12 +34,12 @@ def smoothed(strain, values, width):
 
 
 def measures(results):
-    """The rows of one run's column, in order: what is measured and its text."""
+    """The rows of one run's column, in order: what is measured and its text; None where it has no shear."""
     history = results.history
     names = ("axial_strain", "volumetric_strain", "deviatoric_stress", "confining_pressure")
     strain, volume, q, pressures = (numpy.nan_to_num(column) for column in results.shear(*names))
-    if len(strain) < 3:
-        raise ResultsError(f"{results.path}: has no shear to measure")
+    if results.is_scene or len(strain) < 3:
+        return None
     pressure = float(numpy.median(pressures))
     mean_q = smoothed(strain, q, 0.002)
     peak = int(mean_q.argmax())
@@ -86,11 +86,17 @@ def measures(results):
 
 
 def table(files):
-    """A column a run; rows that not all runs have are left empty where they are missing."""
+    """A column a run; rows that not all runs have are left empty where they are missing. Runs without shear are left out."""
     columns = {}
     for path in files:
         with Results(path) as results:
-            columns[os.path.splitext(os.path.basename(path))[0]] = measures(results)
+            column = measures(results)
+        if column is None:
+            print(f"shuibuya_tables: left out: {path} has no shear to measure", file=sys.stderr)
+        else:
+            columns[os.path.splitext(os.path.basename(path))[0]] = column
+    if not columns:
+        raise ResultsError("shuibuya_tables: no run is left")
     rows = dict.fromkeys(name for column in columns.values() for name in column)
     lines = ["| | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
     for row in rows:
