@@ -200,3 +200,16 @@ fn breakage_is_written_as_tables() {
     assert_eq!(reader.text_attribute("breakage/weibull_scale", "units").expect("units"), "m");
     assert!(reader.floats("breakage/hardin").expect("an index")[0] > 0.0);
 }
+
+/// What users read has every column of the history, with its unit.
+#[test]
+fn the_page_on_results_has_every_column() {
+    let page = include_str!("../../docs/results_file.md");
+    let (_, page) = page.split_once("\n## /history\n").expect("its section");
+    for column in riprap::results::HISTORY {
+        let name = format!("`{}`", column.name);
+        let mut rows = page.lines().filter_map(|line| line.strip_prefix("| ")).map(|row| row.split(" | "));
+        let unit = rows.find_map(|mut row| row.next().filter(|names| names.contains(&name)).and(row.next()));
+        assert_eq!(unit, Some(column.units), "{name}");
+    }
+}

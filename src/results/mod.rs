@@ -1,5 +1,5 @@
 //! The results file: one HDF5 file that is written increment by increment, read back, summed up
-//! and exported. Names, units and signs in it are a contract (README.md, "Results file").
+//! and exported. Names, units and signs in it are a contract (docs/results_file.md).
 //!
 //! - [`Writer`] takes plain data (no solver types), keeps `/VTKHDF` valid after every saved state
 //!   and makes every [`Writer::commit`] all or nothing, whatever kills the process (see [`journal`]).
