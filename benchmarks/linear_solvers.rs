@@ -8,6 +8,9 @@
 //!
 //! `cargo bench --bench linear_solvers [-- GRAINS ...]` prints CSV: one row a size, way and repetition.
 //!
+//! `-- condensed GRAINS` factorises networks of condensed grains, whose contact forces are unknowns too, with one point a
+//! pair (what lumping a pair's contacts into their resultant would leave) up to three.
+//!
 //! `-- reference FOLDER GRAINS` measures this crate's LU and LDLT on one thread in CPU time and writes the matrices for
 //! `benchmarks/reference_solvers.py`, which has another library solve them; `-- reference-full FOLDER GRAINS` the same
 //! with all nodes of 38-cell grains as unknowns.
@@ -24,12 +27,15 @@ use riprap::tensor::{Mat3, Vec3};
 use std::path::Path;
 use std::time::Instant;
 
+const HEAD: &str = "grains,unknowns,entries,way,threads,analysis_s,factor_s,solve_s,iterations,relative_residual,factor_entries";
 const REPETITIONS: usize = 3;
 const FRICTION: f64 = 0.65;
 const SLIDING: f64 = 0.4;
 const HOLD: f64 = 1e-4;
 /// Tangential stiffness that a sliding contact keeps in the preconditioner.
 const KEPT: f64 = 1e-3;
+/// How far a condensed grain's surface gives way under a unit force at the same place, and at another.
+const GIVES: [f64; 2] = [0.5, 0.05];
 
 fn main() {
     let words: Vec<String> = std::env::args().filter(|a| a != "--bench").skip(1).collect();
@@ -41,11 +47,21 @@ fn main() {
         network.compare(Path::new(folder));
         return;
     }
+    if let [way, grains] = &words.iter().map(String::as_str).collect::<Vec<_>>()[..]
+        && *way == "condensed"
+    {
+        println!("{HEAD}");
+        for points in 1..=3 {
+            let network = Network::condensed(grains.parse().expect("a number of grains"), points);
+            for _ in 0..REPETITIONS {
+                network.by_fronts(1);
+            }
+        }
+        return;
+    }
     let sizes: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let sizes = if sizes.is_empty() { vec![100, 300, 1000, 3783] } else { sizes };
-    println!(
-        "grains,unknowns,entries,way,threads,analysis_s,factor_s,solve_s,iterations,relative_residual,factor_entries"
-    );
+    println!("{HEAD}");
     for grains in sizes {
         let network = Network::new(grains);
         for _ in 0..REPETITIONS {
@@ -150,6 +166,61 @@ impl Network {
             });
         }
         let first = (0..=grains).map(|g| 6 * g as u32).collect();
+        Network::assembled(grains, first, graph, columns, symmetric, &mut numbers)
+    }
+
+    /// Motion of the grains and, as further unknowns, the forces `f` of `points` contact points a pair: bodies balance, and each
+    /// point obeys `f = K (motion - sum of flexibilities times forces on its two bodies)` with K its exact stiffness.
+    fn condensed(grains: usize, points: usize) -> Self {
+        let mut numbers = Numbers(grains as u64);
+        let (places, pairs, radius) = packing(grains, &mut numbers);
+        let all: Vec<Point> = pairs
+            .iter()
+            .flat_map(|&pair| std::iter::repeat_n(pair, points))
+            .map(|pair| point(pair, &places, &mut numbers))
+            .collect();
+        let of_force = |k: usize| 6 * grains + 3 * k;
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; of_force(all.len())];
+        let mut on_body: Vec<Vec<usize>> = vec![vec![]; grains];
+        for (body, place) in places.iter().enumerate() {
+            let ends = place.z.abs() > 2.17 * radius - 0.7;
+            for k in 6 * body..6 * body + 6 {
+                columns[k].push((k, HOLD + if ends { 1.0 } else { 0.0 }));
+            }
+        }
+        for (k, point) in all.iter().enumerate() {
+            for (body, motion) in point.bodies.iter().zip(point.motion()) {
+                on_body[*body].push(k);
+                let follows = point.exact * motion;
+                for r in 0..3 {
+                    for c in 0..6 {
+                        columns[of_force(k) + r].push((6 * body + c, motion[(r, c)]));
+                        columns[6 * body + c].push((of_force(k) + r, -follows[(r, c)]));
+                    }
+                }
+            }
+            for r in 0..3 {
+                columns[of_force(k) + r].push((of_force(k) + r, 1.0));
+            }
+        }
+        for forces in &on_body {
+            for &k in forces {
+                for &other in forces {
+                    let gives = if k == other { GIVES[0] } else { GIVES[1] * numbers.next() };
+                    for r in 0..3 {
+                        for c in 0..3 {
+                            columns[of_force(other) + c]
+                                .push((of_force(k) + r, gives * all[k].exact[(r, c)]));
+                        }
+                    }
+                }
+            }
+        }
+        let first = (0..grains).map(|g| 6 * g as u32);
+        let first = first.chain((0..=all.len()).map(|k| of_force(k) as u32)).collect();
+        // Only its LU is asked for, which needs neither a graph nor a symmetric part.
+        let graph = NodeGraph::from_cliques(grains, std::iter::empty()).expect("a graph");
+        let symmetric = SymmetricMatrix::zeros(SymmetricPattern::from_graph(&graph, 6).expect("a pattern"));
         Network::assembled(grains, first, graph, columns, symmetric, &mut numbers)
     }
 
@@ -462,17 +533,20 @@ fn point(bodies: [usize; 2], places: &[Vec3], numbers: &mut Numbers) -> Point {
 }
 
 impl Point {
+    /// Relative motion of the point per motion of each of its bodies.
+    fn motion(&self) -> [nalgebra::Matrix3x6<f64>; 2] {
+        [0, 1].map(|side| {
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            let mut motion = nalgebra::Matrix3x6::zeros();
+            motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nalgebra::Matrix3::identity() * sign));
+            motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&(self.arms[side].cross_matrix() * -sign));
+            motion
+        })
+    }
+
     /// Entries of the 12 x 12 stiffness of relative motion at the point.
     fn for_each(&self, stiffness: &nalgebra::Matrix3<f64>, mut entry: impl FnMut(usize, usize, f64)) {
-        let motion: Vec<nalgebra::Matrix3x6<f64>> = (0..2)
-            .map(|side| {
-                let sign = if side == 0 { -1.0 } else { 1.0 };
-                let mut motion = nalgebra::Matrix3x6::zeros();
-                motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nalgebra::Matrix3::identity() * sign));
-                motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&(self.arms[side].cross_matrix() * -sign));
-                motion
-            })
-            .collect();
+        let motion = self.motion();
         for row in 0..2 {
             for column in 0..2 {
                 let block = motion[row].transpose() * stiffness * motion[column];

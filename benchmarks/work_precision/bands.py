@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Large strains: what a setting does to the means of several packings, beside what chance does.
 
-    benchmarks/work_precision/bands.py RECORDS ... --out chart.svg [--scene specimen_60_deep] [--settings NAME ...]
+    benchmarks/work_precision/bands.py RECORDS ... --out chart.svg [--scene specimen_60_deep] [--settings NAME ...] [--to 0.02]
 
-RECORDS hold runs.csv and curves.csv of run.py; of several folders the packings are taken together, and of the settings those named (or all). Behind the first snap that goes another way single runs part for good, so each packing's run is
+RECORDS hold runs.csv and curves.csv of run.py; of several folders the packings are taken together, and of the settings those named (or all);
+--to leaves out what lies behind that axial strain. Behind the first snap that goes another way single runs part for good, so each packing's run is
 compared with the same packing's reference ("full, reference") by its mean of q over the shear and its friction work, over the means of the references,
 and by its last volume strain, over the axial strain. A setting's error is the mean over packings (bars: standard error); chance is the reference at half the force
-tolerance. Also printed: the strain to which q stays within 1 % of the reference's largest. Writes bands.csv beside the last records, and prints a table
+tolerance. Also printed: the strain to which q stays within 1 % of the reference's largest. Writes bands.csv beside the chart, and prints a table
 and how much more deforming grains (condensed) dilate than full ones, packing by packing.
 """
 
@@ -50,10 +51,16 @@ def read_all(folders, name, settings):
     return [row for row in rows if not settings or row["variant"] in settings]
 
 
-def settings_of(folders, scene, settings):
-    """Per setting: CPU seconds, mean, standard error and root mean square of relative differences (a number a measure) and strains of parting."""
+def until(curve, strain):
+    """The part of a curve up to an axial strain."""
+    kept = curve["axial_strain"] <= strain + 1e-9
+    return {name: values[kept] for name, values in curve.items()}
+
+
+def settings_of(folders, scene, settings, strain):
+    """Up to an axial strain, per setting: CPU seconds, mean, standard error and root mean square of relative differences (a number a measure) and strains of parting."""
     runs = {key: rows[0] for key, rows in grouped(read_all(folders, "runs.csv", settings)).items() if key[0] == scene}
-    curves = {key: dict(zip(COLUMNS, shear(rows, *COLUMNS))) for key, rows in grouped(read_all(folders, "curves.csv", settings)).items() if key[0] == scene}
+    curves = {key: until(dict(zip(COLUMNS, shear(rows, *COLUMNS))), strain) for key, rows in grouped(read_all(folders, "curves.csv", settings)).items() if key[0] == scene}
     done = {key for key, run in runs.items() if run["status"] == "finished"}
     variants = list(dict.fromkeys(variant for _, _, variant in runs))
     # Packings that all settings ran to their end.
@@ -84,13 +91,14 @@ def main():
     parser.add_argument("--out", required=True)
     parser.add_argument("--scene", default="specimen_60_deep")
     parser.add_argument("--settings", nargs="+", default=[])
+    parser.add_argument("--to", type=float, default=1.0, help="axial strain up to which runs are compared")
     given = parser.parse_args()
-    seeds, found = settings_of(given.records, given.scene, given.settings)
+    seeds, found = settings_of(given.records, given.scene, given.settings, given.to)
     count = len(seeds)
     print(f"seeds {', '.join(seeds)}\n")
     print("| setting | CPU s | " + " | ".join(f"{m}, mean (single)" for m in MEASURES) + " | q within 1 % to |")
     print("|---" * (len(MEASURES) + 3) + "|")
-    with open(os.path.join(given.records[-1], "bands.csv"), "w", newline="") as stream:
+    with open(os.path.join(os.path.dirname(given.out), "bands.csv"), "w", newline="") as stream:
         table = csv.writer(stream)
         table.writerow(["setting", "cpu_s"] + [f"{m} {k}" for m in MEASURES for k in ("mean", "standard error", "rms")])
         for variant, row in found.items():
@@ -145,7 +153,8 @@ def main():
     for fidelity, (colour, marker) in ((f, look) for f, look in LOOKS.items() if f in shown):
         axes[0].plot([], [], marker, color=colour, label=fidelity)
     axes[0].legend(fontsize=6, frameon=False)
-    figure.suptitle(f"{given.scene}: {count} packing{'s' * (count > 1)}, against full grains at increments of 1e-4{' (bars: standard error)' * (count > 1)}", fontsize=9)
+    reach = f" to {100 * given.to:g} %" if given.to < 1 else ""
+    figure.suptitle(f"{given.scene}{reach}: {count} packing{'s' * (count > 1)}, against full grains at increments of 1e-4{' (bars: standard error)' * (count > 1)}", fontsize=9)
     figure.tight_layout()
     figure.savefig(given.out)
     figure.savefig(os.path.splitext(given.out)[0] + ".png", dpi=130)

@@ -7,7 +7,7 @@ Every run is one process on one thread; its cost is the CPU time of that process
 recorded beside it). cpu_specimen_s is the part of it that made the specimen, by its share of the wall time in the run's own profile.
 
 SEEDS="1 2" runs a specimen with these seeds, ONLY="rigid,full reference" runs these fidelities or runs alone, LIMIT=600 ends a run
-after so many seconds.
+after so many seconds, SET="/stages/1/axial_strain=0.02" changes the case of every run.
 
 OUT gets, appended to where they exist: runs.csv (one row a run), curves.csv (one row an increment of a specimen),
 forces.csv (one row a pair of bodies: the force between them behind each stage). No errors: chart.py has those.
@@ -165,7 +165,7 @@ def main():
                     path = os.path.join(folder, "run.h5")
                     if os.path.exists(path):
                         os.remove(path)
-                    sets = [f"/seed={seed}"]
+                    sets = [f"/seed={seed}"] + os.environ.get("SET", "").split()
                     for key, value in settings.items():
                         sets += increments_of(scene, value) if key == "increments" else [f"{key}={value}"]
                     command = ["timeout", os.environ.get("LIMIT", "600"), program, "run", case, "--out", path]
