@@ -184,8 +184,11 @@ impl Network {
         let mut on_body: Vec<Vec<usize>> = vec![vec![]; grains];
         for (body, place) in places.iter().enumerate() {
             let ends = place.z.abs() > 2.17 * radius - 0.7;
+            // Whole blocks, zeros included.
             for k in 6 * body..6 * body + 6 {
-                columns[k].push((k, HOLD + if ends { 1.0 } else { 0.0 }));
+                let held = HOLD + if ends { 1.0 } else { 0.0 };
+                columns[k]
+                    .extend((6 * body..6 * body + 6).map(|row| (row, if row == k { held } else { 0.0 })));
             }
         }
         for (k, point) in all.iter().enumerate() {

@@ -418,6 +418,9 @@ pub struct Contacts {
     /// Forces on the surfaces of condensed bodies that `fields` follows from.
     #[serde(skip)]
     pub surface_loads: Vec<SurfaceLoads>,
+    /// The same as they stress the bodies that can break.
+    #[serde(skip)]
+    pub stressing_loads: Vec<SurfaceLoads>,
     /// Trial damage of the present increment.
     #[serde(skip)]
     pub trial: Trial,
@@ -465,6 +468,7 @@ impl Default for Contacts {
             reach: Vec::new(),
             grains: Vec::new(),
             surface_loads: Vec::new(),
+            stressing_loads: Vec::new(),
             trial: Trial::default(),
             first_scale: 1.0,
             travel: Travel::default(),
@@ -493,6 +497,7 @@ impl Contacts {
         self.grains.clear();
         self.grains.extend(model.bodies.iter().map(|body| body.grain.clone()));
         self.surface_loads.clear();
+        self.stressing_loads.clear();
         self.trial = Trial::default();
         for pair in &mut self.pairs {
             pair.reset(model, committed);

@@ -183,6 +183,11 @@ impl Alone {
     }
 }
 
+/// The grain of a body as it can break now: one that yields with its damage is sound while it rests.
+fn breakable(body: &Body) -> Option<&DamagedGrain> {
+    body.damaged.as_deref().filter(|_| body.is_brittle() || body.resting.is_none())
+}
+
 /// Whether no nodal force differs by more than [`UNCHANGED`] of the largest.
 fn are_alike(before: &[Vec3], now: &[Vec3]) -> bool {
     let largest = before.iter().map(Vec3::amax).fold(0.0, f64::max);
@@ -199,9 +204,7 @@ impl Contacts {
         let start = Instant::now();
         let Trial { grains, alone } = &mut self.trial;
         if grains.is_empty() {
-            // Resting bodies have no loads here.
-            let breaks = |body: &Body| body.damaged.as_deref().filter(|_| body.resting.is_none()).cloned();
-            grains.extend(model.bodies.iter().map(breaks));
+            grains.extend(model.bodies.iter().map(|body| breakable(body).cloned()));
             alone.resize(grains.len(), Alone::default());
         }
         let step = |(((grain, alone), loads), body): (
@@ -220,7 +223,7 @@ impl Contacts {
         let changes: Vec<Option<(DamageChange, bool)>> = grains
             .par_iter_mut()
             .zip(alone)
-            .zip(&self.surface_loads)
+            .zip(&self.stressing_loads)
             .zip(&model.bodies)
             .map(step)
             .collect::<Result<_>>()?;
@@ -235,7 +238,8 @@ impl Contacts {
                 total.failed_cells += change.failed_cells;
             }
             total.factored += usize::from(fresh);
-            if let (true, Some(grain), Some(_)) = (fresh, &self.trial.grains[body], &self.grains[body]) {
+            let bends = model.bodies[body].yields && self.grains[body].is_some();
+            if let (true, Some(grain)) = (fresh && bends, &self.trial.grains[body]) {
                 grain.condensed().surface_field_into(&mut self.fields[body], &self.surface_loads[body]);
                 self.grains[body] = Some(grain.condensed().clone());
             }
@@ -266,11 +270,10 @@ impl Contacts {
             let weight = 0.5 * (e.weight + memory.pressure / memory.load);
             let tangential = memory.traction.dot(&e.friction) / e.weight / model.law.tangential_ratio;
             let (spring, softer) = (point.state.spring, point.firmness / memory.firmness);
-            let normal = model.law.freed_by_softening(
-                [spring / softer, memory.load],
-                [spring, e.load],
-                point.state.radii,
-            );
+            let deforms = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
+            let roundings = if deforms { f64::INFINITY } else { point.state.radii };
+            let normal =
+                model.law.freed_by_softening([spring / softer, memory.load], [spring, e.load], roundings);
             freed += weight * (normal + 0.5 * gained * tangential);
         }
         freed
@@ -281,13 +284,12 @@ impl Contacts {
     /// # Errors
     /// As [`Contacts::move_damage`].
     pub fn damages(&self, model: &Model) -> Result<Damages> {
-        if !model.can_break() || self.surface_loads.is_empty() {
+        if !model.can_break() || self.stressing_loads.is_empty() {
             return Ok(Damages::default());
         }
         let commit = |(body, loads): (usize, &SurfaceLoads)| -> Result<_> {
             let trial = self.trial.grains.get(body).and_then(Option::as_ref);
-            let own = model.bodies[body].damaged.as_deref().filter(|_| model.bodies[body].resting.is_none());
-            let Some(mut grain) = trial.or(own).cloned() else { return Ok(None) };
+            let Some(mut grain) = trial.or(breakable(&model.bodies[body])).cloned() else { return Ok(None) };
             let mut kept = grain.commit(loads)?;
             if kept.newly_failed > 0 {
                 let lost = grain.crumble();
@@ -298,7 +300,7 @@ impl Contacts {
             Ok(Some((kept, Arc::new(grain))))
         };
         let kept: Vec<_> =
-            self.surface_loads.par_iter().enumerate().map(commit).collect::<Result<Vec<_>>>()?;
+            self.stressing_loads.par_iter().enumerate().map(commit).collect::<Result<Vec<_>>>()?;
         let mut damages = Damages { dissipated: self.softened(model), ..Damages::default() };
         for (grain, body) in kept.into_iter().zip(&model.bodies) {
             damages.grains.push(grain.map(|(kept, grain)| {

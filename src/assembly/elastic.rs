@@ -19,7 +19,7 @@ use crate::assembly::timings::Kernel;
 use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
 use crate::grain::{CondensedGrain, Surface, SurfacePoint};
-use crate::model::{Committed, Loads, Model};
+use crate::model::{Body, Committed, Loads, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
 /// Displacement of the nodes of a body in its own frame [m]: those of the surface where it is condensed, all (the
@@ -167,6 +167,18 @@ impl Spot {
     }
 }
 
+/// A `force` on a brittle body over the facets around its `place`.
+pub fn spread_over(
+    surface: &Surface,
+    body: &Body,
+    place: &SurfacePoint,
+    force: &Vec3,
+) -> impl Iterator<Item = (SurfacePoint, Vec3)> {
+    let force = *force;
+    let shares = surface.spread(place, PATCH * 2.0 * body.rotation_scale);
+    shares.into_iter().map(move |(place, share)| (place, force * share))
+}
+
 /// Forces on the surface of a body, in its own frame.
 pub type SurfaceLoads = Vec<(SurfacePoint, Vec3)>;
 
@@ -228,16 +240,22 @@ impl Contacts {
     /// Forces on the surfaces of all bodies that deform or break in the configuration last evaluated [N], the
     /// cover's included.
     pub(super) fn surface_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
+        self.loads_of(model, loads, poses, false)
+    }
+
+    /// The same as they stress the bodies: on brittle ones over patches.
+    fn stressing_loads(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> Vec<SurfaceLoads> {
+        self.loads_of(model, loads, poses, true)
+    }
+
+    fn loads_of(&self, model: &Model, loads: &Loads, poses: &[Pose], spread: bool) -> Vec<SurfaceLoads> {
         let mut all = vec![SurfaceLoads::new(); model.bodies.len()];
         let mut put = |body: usize, place: Option<SurfacePoint>, turn: &Rotation, force: Vec3| {
             let Some(place) = place else { return };
             let force = turn.inverse() * force;
             let owner = &model.bodies[body];
-            match owner.stressed_surface().filter(|_| owner.is_brittle()) {
-                Some(surface) => {
-                    let shares = surface.spread(&place, PATCH * 2.0 * owner.rotation_scale);
-                    all[body].extend(shares.into_iter().map(|(place, share)| (place, force * share)));
-                }
+            match owner.stressed_surface().filter(|_| spread && owner.is_brittle()) {
+                Some(surface) => all[body].extend(spread_over(surface, owner, &place, &force)),
                 None => all[body].push((place, force)),
             }
         };
@@ -270,7 +288,10 @@ impl Contacts {
 
     /// Notes the forces of the configuration last evaluated, for damage to follow, where nothing deforms.
     pub fn note_loads(&mut self, model: &Model, loads: &Loads, poses: &[Pose]) {
-        self.surface_loads = self.surface_loads(model, loads, poses);
+        self.stressing_loads = self.stressing_loads(model, loads, poses);
+        if model.has_elastic() {
+            self.surface_loads = self.surface_loads(model, loads, poses);
+        }
     }
 
     /// Takes the forces of the configuration last evaluated as those of a new augmentation. Evaluate
@@ -297,6 +318,9 @@ impl Contacts {
         self.update_reach();
         let energy = self.surface_energy(model, &surface_loads);
         self.surface_loads = surface_loads;
+        if model.can_break() {
+            self.stressing_loads = self.stressing_loads(model, loads, poses);
+        }
         self.timings.book(Kernel::Flexibility, start);
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
         let mismatch = |pair: &mut PairWork| {

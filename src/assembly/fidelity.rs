@@ -5,6 +5,8 @@
 //! the body condensed, is `W f` at its place with the shell's compliance, less the local compliance: the displacement that is neglected.
 //! The same number, the other way round, is what a condensed body would neglect if it rested.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use crate::assembly::Dofs;
@@ -12,7 +14,7 @@ use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
 };
-use crate::contact::{Memory, PointMemory};
+use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{BodyKind, Committed, Model, SHELL_STIFFNESS};
 use crate::tensor::{Pose, Vec3};
@@ -74,7 +76,8 @@ fn places_of(
 ) -> [Option<SurfacePoint>; 2] {
     let look = |body: usize, x: &Vec3, outward: &Vec3| {
         let back = poses[body].rotation.inverse();
-        let surface = flexibility(model, body)?.surface();
+        let at_rest = flexibility(model, body).map(CondensedGrain::surface);
+        let surface = model.bodies[body].stressed_surface().or(at_rest)?;
         Some(surface.locate_along(&(back * (x - poses[body].position)), &(back * outward)))
     };
     let e = &point.evaluation;
@@ -139,10 +142,10 @@ impl Contacts {
             .zip(&places)
             .map(|((pair, point), places)| {
                 let e = &point.evaluation;
-                let sharpness = point.state.spring / pair.spring();
+                let sharpness = point.state.spring / pair.spring() / point.firmness;
                 let own = e.normal * e.load + e.friction / (e.weight * model.law.tangential_ratio);
                 let side = |body: usize, place: &Option<SurfacePoint>, sign: f64| match place {
-                    Some(place) if model.bodies[body].is_sound() => {
+                    Some(place) if model.bodies[body].may_rest() => {
                         let displaced = poses[body].rotation * interpolate(place, &fields[body]);
                         displaced * sign - own * (spared(model, body) / sharpness)
                     }
@@ -232,8 +235,11 @@ impl Contacts {
                 continue;
             };
             let (e, state) = (&point.evaluation, &point.state);
-            let sharpness = state.spring / pair.spring();
-            let spring = model.contact_spring(a, b) * sharpness;
+            let sharpness = state.spring / pair.spring() / point.firmness;
+            let sound = model.contact_spring(a, b);
+            // What softened rock yields more stays.
+            kept.firmness = 1.0 / (1.0 + sound / pair.spring() * (1.0 / point.firmness - 1.0));
+            let spring = sound * kept.firmness * sharpness;
             let elastic = committed_gap(model, committed, pair, places);
             let geometric = point.geometric_overlap();
             kept.load = e.load;
@@ -242,7 +248,12 @@ impl Contacts {
             // The stretch of the contact's own spring, as `Contacts::memory` has it.
             kept.stretch = state.own_stretch(&model.law, e);
             kept.tangential_energy = e.tangential_energy;
-            kept.lead = model.law.overlap_for(e.load / spring) - geometric + e.normal.dot(&elastic);
+            let hardens = state.hardens && ![a, b].into_iter().any(|body| model.bodies[body].is_elastic());
+            let overlap = match hardens {
+                true => model.law.hardened_overlap_for(e.load / spring, state.radii),
+                false => model.law.overlap_for(e.load / spring),
+            };
+            kept.lead = overlap - geometric + e.normal.dot(&elastic);
             let softer = state.spring / spring;
             kept.stretch *= softer;
             kept.tangential_energy *= softer;
@@ -255,6 +266,36 @@ impl Contacts {
         }
         self.hold_open(&mut memory, model, committed, changed);
         memory
+    }
+
+    /// Has contacts of the `changed` bodies that nothing was known of, that did not bear (`bore`) and that touch by elastic displacements in the
+    /// configuration last evaluated, which is the committed one, just not do so; whether there were any.
+    pub fn hold_new(
+        &self,
+        model: &Model,
+        committed: &mut Committed,
+        changed: &[bool],
+        bore: &BTreeSet<ContactKey>,
+    ) -> bool {
+        let mut any = false;
+        let deforms = |body: usize| model.bodies[body].is_elastic();
+        let of_changed = |pair: &&PairWork| {
+            let bodies = [pair.a(), pair.b()];
+            bodies.iter().any(|body| changed[*body]) && bodies.into_iter().any(deforms)
+        };
+        for pair in self.pairs.iter().filter(of_changed) {
+            let is_new = |point: &&ContactPoint| {
+                let feature = point.site.feature;
+                pair.carried.point(feature).is_none() && !bore.contains(&(pair.key(), feature))
+            };
+            for point in pair.active().filter(is_new) {
+                let points = &mut committed.memory.entry(pair.key()).or_default().points;
+                points.push(PointMemory::open(point.site.feature, point.evaluation.gap));
+                points.sort_by_key(|kept| kept.feature);
+                any = true;
+            }
+        }
+        any
     }
 
     /// Contacts that are open, and that the new elastic displacements would close, stay as open as they are.
@@ -280,5 +321,5 @@ impl Contacts {
 /// Whether a body may change its fidelity.
 pub fn is_free_to_change(model: &Model, body: usize) -> bool {
     let body = &model.bodies[body];
-    body.kind != BodyKind::Gone && body.flexibility().is_some() && body.is_sound()
+    body.kind != BodyKind::Gone && body.flexibility().is_some() && body.may_rest()
 }

@@ -308,7 +308,7 @@ static DAMAGE: &[Key] = &[
         "release_steps",
         Count(1, 1000),
         "5",
-        "Steps, each to a balance, in which the contact forces that went with failed rock are taken away from the bodies that it held; 1: at once. In specimens under a pressure cover whose grains are rigid in their contacts; elsewhere they go at once.",
+        "Steps, each to a balance, in which the contact forces that went with failed rock are taken away from the bodies that it held; 1: at once. In specimens under a pressure cover; elsewhere they go at once.",
     ),
 ];
 
@@ -566,7 +566,7 @@ static SOLVER: &[Key] = &[
         "fidelity",
         Choice(&["auto", "rigid", "condensed", "full"]),
         "\"auto\"",
-        "How grains deform; auto chooses for each.",
+        "How grains deform; auto chooses for each. Grains of a specimen that break are rigid while their rock collapses, whatever is chosen, and bend as sound rock in between.",
     ),
     Key::optional(
         "accuracy",

@@ -369,6 +369,15 @@ impl DamagedGrain {
         &self.trial.condensed
     }
 
+    /// The flexibility of the cells that are left, all of them sound.
+    ///
+    /// Errors ([`Error::Mesh`]) as [`CondensedGrain::new`].
+    pub fn as_sound(&self) -> Result<CondensedGrain> {
+        let elastic: Vec<Elastic> = self.laws.iter().map(|law| *law.elastic()).collect();
+        let intact = vec![[1.0; POINT_COUNT]; elastic.len()];
+        CondensedGrain::with_damage_on_demand(self.mesh().clone(), &elastic, self.density, &intact)
+    }
+
     pub fn mesh(&self) -> &Mesh {
         self.committed.condensed.mesh()
     }
@@ -390,6 +399,11 @@ impl DamagedGrain {
     /// For each cell, its number in the mesh of the grain as generated.
     pub fn origin_cells(&self) -> &[CellId] {
         &self.origin_cells
+    }
+
+    /// Whether it has lost cells.
+    pub fn is_parted(&self) -> bool {
+        self.origin_cells.len() < self.origin.cells.len()
     }
 
     /// For each facet of the mesh's surface, whether breaking exposed it.

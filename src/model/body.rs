@@ -42,9 +42,11 @@ pub struct Body {
     /// Its mesh, where all its nodes move with finite strains. Where it is condensed besides, its nodes are eliminated by that flexibility,
     /// else they stand among the unknowns.
     pub full: Option<Arc<FullGrain>>,
-    /// Its damage as of the last accepted increment, where it can break; `grain` is its flexibility where it is condensed. A resting body
-    /// is sound. A rigid body with damage that does not rest is brittle: it is stressed by the forces on it and breaks, but bends no gap.
+    /// Its damage as of the last accepted increment, where it can break.
     pub damaged: Option<Arc<DamagedGrain>>,
+    /// Whether `grain` softens with its damage, which then has to be found together with the forces; such a body is sound while it rests. Else it
+    /// is brittle: the forces on it stress it, its contacts soften and cells fail, and what cells are left bend as sound rock, if at all.
+    pub yields: bool,
     /// Its own flexibility, where it is rigid for now and may become condensed; then it is in no gap.
     pub resting: Option<Arc<CondensedGrain>>,
     /// Whether it is a grain, or a part of one, all of whose rock has failed and stays as rubble: it has no mesh any more.
@@ -76,6 +78,7 @@ impl Body {
             grain: None,
             full: None,
             damaged: None,
+            yields: false,
             resting: None,
             is_rubble: false,
             friction: None,
@@ -110,7 +113,7 @@ impl Body {
     /// The meshed surface that forces stress: that of a body that deforms, or that breaks.
     pub fn stressed_surface(&self) -> Option<&Surface> {
         let brittle = self.damaged.as_ref().filter(|_| self.is_brittle());
-        self.surface().or_else(|| brittle.map(|grain| grain.condensed().surface()))
+        brittle.map(|grain| grain.condensed().surface()).or_else(|| self.surface())
     }
 
     /// Its mesh, where its nodes stand among the unknowns.
@@ -127,9 +130,9 @@ impl Body {
         self.grain.is_some() || self.full.is_some()
     }
 
-    /// Whether it breaks and is rigid otherwise.
+    /// Whether it breaks and does not bend any more for its damage, but where cells are gone.
     pub fn is_brittle(&self) -> bool {
-        self.damaged.is_some() && !self.is_elastic() && self.resting.is_none()
+        self.damaged.is_some() && !self.yields
     }
 
     /// Whether its contacts soften with its rock, and so harden where their overlap comes near the rounding.
@@ -150,9 +153,14 @@ impl Body {
         woken
     }
 
-    /// Makes a condensed body rigid for a while, unless damage has changed it; says whether it did.
+    /// Whether it may be rigid for a while: damage has not changed how it bends.
+    pub fn may_rest(&self) -> bool {
+        self.is_sound() || self.is_brittle()
+    }
+
+    /// Makes a condensed body rigid for a while, if it may be; says whether it did.
     pub fn rest(&mut self) -> bool {
-        let can = self.grain.is_some() && self.is_sound();
+        let can = self.grain.is_some() && self.may_rest();
         if can {
             self.resting = self.grain.take();
         }

@@ -3,7 +3,8 @@
 //! The largest part keeps the number of the body that broke, the others go behind all bodies, each with its reference point at its own
 //! centroid and its frame at its mean motion. Surfaces keep their place in space (to second order in the displacements), and a
 //! cover's nodes stay at their material points, so nothing does work here. What is too small to be a
-//! body, or leaves nothing to touch, is given up and counted. Where failed cells stay as rubble
+//! body, or leaves nothing to touch, is given up and counted. Brittle bodies are rigid meanwhile (they have to rest), and what bends of their parts later are
+//! the cells that are left, as sound rock. Where failed cells stay as rubble
 //! ([`DamagedGrain::keeping_rubble`]) a grain in one part keeps its shape, and several share it. Contacts of a body whose shape changed forget what they remember.
 
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use crate::geometry::rounded::{HalfSpace, facet_planes, intersection, plain_hull
 use crate::geometry::separation::separating_axis;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::hulls::{self, contact_shapes};
-use crate::grain::{DamagedGrain, Fragment};
+use crate::grain::{CondensedGrain, DamagedGrain, Fragment};
 use crate::mesh::Mesh;
 use crate::model::cover::CoverNode;
 use crate::model::{Body, BodyKind, Committed, Model};
@@ -138,7 +139,7 @@ impl Model {
     pub fn take_damage(&mut self, grains: &[Option<Arc<DamagedGrain>>]) {
         for (body, grain) in self.bodies.iter_mut().zip(grains) {
             if let Some(grain) = grain {
-                if !grain.is_sound() && body.grain.is_some() {
+                if !grain.is_sound() && body.grain.is_some() && body.yields {
                     body.grain = Some(grain.condensed().clone());
                 }
                 body.damaged = Some(grain.clone());
@@ -206,7 +207,7 @@ impl Model {
             committed.fields.resize(self.bodies.len(), Vec::new());
             if stays {
                 let body = &mut self.bodies[index];
-                (body.is_rubble, body.grain, body.damaged) = (true, None, None);
+                (body.is_rubble, body.grain, body.damaged, body.resting) = (true, None, None, None);
                 fracture.parts.push(index);
                 points.push(Vec3::zeros());
             } else if parts.is_empty() {
@@ -217,7 +218,8 @@ impl Model {
             }
             for (number, part) in parts.into_iter().enumerate() {
                 let Part { grain, nominal, shape, pose, field, .. } = part;
-                let body = self.body_of(index, number, grain, nominal);
+                let bends = self.bending(index, &grain)?;
+                let body = self.body_of(index, number, grain, nominal, bends);
                 if number == 0 {
                     self.bodies[index] = body;
                     self.shapes[index] = shape;
@@ -369,14 +371,26 @@ impl Model {
         if rounded.radius < radius { Err(thin()) } else { Ok((nominal, rounded)) }
     }
 
+    /// The flexibility of a part `grain` of body `index`; `None` where that does not bend.
+    fn bending(&self, index: usize, grain: &DamagedGrain) -> Result<Option<Arc<CondensedGrain>>> {
+        let old = &self.bodies[index];
+        Ok(match old.flexibility() {
+            Some(_) if old.is_brittle() => Some(Arc::new(grain.as_sound()?)),
+            Some(_) => Some(grain.condensed().clone()),
+            None => None,
+        })
+    }
+
     pub(super) fn body_of(
         &self,
         index: usize,
         number: usize,
         grain: DamagedGrain,
         nominal: Polyhedron,
+        bends: Option<Arc<CondensedGrain>>,
     ) -> Body {
         let old = &self.bodies[index];
+        let rests = old.resting.is_some();
         let mass = grain.condensed().mass_properties();
         let room = grain.room();
         let size = (6.0 * room / std::f64::consts::PI).cbrt();
@@ -389,10 +403,11 @@ impl Model {
             mass: mass.mass * (room / grain.mesh().volume()),
             centre_of_mass: mass.centroid,
             rotation_scale: 0.5 * size,
-            grain: old.grain.as_ref().map(|_| grain.condensed().clone()),
+            resting: bends.clone().filter(|_| rests),
+            grain: bends.filter(|_| !rests),
             damaged: Some(Arc::new(grain)),
+            yields: old.yields,
             full: None,
-            resting: None,
             is_rubble: false,
             nominal,
         }
@@ -401,6 +416,7 @@ impl Model {
     pub(super) fn remove(&mut self, index: usize) {
         let body = &mut self.bodies[index];
         (body.kind, body.grain, body.damaged, body.mass) = (BodyKind::Gone, None, None, 0.0);
+        body.resting = None;
     }
 
     /// Has the nodes of a membrane stand behind the bodies again, of which there were `before`.

@@ -109,13 +109,18 @@ impl Model {
         self
     }
 
-    /// What is left of [`Self::contact_spring`] where the two bodies' rock has kept the shares `firmness` of its stiffness.
+    /// What is left of [`Self::contact_spring`] where the two bodies' rock has kept the shares `firmness` of its stiffness: what a contact of
+    /// rigid bodies yields more is the same where they deform.
     pub fn softened_share(&self, [a, b]: [usize; 2], firmness: [f64; 2]) -> f64 {
         if firmness == [1.0; 2] {
             return 1.0;
         }
-        let compliance = |body: usize| 1.0 / self.bodies[body].stiffness;
-        (compliance(a) + compliance(b)) / (compliance(a) / firmness[0] + compliance(b) / firmness[1])
+        let sides = [(a, firmness[0]), (b, firmness[1])].map(|(body, left)| {
+            let rigid = 1.0 / self.bodies[body].stiffness;
+            let own = if self.bodies[body].is_elastic() { rigid / SHELL_STIFFNESS } else { rigid };
+            [own, own - rigid + rigid / left]
+        });
+        (sides[0][0] + sides[1][0]) / (sides[0][1] + sides[1][1])
     }
 
     /// Whether any body deforms, condensed or full.

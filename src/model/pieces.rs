@@ -17,7 +17,8 @@ impl Model {
         }
         let mut numbers = Vec::with_capacity(grains.len());
         for (number, grain) in grains.into_iter().enumerate() {
-            let body = self.body_of(index, number, grain, self.bodies[index].nominal.clone());
+            let bends = self.bodies[index].grain.as_ref().map(|_| grain.condensed().clone());
+            let body = self.body_of(index, number, grain, self.bodies[index].nominal.clone(), bends);
             if number == 0 {
                 self.bodies[index] = body;
                 numbers.push(index);

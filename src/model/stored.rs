@@ -120,9 +120,11 @@ impl Model {
             body.centre_of_mass = stored.centre_of_mass;
             match grain {
                 Some(grain) => {
-                    // A sound grain keeps what it was condensed to, a rigid one has nothing.
-                    if body.grain.is_some() {
+                    // A sound grain keeps what it was condensed to, and a brittle one while it is whole; a rigid one has nothing.
+                    if body.grain.is_some() && body.yields {
                         body.grain = Some(grain.condensed().clone());
+                    } else if body.grain.is_some() && grain.is_parted() {
+                        body.grain = Some(Arc::new(grain.as_sound()?));
                     }
                     body.damaged = Some(grain);
                 }

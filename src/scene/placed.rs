@@ -32,6 +32,7 @@ pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, Rou
         grain: body.grain.clone(),
         full: body.full.clone(),
         damaged: body.damaged.clone(),
+        yields: body.grain.is_some(),
         resting: None,
         is_rubble: false,
         rotation_scale: 0.5 * size,

@@ -104,6 +104,10 @@ fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -
         return None;
     }
     let (mesh, stresses, displacement) = match (&body.damaged, &body.full, &body.grain) {
+        (Some(grain), _, Some(sound)) if body.is_brittle() && !grain.is_sound() => {
+            let moved = sound.nodal_displacements(contacts.surface_loads.get(index)?);
+            (grain.mesh(), grain.stresses(), moved)
+        }
         // Not strained yet: it was rigid until now, or a restart point has its states only.
         (Some(grain), _, _) if body.is_elastic() && grain.displaced().is_empty() => {
             let moved = grain.condensed().nodal_displacements(contacts.surface_loads.get(index)?);

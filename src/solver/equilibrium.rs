@@ -243,7 +243,8 @@ impl Newton<'_> {
                 moved = self.reach(&self.away, balance.worst_body),
                 "augmentation"
             );
-            if !hold.after(end, settings) {
+            let drives = !self.can_fall() && self.balance().out_of_balance > balance.out_of_balance;
+            if !hold.after(end, drives, settings) {
                 if next_fall.is_none() || !settings.falls_when_stuck {
                     return ended(false, balance, history, &parts, self.surface_energy());
                 }

@@ -7,20 +7,22 @@
 //! left keeps within the accuracy (marking after Doerfler 1996).
 //!
 //! **Damage.** The strains of a body that rests are exact under the forces that act on it. It is condensed from half its damage threshold
-//! on, and always once damaged.
+//! on, and always once damaged (but for collapses, in which brittle bodies are rigid: `triaxial::test::collapse`).
 //!
 //! A change of fidelity leaves forces as they are, so what was neglected before stays in them, and what would be neglected from then on is made
 //! up for: both are kept with the contacts and counted in the estimate. Hence an increment whose outcome shows the error beyond the accuracy, or a
 //! resting body beyond its damage threshold, is to be repeated with these bodies condensed from its start. Both limits have a lower one for going back to rest.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use crate::assembly::elastic::SurfaceLoads;
+use crate::assembly::elastic::{SurfaceLoads, spread_over};
 use crate::assembly::{Contacts, Dofs, ForceChange, OVERESTIMATE, Recovery, is_free_to_change};
 use crate::contact::ContactKey;
-use crate::model::{Committed, Loads, Model};
+use crate::grain::DamagedGrain;
+use crate::model::{Body, Committed, Loads, Model};
 use crate::solver::Settings;
 use crate::solver::newton::Newton;
 use crate::tensor::Vec3;
@@ -52,6 +54,13 @@ pub struct Verdict {
     pub urgent: bool,
 }
 
+impl Verdict {
+    /// Nothing was judged.
+    pub fn unknown() -> Self {
+        Verdict { error: f64::NAN, error_at_rest: f64::NAN, ..Verdict::default() }
+    }
+}
+
 /// What a change of fidelities did.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Transition {
@@ -71,8 +80,7 @@ pub fn judge(
     settings: &Settings,
     contacts: &Contacts,
 ) -> Verdict {
-    let unknown = || Verdict { error: f64::NAN, error_at_rest: f64::NAN, ..Verdict::default() };
-    let Some(accuracy) = settings.accuracy else { return unknown() };
+    let Some(accuracy) = settings.accuracy else { return Verdict::unknown() };
     // In a solve a contact of condensed bodies is too soft on purpose; here as soft as they are there.
     let mut at = at.clone();
     at.memory
@@ -81,17 +89,21 @@ pub fn judge(
         .for_each(|point| point.scale = 1.0 / OVERESTIMATE);
     let loads = Loads { control: None, ..loads.clone() };
     let Ok(mut newton) = Newton::new(model, &at, &loads, settings, contacts.clone(), at.poses.clone()) else {
-        return unknown();
+        return Verdict::unknown();
     };
     let recovery = newton.contacts.recover(model, &at.poses, loads.pressure);
     let used = |(body, loads): (usize, &SurfaceLoads)| {
-        let damaged = model.bodies[body].damaged.as_ref().filter(|grain| grain.is_sound());
-        damaged.map_or(0.0, |grain| grain.utilisation(loads))
+        let it = &model.bodies[body];
+        match it.damaged.as_ref() {
+            Some(grain) if grain.is_sound() => grain.utilisation(&stressing(it, grain, loads)),
+            Some(_) if it.is_brittle() => 1.0,
+            Some(_) | None => 0.0,
+        }
     };
     let used: Vec<f64> = recovery.loads.par_iter().enumerate().map(used).collect();
     let free: Vec<bool> = (0..model.bodies.len()).map(|body| is_free_to_change(model, body)).collect();
     let resting: Vec<bool> = model.bodies.iter().map(|body| body.resting.is_some()).collect();
-    let mut verdict = unknown();
+    let mut verdict = Verdict::unknown();
     let near = |body: usize| used[body] >= NEAR_DAMAGE;
     verdict.utilisation =
         (0..used.len()).filter(|&body| resting[body]).map(|body| used[body]).fold(0.0, f64::max);
@@ -126,8 +138,19 @@ pub fn judge(
         used = verdict.utilisation,
         "fidelity judged"
     );
-    verdict.urgent = verdict.utilisation >= 1.0 || (verdict.error > accuracy && !verdict.wake.is_empty());
+    let breaks = (0..used.len()).any(|body| resting[body] && model.bodies[body].yields && used[body] >= 1.0);
+    verdict.urgent = breaks || (verdict.error > accuracy && !verdict.wake.is_empty());
     verdict
+}
+
+/// `loads` on a body as they stress its `grain`.
+fn stressing<'a>(body: &Body, grain: &DamagedGrain, loads: &'a SurfaceLoads) -> Cow<'a, SurfaceLoads> {
+    if !body.is_brittle() {
+        return Cow::Borrowed(loads);
+    }
+    let surface = grain.condensed().surface();
+    let spread = loads.iter().flat_map(|(place, force)| spread_over(surface, body, place, force));
+    Cow::Owned(spread.collect())
 }
 
 /// The contact network of a state, linearised.
@@ -246,7 +269,13 @@ pub fn change(
     committed.memory = contacts.carried_over(model, committed, &changed, &recovery);
     contacts.forget_bodies();
     contacts.start(model, committed);
-    if contacts.evaluate(model, committed, &committed.poses).is_ok() {
+    let mut met = contacts.evaluate(model, committed, &committed.poses).is_ok();
+    let bore: BTreeSet<ContactKey> = before.1.iter().map(|(key, _)| *key).collect();
+    if met && contacts.hold_new(model, committed, &changed, &bore) {
+        contacts.start(model, committed);
+        met = contacts.evaluate(model, committed, &committed.poses).is_ok();
+    }
+    if met {
         let recovery = contacts.recover(model, &committed.poses, pressure);
         transition.energy = contacts.stored_energy(model, &recovery) - before.0;
         transition.jump = largest_change(&before.1, &contacts.forces()) / before.2.max(f64::MIN_POSITIVE);

@@ -29,9 +29,11 @@ impl Hold {
         if settings.dwells { settings.proximal_min.max(ABOVE * self.stalled) } else { settings.proximal_min }
     }
 
-    /// After a solve that ended so; `false` where it got nowhere and there is no stronger hold.
-    pub fn after(&mut self, end: NewtonEnd, settings: &Settings) -> bool {
+    /// After a solve that ended so; `false` where it got nowhere and there is no stronger hold. What `drives` bodies away, further out of
+    /// balance than they were, is an instability, which the hold alone slows down: a weaker one would let Newton's iterations lead back to its top.
+    pub fn after(&mut self, end: NewtonEnd, drives: bool, settings: &Settings) -> bool {
         match end {
+            NewtonEnd::Solved if drives => self.short = 0,
             NewtonEnd::Solved => self.solved(settings),
             NewtonEnd::Reduced => self.reduced(settings),
             NewtonEnd::Stalled => return self.stalled(settings),

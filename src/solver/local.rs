@@ -107,7 +107,7 @@ impl Newton<'_> {
             self.counters.augmentations += 1;
             let target = balance.target(self.settings, tolerance);
             let end = self.solve(hold.weight, target, |n| n.balance().out_of_balance < enough);
-            if !hold.after(end, self.settings) {
+            if !hold.after(end, false, self.settings) {
                 break;
             }
         }

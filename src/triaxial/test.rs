@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{BodyKind, Counters, DamageCounts};
 use crate::solver::{
-    DamageSettings, Dossier, Energies, FALL_REBASE, Increment, IncrementReport, Pace, Settings, advance,
+    DamageSettings, Dossier, Energies, FALL_REBASE, Increment, IncrementReport, Pace, Settings, Verdict,
+    advance,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::deformation::LocalStrain;
@@ -135,6 +136,9 @@ struct UnderWay {
     /// Whether the increment at hand was given up at its smallest and is tried once more with bodies that may fall.
     #[serde(skip)]
     falls: bool,
+    /// Bodies that are rigid until the collapse is over, by number, and by how much the description stores more elastic energy so [J].
+    asleep: Vec<usize>,
+    slept: f64,
     /// Times that the increment at hand has been repeated with more condensed grains.
     #[serde(skip)]
     repeats: usize,
@@ -291,6 +295,7 @@ impl Test {
                 Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
                 // A loaded plate would fall until nothing is left of the specimen.
                 Err(_) if !way.dwells && !way.falls && may_fall(rig, &way) => {
+                    self.lull(rig, &mut way);
                     way.falls = true;
                     continue;
                 }
@@ -319,7 +324,8 @@ impl Test {
                 continue;
             }
             let pressure = way.drive.pressure(to, report.factor);
-            let verdict = rig.judge(&report, pressure);
+            let verdict =
+                if way.asleep.is_empty() { rig.judge(&report, pressure) } else { Verdict::unknown() };
             if verdict.urgent && way.repeats < MOST_REPEATS {
                 way.spent.add(&report.counters);
                 way.repeats += 1;
@@ -390,9 +396,10 @@ impl Test {
             let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
             let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
             self.start_elastic += transition.energy;
+            self.wake(rig, &mut way);
             self.under_way = Some(way);
             let fidelity = FidelityCounts::of(&rig.model, &verdict, &transition, early);
-            let row = Row { damage: rig.model.damage_counts(), fidelity, ..row };
+            let row = Row { damage: rig.model.damage_counts(), fidelity, ledger: self.ledger, ..row };
             let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
             let goes_on = observe(rig, &step);
             match self.under_way.take() {
@@ -450,6 +457,8 @@ impl Test {
             pieces: 0,
             rough: 0,
             remnants: Remnants::default(),
+            asleep: Vec::new(),
+            slept: 0.0,
             spent: Counters::default(),
             falls: false,
             repeats: 0,

@@ -147,15 +147,47 @@ impl Test {
         }
     }
 
+    /// Has all brittle bodies rest that bend: what follows is found among rigid ones.
+    pub(super) fn lull(&mut self, rig: &mut Rig, way: &mut UnderWay) {
+        let bends =
+            |body: &usize| rig.model.bodies[*body].is_brittle() && rig.model.bodies[*body].grain.is_some();
+        let awake: Vec<usize> = (0..rig.model.bodies.len()).filter(bends).collect();
+        let transition = rig.change_fidelity([&[], &awake]);
+        self.start_elastic += transition.energy;
+        way.slept += transition.energy;
+        way.asleep.extend(awake);
+    }
+
+    /// Wakes them again where nothing more is to be broken up. Elastic energy that their bending has less than before was set free in the collapse.
+    pub(super) fn wake(&mut self, rig: &mut Rig, way: &mut UnderWay) {
+        if way.asleep.is_empty() || !rig.failing.is_empty() {
+            return;
+        }
+        let asleep = std::mem::take(&mut way.asleep);
+        let transition = rig.change_fidelity([&asleep, &[]]);
+        let gained = std::mem::take(&mut way.slept) + transition.energy;
+        self.start_elastic += transition.energy - gained;
+        self.ledger.elastic += gained;
+        self.ledger.reshaped += gained.max(0.0);
+        self.ledger.stabilisation -= gained;
+    }
+
     /// Breaks up what the last increment left to; whether anything did. What the rock that went had held is let down step by step.
     pub(super) fn break_up(&mut self, rig: &mut Rig, way: &mut UnderWay) -> Result<bool> {
         if rig.failing.is_empty() {
             return Ok(false);
         }
+        self.lull(rig, way);
+        let bodies = rig.model.bodies.len();
         let steps = rig.settings.damage.release_steps;
         let before = (steps > 1 && rig.model.is_of_rigid_bodies()).then(|| self.touching(rig, way));
         let fractures = rig.break_up()?;
         self.left.clear();
+        // Parts of what slept sleep, too.
+        let parts = fractures.iter().filter(|fracture| way.asleep.contains(&fracture.body));
+        let fresh: Vec<usize> =
+            parts.flat_map(|fracture| &fracture.parts).copied().filter(|part| *part >= bodies).collect();
+        way.asleep.extend(fresh);
         let mut lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
         if let Some((before, stored)) = before {
             let (after, rest) = self.touching(rig, way);
