@@ -270,10 +270,11 @@ impl Contacts {
             let weight = 0.5 * (e.weight + memory.pressure / memory.load);
             let tangential = memory.traction.dot(&e.friction) / e.weight / model.law.tangential_ratio;
             let (spring, softer) = (point.state.spring, point.firmness / memory.firmness);
-            let deforms = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
-            let roundings = if deforms { f64::INFINITY } else { point.state.radii };
-            let normal =
-                model.law.freed_by_softening([spring / softer, memory.load], [spring, e.load], roundings);
+            let normal = model.law.freed_by_softening(
+                [spring / softer, memory.load],
+                [spring, e.load],
+                point.state.radii,
+            );
             freed += weight * (normal + 0.5 * gained * tangential);
         }
         freed

@@ -248,8 +248,7 @@ impl Contacts {
             // The stretch of the contact's own spring, as `Contacts::memory` has it.
             kept.stretch = state.own_stretch(&model.law, e);
             kept.tangential_energy = e.tangential_energy;
-            let hardens = state.hardens && ![a, b].into_iter().any(|body| model.bodies[body].is_elastic());
-            let overlap = match hardens {
+            let overlap = match state.hardens {
                 true => model.law.hardened_overlap_for(e.load / spring, state.radii),
                 false => model.law.overlap_for(e.load / spring),
             };

@@ -371,9 +371,18 @@ fn wrench<T: Real>(
     let given = Vector::constant(&state.given);
     let pushed = overlap + T::constant(state.offset) + normal.dot(given);
     let behind = T::constant(state.behind()) + weight.scaled(state.spring * state.compliance);
-    let linear = law.normal_behind(pushed, behind).scaled(state.spring);
     let alone = state.behind() == 0.0 && state.compliance == 0.0;
-    let hardened = law.hardening(overlap, state.radii).filter(|_| state.hardens && alone);
+    let own = match (state.hardens, alone) {
+        (true, true) => Some(overlap),
+        (true, false) => law.hardened_overlap_behind(pushed, behind, state.radii),
+        (false, _) => None,
+    };
+    let hardened = own.and_then(|own| law.hardening(own, state.radii));
+    let linear = match own.filter(|_| !alone) {
+        Some(own) => law.normal(own),
+        None => law.normal_behind(pushed, behind),
+    };
+    let linear = linear.scaled(state.spring);
     let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
     let pressure = weight * load;
     let mut evaluation = Evaluation {

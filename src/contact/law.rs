@@ -5,7 +5,7 @@ use crate::tensor::dual::Real;
 
 /// Cores may not come closer than this share of the sum of their rounding radii.
 pub const CORE_FLOOR: f64 = 0.2;
-/// From this share of the roundings on an overlap hardens the contact of two rigid bodies, without limit before cores are at their floor.
+/// From this share of the roundings on an overlap hardens the contact of bodies that can break, without limit before cores are at their floor.
 pub const HARDENS_FROM: f64 = 0.5;
 /// Newton steps to a hardened overlap at most; from the floor some twenty are enough.
 const MOST_STEPS: usize = 60;
@@ -81,7 +81,7 @@ impl ContactLaw {
 
     /// The overlap [m] at which the force per stiffness, hardening included, is `force_per_stiffness` [m].
     pub fn hardened_overlap_for(&self, force_per_stiffness: f64, roundings: f64) -> f64 {
-        let hardest = (HARDENS_FROM + HARDEST * (1.0 - CORE_FLOOR - HARDENS_FROM)) * roundings;
+        let hardest = self.hardest(roundings);
         // From above, where the force is too large: it is convex in the overlap there, so Newton's steps come down to the root.
         let mut overlap = self.overlap_for(force_per_stiffness).min(hardest);
         for _ in 0..MOST_STEPS {
@@ -125,6 +125,47 @@ impl ContactLaw {
         } else {
             (total - T::constant(0.5 * onset)) / (one + behind)
         }
+    }
+
+    /// The overlap [m] that a spring which hardens takes of `total`, as in [`ContactLaw::normal_behind`]; `None` where it does not reach
+    /// [`HARDENS_FROM`] of the roundings.
+    pub fn hardened_overlap_behind<T: Real>(&self, total: T, behind: T, roundings: f64) -> Option<T> {
+        let (whole, more) = (total.value(), behind.value());
+        let unhardened = whole - more * self.normal_behind(whole, more);
+        if !(unhardened > HARDENS_FROM * roundings) {
+            return None;
+        }
+        let hardest = self.hardest(roundings);
+        let over = |overlap: f64| overlap + more * self.hardened(overlap, roundings) - whole;
+        // From above, as in `hardened_overlap_for`. From the hardest on the force is linear again.
+        let (overlap, slope) = if over(hardest) < 0.0 {
+            (hardest - over(hardest) / (1.0 + more), 1.0 + more)
+        } else {
+            let mut overlap = unhardened.min(hardest);
+            let slope = |overlap: f64| 1.0 + more * self.steepness(overlap, roundings);
+            for _ in 0..MOST_STEPS {
+                let step = over(overlap) / slope(overlap);
+                overlap -= step;
+                if step.abs() < 1e-15 * roundings {
+                    break;
+                }
+            }
+            (overlap, slope(overlap))
+        };
+        // One step more, for the derivatives.
+        let force = T::constant(self.hardened(overlap, roundings));
+        let overlap = T::constant(overlap);
+        Some(overlap - (overlap + behind * force - total).scaled(1.0 / slope))
+    }
+
+    /// The largest overlap up to which a contact gets harder [m].
+    fn hardest(&self, roundings: f64) -> f64 {
+        (HARDENS_FROM + HARDEST * (1.0 - CORE_FLOOR - HARDENS_FROM)) * roundings
+    }
+
+    /// Normal force per stiffness [m], hardening included.
+    fn hardened(&self, overlap: f64, roundings: f64) -> f64 {
+        self.normal(overlap) + self.hardening(overlap, roundings).map_or(0.0, |[more, _]| more)
     }
 
     /// Energy per stiffness [m^2]: the integral of [`ContactLaw::normal`].
@@ -344,6 +385,23 @@ mod tests {
         // Nothing up to half of the roundings, and more than any other force before the floor.
         assert_eq!(LAW.hardening(0.5 * roundings, roundings), None);
         assert!(added(0.79 * roundings)[0] > 100.0 * roundings);
+    }
+
+    #[test]
+    fn hardened_springs_behind_a_compliance_share_the_way() {
+        let roundings = 2e-3;
+        let own = |total: f64, behind: f64| LAW.hardened_overlap_behind(total, behind, roundings);
+        for behind in [0.0, 0.3, 4.0, 60.0] {
+            for share in [1e-3, 0.3, 0.499] {
+                assert_eq!(own(share * roundings + behind * LAW.normal(share * roundings), behind), None);
+            }
+            for share in [0.501, 0.55, 0.6, 0.7, 0.76, 0.79, 0.9] {
+                let overlap = share * roundings;
+                let total = |overlap: f64| overlap + behind * LAW.hardened(overlap, roundings);
+                let found = own(total(overlap), behind).expect("hardens");
+                assert!((found - overlap).abs() < 1e-12 * roundings, "{behind} {share}: {found} {overlap}");
+            }
+        }
     }
 
     #[test]

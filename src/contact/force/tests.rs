@@ -238,6 +238,26 @@ fn tangent_is_derivative_of_force() {
     }
 }
 
+/// Alone, behind a penalty, and behind the compliance of a force that is unknown.
+#[test]
+fn tangent_is_derivative_of_a_hardened_force() {
+    for mut scene in contacts() {
+        let poses = moved_on(&scene);
+        let PointState { spring, radii, .. } = scene.state;
+        for [lead, behind, compliance] in
+            [[0.55, 0.0, 0.0], [0.6, 0.1, 0.0], [0.6, 0.0, 0.1], [0.9, 0.2, 0.2]]
+        {
+            (scene.state.lead, scene.state.stiffness) = (lead * radii, spring / (1.0 + behind));
+            (scene.state.compliance, scene.state.offset) = (compliance / spring, 0.0);
+            let (evaluation, _) = scene.evaluate_at(&poses);
+            let unhardened = PointState { hardens: false, ..scene.state };
+            let plain = Scene { state: unhardened, ..scene }.evaluate_at(&poses).0;
+            assert!(evaluation.load > 1.001 * plain.load, "{lead} {behind}");
+            assert_tangent_is_exact(&scene, &poses);
+        }
+    }
+}
+
 /// A force that only turns, far below its bound.
 #[test]
 fn tangent_knows_how_stretches_turn() {
