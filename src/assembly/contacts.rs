@@ -16,7 +16,7 @@ use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{ContactShape, Corner, FaceRule, FaceShare, Feature, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::wall::WallContact;
-use crate::model::{BodyKind, Committed, Model, Travel};
+use crate::model::{Body, BodyKind, Committed, Model, Travel};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -212,6 +212,8 @@ impl PairWork {
             Some(_) | None => 1.0,
         };
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
+        let deforming = [a, b].map(|body| &model.bodies[body]).into_iter().filter(|body| body.is_elastic());
+        let spared: f64 = deforming.map(Body::shell_spares).sum();
         let full = [a, b].iter().any(|&body| model.bodies[body].nodes_among_unknowns().is_some());
         let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
@@ -239,7 +241,7 @@ impl PairWork {
                 lead: memory.map_or(0.0, |m| m.lead),
                 compliance: 0.0,
                 given: Vec3::zeros(),
-                hardens: brittle,
+                hardening: 0.0,
             }
         };
         let mut put = |law: &ContactLaw, site: Site, sites: SitePoints, mut state: PointState| {
@@ -264,6 +266,10 @@ impl PairWork {
                 firmness = spots[place].firmness;
                 if firmness != 1.0 {
                     (state.spring, state.stiffness) = (spring * firmness, spring * firmness);
+                }
+                if brittle {
+                    let sharpness = spring / *stiffness;
+                    state.hardening = state.spring / (1.0 + state.spring * spared / sharpness);
                 }
             }
             if elastic {

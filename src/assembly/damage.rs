@@ -252,9 +252,8 @@ impl Contacts {
     }
 
     /// Energy that the contacts of brittle bodies have set free since the committed state by getting softer [J]: work of the trapezoidal rule
-    /// less the energy gained. Along the normal with the spring's hardening
-    /// ([`freed_by_softening`](crate::contact::ContactLaw::freed_by_softening)), across it `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose
-    /// stiffness goes from k1 to k2 and its force from f1 to f2.
+    /// less the energy gained, `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose stiffness goes from k1 to k2 and its force from f1 to f2, and that of the
+    /// hardening beside it ([`freed_by_hardening`](crate::contact::ContactLaw::freed_by_hardening)).
     pub fn softened(&self, model: &Model) -> f64 {
         let mut freed = 0.0;
         if !model.can_break() {
@@ -269,13 +268,15 @@ impl Contacts {
             let gained = (1.0 - point.firmness / memory.firmness) / point.state.spring;
             let weight = 0.5 * (e.weight + memory.pressure / memory.load);
             let tangential = memory.traction.dot(&e.friction) / e.weight / model.law.tangential_ratio;
-            let (spring, softer) = (point.state.spring, point.firmness / memory.firmness);
-            let normal = model.law.freed_by_softening(
-                [spring / softer, memory.load],
-                [spring, e.load],
+            let sprung = memory.sprung() * e.sprung();
+            let softer = point.state.hardening;
+            let harder = 1.0 / (1.0 / softer - gained);
+            let hardening = model.law.freed_by_hardening(
+                [harder, memory.hardened],
+                [softer, e.hardened],
                 point.state.radii,
             );
-            freed += weight * (normal + 0.5 * gained * tangential);
+            freed += weight * (0.5 * gained * (sprung + tangential) + hardening);
         }
         freed
     }

@@ -65,7 +65,7 @@ pub struct Spot {
 #[derive(Debug, Clone, Copy)]
 pub struct Held {
     pub feature: Feature,
-    /// Normal force over the weight [N].
+    /// Normal force of the contact's own spring over the weight [N].
     pub load: f64,
     /// Friction force on `b` over the weight [N], in space.
     pub traction: Vec3,
@@ -80,8 +80,8 @@ pub struct Held {
 
 impl Held {
     pub fn committed(memory: &PointMemory) -> Self {
-        let PointMemory { feature, load, traction, scale, .. } = *memory;
-        Held { feature, load, traction, scale, left: 0.0, slid: Vec3::zeros() }
+        let PointMemory { feature, traction, scale, .. } = *memory;
+        Held { feature, load: memory.sprung(), traction, scale, left: 0.0, slid: Vec3::zeros() }
     }
 
     /// The scale for the next augmentation, which `left` [m] of the gap now, and `slid` [m] of a sticking contact's stretch: swinging
@@ -261,7 +261,8 @@ impl Contacts {
         };
         for (pair, point) in self.active() {
             let Some(spot) = pair.spot(point.site.feature) else { continue };
-            let on_b = force_on_b(point);
+            let e = &point.evaluation;
+            let on_b = if spread { force_on_b(point) } else { e.bending_force() };
             for (k, (body, place, force)) in
                 [(pair.a(), spot.on_a, -on_b), (pair.b(), spot.on_b, on_b)].into_iter().enumerate()
             {
@@ -350,10 +351,10 @@ impl Contacts {
                 let before = old.map_or((0.0, Vec3::zeros()), |h| (h.load, h.traction));
                 // What stands in for the flexibility gives more by this than it did.
                 let gives = match spot.given {
-                    Some(given) => (e.normal * e.pressure + e.friction) * spot.compliance - given,
+                    Some(given) => e.bending_force() * spot.compliance - given,
                     None => {
                         let sliding = (traction - before.1) * (spot.compliance / ratio);
-                        e.normal * (spot.compliance * (e.load - before.0)) + sliding
+                        e.normal * (spot.compliance * (e.sprung() - before.0)) + sliding
                     }
                 };
                 let across = gives.dot(&e.normal);
@@ -367,7 +368,7 @@ impl Contacts {
                         if spot.given.is_some() { held.scale } else { held.adapted(left, &slid, tolerance) }
                     };
                     let scale = old.as_ref().map_or(self.first_scale, adapted);
-                    held.push(Held { feature, load: e.load, traction, scale, left, slid });
+                    held.push(Held { feature, load: e.sprung(), traction, scale, left, slid });
                 } else if let Some(old) = old {
                     // Its own push was too much for it. Without this a patch of contacts that close at once opens at once, each of
                     // them forgets that it swings, and all close again just as before.

@@ -16,7 +16,7 @@ use crate::assembly::elastic::{
 };
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
-use crate::model::{BodyKind, Committed, Model, SHELL_STIFFNESS};
+use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
 
 /// Elastic fields of all bodies whose flexibility is known, resting or not, under the forces of a configuration.
@@ -100,11 +100,6 @@ fn committed_gap(
     displaced(pair.b(), &places[1]) - displaced(pair.a(), &places[0])
 }
 
-/// What an elastic body's contact yields less than a rigid one's, of its own, per force [m/N].
-fn spared(model: &Model, body: usize) -> f64 {
-    (1.0 - 1.0 / SHELL_STIFFNESS) / model.bodies[body].stiffness
-}
-
 impl Contacts {
     /// The elastic fields under the forces of the configuration last evaluated, at `poses`, and `pressure` [Pa] on the cover.
     pub fn recover(&self, model: &Model, poses: &[Pose], pressure: f64) -> Recovery {
@@ -116,7 +111,7 @@ impl Contacts {
             loads[body].push((place, poses[body].rotation.inverse() * force));
         };
         for ((pair, point), [on_a, on_b]) in active.iter().zip(&places) {
-            let force = force_on_b(point);
+            let force = point.evaluation.bending_force();
             on_a.iter().for_each(|place| put(pair.a(), *place, -force));
             on_b.iter().for_each(|place| put(pair.b(), *place, force));
         }
@@ -143,11 +138,11 @@ impl Contacts {
             .map(|((pair, point), places)| {
                 let e = &point.evaluation;
                 let sharpness = point.state.spring / pair.spring() / point.firmness;
-                let own = e.normal * e.load + e.friction / (e.weight * model.law.tangential_ratio);
+                let own = e.normal * e.sprung() + e.friction / (e.weight * model.law.tangential_ratio);
                 let side = |body: usize, place: &Option<SurfacePoint>, sign: f64| match place {
                     Some(place) if model.bodies[body].may_rest() => {
                         let displaced = poses[body].rotation * interpolate(place, &fields[body]);
-                        displaced * sign - own * (spared(model, body) / sharpness)
+                        displaced * sign - own * (model.bodies[body].shell_spares() / sharpness)
                     }
                     Some(_) | None => Vec3::zeros(),
                 };
@@ -242,17 +237,13 @@ impl Contacts {
             let spring = sound * kept.firmness * sharpness;
             let elastic = committed_gap(model, committed, pair, places);
             let geometric = point.geometric_overlap();
-            kept.load = e.load;
+            (kept.load, kept.hardened) = (e.load, e.hardened);
             kept.pressure = e.pressure;
             kept.traction = e.friction / e.weight;
             // The stretch of the contact's own spring, as `Contacts::memory` has it.
             kept.stretch = state.own_stretch(&model.law, e);
             kept.tangential_energy = e.tangential_energy;
-            let overlap = match state.hardens {
-                true => model.law.hardened_overlap_for(e.load / spring, state.radii),
-                false => model.law.overlap_for(e.load / spring),
-            };
-            kept.lead = overlap - geometric + e.normal.dot(&elastic);
+            kept.lead = model.law.overlap_for(e.sprung() / spring) - geometric + e.normal.dot(&elastic);
             let softer = state.spring / spring;
             kept.stretch *= softer;
             kept.tangential_energy *= softer;
@@ -288,9 +279,8 @@ impl Contacts {
                 pair.carried.point(feature).is_none() && !bore.contains(&(pair.key(), feature))
             };
             for point in pair.active().filter(is_new) {
-                let points = &mut committed.memory.entry(pair.key()).or_default().points;
-                points.push(PointMemory::open(point.site.feature, point.evaluation.gap));
-                points.sort_by_key(|kept| kept.feature);
+                let open = PointMemory::open(point.site.feature, point.evaluation.gap);
+                committed.memory.entry(pair.key()).or_default().put(open);
                 any = true;
             }
         }
@@ -307,10 +297,7 @@ impl Contacts {
                 let geometric = point.geometric_overlap();
                 let lead = -e.gap - (geometric - e.normal.dot(&elastic));
                 if e.weight > 0.0 && e.gap >= 0.0 && geometric - e.normal.dot(&elastic) > 0.0 {
-                    let points = &mut memory.entry(pair.key()).or_default().points;
-                    points.retain(|kept| kept.feature != point.site.feature);
-                    points.push(PointMemory::open(point.site.feature, lead));
-                    points.sort_by_key(|kept| kept.feature);
+                    memory.entry(pair.key()).or_default().put(PointMemory::open(point.site.feature, lead));
                 }
             }
         }

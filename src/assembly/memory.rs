@@ -34,6 +34,7 @@ impl Contacts {
                     stretch: point.state.own_stretch(&model.law, e) - slid,
                     pressure: e.pressure,
                     load: e.load,
+                    hardened: e.hardened,
                     traction,
                     bound: e.coefficient * e.load,
                     tangential_energy: e.tangential_energy,

@@ -25,7 +25,7 @@
 use rayon::prelude::*;
 
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
-use crate::assembly::elastic::{Spot, force_on_b};
+use crate::assembly::elastic::Spot;
 use crate::assembly::{BlockPattern, Dofs};
 use crate::contact::Feature;
 use crate::contact::force::{ElasticTangent, Tangent};
@@ -343,7 +343,7 @@ impl Contacts {
         for (k, knot) in self.network.knots.iter().enumerate() {
             let (mut excess, [a, b]) = (-knot.force, [knot.key.0 as usize, knot.key.1 as usize]);
             if let Some(point) = self.point_of(knot) {
-                excess += force_on_b(point);
+                excess += point.evaluation.bending_force();
                 let plain = plain_lift(&point.evaluation.point, [&poses[a].position, &poses[b].position]);
                 let wrench = lifted(&plain, &-excess);
                 dofs.scatter(residual, a, &wrench[..6]);
@@ -369,7 +369,7 @@ impl Contacts {
             let (point, bodies) = (&pair.points[at], [pair.a(), pair.b()]);
             let e = &point.evaluation;
             let plain = plain_lift(&e.point, bodies.map(|body| &poses[body].position));
-            let excess = force_on_b(point) - knot.force;
+            let excess = e.bending_force() - knot.force;
             if !e.is_active() {
                 knot.tangent = KnotTangent { lift: plain, plain, excess: -knot.force, ..STILL };
                 continue;

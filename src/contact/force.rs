@@ -86,8 +86,9 @@ pub struct PointState {
     /// it gave under the unknown force [m], in space, which it gives back. Where the two forces agree nothing of it is left.
     pub compliance: f64,
     pub given: Vec3,
-    /// Whether it hardens before the cores meet ([`ContactLaw::hardening`]): where a body can break.
-    pub hardens: bool,
+    /// Stiffness with which it hardens before the cores meet ([`ContactLaw::hardening`]) [N/m]; zero where no body can break. That of the contact of
+    /// rigid bodies, so that it does not depend on which of them deform.
+    pub hardening: f64,
 }
 
 impl PointState {
@@ -124,6 +125,8 @@ pub struct Evaluation {
     pub mean_coefficient: f64,
     /// Normal force over the weight [N].
     pub load: f64,
+    /// The part of it that keeps the cores apart ([`ContactLaw::hardening`]), which bends no body.
+    pub hardened: f64,
     /// Tangential stretch of the last accepted increment where the bodies' turn has brought it [m].
     pub carried_stretch: Vec3,
     /// Tangential stretch had nothing slipped [m].
@@ -151,6 +154,7 @@ impl Evaluation {
             coefficient: state.friction.coefficient,
             mean_coefficient: 1.0,
             load: 0.0,
+            hardened: 0.0,
             carried_stretch: Vec3::zeros(),
             trial_stretch: Vec3::zeros(),
             stretch: Vec3::zeros(),
@@ -158,6 +162,16 @@ impl Evaluation {
             energy: 0.0,
             wrench: [0.0; 12],
         }
+    }
+
+    /// Normal force of the contact's own spring over the weight [N].
+    pub fn sprung(&self) -> f64 {
+        self.load - self.hardened
+    }
+
+    /// The force on `b` that bends the bodies [N]: what the contact's own spring presses, and friction.
+    pub fn bending_force(&self) -> Vec3 {
+        self.normal * (self.pressure - self.weight * self.hardened) + self.friction
     }
 
     pub fn is_active(&self) -> bool {
@@ -215,7 +229,7 @@ pub fn place(site: &Site, points: &SitePoints, radius_difference: f64) -> (Vec3,
     (0.5 * (xa + xb + normal * radius_difference), normal)
 }
 
-/// As [`Tangent`] with the force on `b` (normal and friction alone) behind the wrench, by the same nine and by the
+/// As [`Tangent`] with the force on `b` that bends bodies ([`Evaluation::bending_force`]) behind the wrench, by the same nine and by the
 /// elastic displacement of `b`'s surface relative to `a`'s (9-11).
 pub type ElasticTangent = [[f64; 12]; 15];
 
@@ -335,8 +349,8 @@ struct Sides<T> {
     normals: [Vector<T>; 2],
 }
 
-/// The contact with the elastic displacement `displaced` on top of the state's; its wrench, and the force on `b` but
-/// for the weight's gradient.
+/// The contact with the elastic displacement `displaced` on top of the state's; its wrench, and the force on `b` that bends bodies, which the weight's
+/// gradient is no part of.
 fn wrench<T: Real>(
     law: &ContactLaw,
     site: &Site,
@@ -352,7 +366,8 @@ fn wrench<T: Real>(
     let distance = difference.norm();
     let normal = difference.times(T::constant(1.0) / distance);
     let elastic = Vector::constant(&state.elastic) + *displaced;
-    let overlap = T::constant(state.radii) - distance - normal.dot(elastic) + T::constant(state.lead);
+    let undeformed = T::constant(state.radii) - distance;
+    let overlap = undeformed - normal.dot(elastic) + T::constant(state.lead);
     // Halfway between the rounded surfaces, not between the cores.
     let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
     let lines = is_edge_pair.then(|| LinePair::new(a, b));
@@ -371,23 +386,16 @@ fn wrench<T: Real>(
     let given = Vector::constant(&state.given);
     let pushed = overlap + T::constant(state.offset) + normal.dot(given);
     let behind = T::constant(state.behind()) + weight.scaled(state.spring * state.compliance);
-    let alone = state.behind() == 0.0 && state.compliance == 0.0;
-    let own = match (state.hardens, alone) {
-        (true, true) => Some(overlap),
-        (true, false) => law.hardened_overlap_behind(pushed, behind, state.radii),
-        (false, _) => None,
-    };
-    let hardened = own.and_then(|own| law.hardening(own, state.radii));
-    let linear = match own.filter(|_| !alone) {
-        Some(own) => law.normal(own),
-        None => law.normal_behind(pushed, behind),
-    };
-    let linear = linear.scaled(state.spring);
-    let load = hardened.map_or(linear, |[more, _]| linear + more.scaled(state.spring));
+    let linear = law.normal_behind(pushed, behind).scaled(state.spring);
+    let hardens = state.hardening > 0.0;
+    let hardened = if hardens { law.hardening(undeformed, state.radii) } else { None };
+    let hardened = hardened.map(|both| both.map(|part| part.scaled(state.hardening)));
+    let load = hardened.map_or(linear, |[more, _]| linear + more);
     let pressure = weight * load;
     let mut evaluation = Evaluation {
         gap: -overlap.value(),
         load: load.value(),
+        hardened: hardened.map_or(0.0, |[more, _]| more.value()),
         ..Evaluation::new(state, weight.value(), normal.value(), point.value(), pressure.value())
     };
     if pressure.value() <= 0.0 {
@@ -399,6 +407,7 @@ fn wrench<T: Real>(
         let pressed = Pressed { point, normal, pressure, weight, overlap };
         force_on_b = force_on_b + rub(law, state, [frame_a, frame_b], &pressed, displaced, &mut evaluation);
     }
+    let bending = hardened.map_or(force_on_b, |[more, _]| force_on_b - normal.times(weight * more));
     let arm_a = point - frame_a.position;
     let arm_b = point - frame_b.position;
     let mut force_a = -force_on_b;
@@ -407,7 +416,7 @@ fn wrench<T: Real>(
     let mut moment_b = arm_b.cross(force_b);
 
     let excess = law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring);
-    let excess = hardened.map_or(excess, |[_, more]| excess + more.scaled(state.spring));
+    let excess = hardened.map_or(excess, |[_, more]| excess + more);
     evaluation.energy = (weight * excess).value();
     if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)
         && edge_weight.value.value() < 1.0
@@ -445,7 +454,7 @@ fn wrench<T: Real>(
         part.copy_from_slice(&vector.0);
     }
     evaluation.wrench = all.map(T::value);
-    (evaluation, all, force_on_b)
+    (evaluation, all, bending)
 }
 
 #[cfg(test)]

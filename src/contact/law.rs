@@ -5,9 +5,9 @@ use crate::tensor::dual::Real;
 
 /// Cores may not come closer than this share of the sum of their rounding radii.
 pub const CORE_FLOOR: f64 = 0.2;
-/// From this share of the roundings on an overlap hardens the contact of bodies that can break, without limit before cores are at their floor.
+/// From this share of the roundings on an overlap of bodies that can break hardens their contact, without limit before cores are at their floor.
 pub const HARDENS_FROM: f64 = 0.5;
-/// Newton steps to a hardened overlap at most; from the floor some twenty are enough.
+/// Newton steps to a hardening's overlap at most; from the floor some twenty are enough.
 const MOST_STEPS: usize = 60;
 /// Where the hardening is cut off, just before the floor.
 const HARDEST: f64 = 0.99;
@@ -52,11 +52,13 @@ impl ContactLaw {
         }
     }
 
-    /// What an overlap beyond [`HARDENS_FROM`] of the roundings adds to [`ContactLaw::normal`] [m] and to [`ContactLaw::energy`] [m^2]: with
-    /// `x` from 0 there to 1 at the floor and `w` the way between, energy `w^2 x^4 / (1 - x)`. Twice continuously differentiable.
+    /// Force per stiffness [m] and energy per stiffness [m^2] that keep apart two cores whose undeformed bodies overlap [m] by more than
+    /// [`HARDENS_FROM`] of the roundings: with `x` from 0 there to 1 at the floor and `w` the way between, energy `w^2 x^4 / (1 - x)`.
+    /// Twice continuously differentiable.
     ///
     /// A softened contact under a large force would otherwise bring two cores to their floor, where every further step is
-    /// refused and no solver finds a way on or back.
+    /// refused and no solver finds a way on or back. It is a spring of its own, beside the contact's: whatever bodies bend, or have bent,
+    /// it knows where the cores are.
     pub fn hardening<T: Real>(&self, overlap: T, roundings: f64) -> Option<[T; 2]> {
         let way = (1.0 - CORE_FLOOR - HARDENS_FROM) * roundings;
         let from = HARDENS_FROM * roundings;
@@ -71,42 +73,38 @@ impl ContactLaw {
         Some([force.scaled(way), (cube * x / left).scaled(way * way)])
     }
 
-    /// Slope of the normal force by the overlap over the stiffness, hardening included: at least 1.
-    pub fn steepness(&self, overlap: f64, roundings: f64) -> f64 {
+    /// Slope of the force of [`ContactLaw::hardening`] by the overlap, over the stiffness.
+    pub fn hardening_slope(&self, overlap: f64, roundings: f64) -> f64 {
         let way = (1.0 - CORE_FLOOR - HARDENS_FROM) * roundings;
         let x = ((overlap - HARDENS_FROM * roundings) / way).clamp(0.0, HARDEST);
         let left = 1.0 - x;
-        1.0 + 12.0 * x * x / left + 2.0 * x.powi(3) * (4.0 - 3.0 * x) / left.powi(3)
+        12.0 * x * x / left + 2.0 * x.powi(3) * (4.0 - 3.0 * x) / left.powi(3)
     }
 
-    /// The overlap [m] at which the force per stiffness, hardening included, is `force_per_stiffness` [m].
-    pub fn hardened_overlap_for(&self, force_per_stiffness: f64, roundings: f64) -> f64 {
-        let hardest = self.hardest(roundings);
-        // From above, where the force is too large: it is convex in the overlap there, so Newton's steps come down to the root.
-        let mut overlap = self.overlap_for(force_per_stiffness).min(hardest);
+    /// The overlap [m] at which [`ContactLaw::hardening`] has this force per stiffness [m].
+    fn hardening_overlap_for(&self, force_per_stiffness: f64, roundings: f64) -> f64 {
+        let mut overlap = (HARDENS_FROM + HARDEST * (1.0 - CORE_FLOOR - HARDENS_FROM)) * roundings;
+        // From above, where the force is too large: it is convex in the overlap, so Newton's steps come down to the root.
         for _ in 0..MOST_STEPS {
-            let Some([more, _]) = self.hardening(overlap, roundings) else { break };
-            let step =
-                (self.normal(overlap) + more - force_per_stiffness) / self.steepness(overlap, roundings);
+            let Some([force, _]) = self.hardening(overlap, roundings) else { break };
+            let step = (force - force_per_stiffness) / self.hardening_slope(overlap, roundings);
             overlap -= step;
             if step.abs() < 1e-12 * roundings {
                 break;
             }
         }
-        overlap
+        overlap.max(HARDENS_FROM * roundings)
     }
 
-    /// Energy [J] that a spring frees while it gets softer, from one stiffness [N/m] and force [N] to another: work of the trapezoidal rule
-    /// less the energy gained. Of a linear spring `(1/k2 - 1/k1) f1 f2 / 2`.
-    pub fn freed_by_softening(&self, before: [f64; 2], after: [f64; 2], roundings: f64) -> f64 {
-        let from = HARDENS_FROM * roundings;
-        if [before, after].iter().all(|[stiffness, force]| self.overlap_for(force / stiffness) <= from) {
-            return 0.5 * (1.0 / after[0] - 1.0 / before[0]) * before[1] * after[1];
+    /// Energy [J] that the hardening frees while it gets softer, from one stiffness [N/m] and force [N] to another: work of the trapezoidal rule
+    /// less the energy gained.
+    pub fn freed_by_hardening(&self, before: [f64; 2], after: [f64; 2], roundings: f64) -> f64 {
+        if before[1] <= 0.0 && after[1] <= 0.0 {
+            return 0.0;
         }
         let [(x1, e1), (x2, e2)] = [before, after].map(|[stiffness, force]| {
-            let x = self.hardened_overlap_for(force / stiffness, roundings);
-            let more = self.hardening(x, roundings).map_or(0.0, |[_, energy]| energy);
-            (x, stiffness * (self.energy(x) + more))
+            let x = self.hardening_overlap_for(force / stiffness, roundings);
+            (x, stiffness * self.hardening(x, roundings).map_or(0.0, |[_, energy]| energy))
         });
         0.5 * (before[1] + after[1]) * (x2 - x1) - (e2 - e1)
     }
@@ -125,47 +123,6 @@ impl ContactLaw {
         } else {
             (total - T::constant(0.5 * onset)) / (one + behind)
         }
-    }
-
-    /// The overlap [m] that a spring which hardens takes of `total`, as in [`ContactLaw::normal_behind`]; `None` where it does not reach
-    /// [`HARDENS_FROM`] of the roundings.
-    pub fn hardened_overlap_behind<T: Real>(&self, total: T, behind: T, roundings: f64) -> Option<T> {
-        let (whole, more) = (total.value(), behind.value());
-        let unhardened = whole - more * self.normal_behind(whole, more);
-        if !(unhardened > HARDENS_FROM * roundings) {
-            return None;
-        }
-        let hardest = self.hardest(roundings);
-        let over = |overlap: f64| overlap + more * self.hardened(overlap, roundings) - whole;
-        // From above, as in `hardened_overlap_for`. From the hardest on the force is linear again.
-        let (overlap, slope) = if over(hardest) < 0.0 {
-            (hardest - over(hardest) / (1.0 + more), 1.0 + more)
-        } else {
-            let mut overlap = unhardened.min(hardest);
-            let slope = |overlap: f64| 1.0 + more * self.steepness(overlap, roundings);
-            for _ in 0..MOST_STEPS {
-                let step = over(overlap) / slope(overlap);
-                overlap -= step;
-                if step.abs() < 1e-15 * roundings {
-                    break;
-                }
-            }
-            (overlap, slope(overlap))
-        };
-        // One step more, for the derivatives.
-        let force = T::constant(self.hardened(overlap, roundings));
-        let overlap = T::constant(overlap);
-        Some(overlap - (overlap + behind * force - total).scaled(1.0 / slope))
-    }
-
-    /// The largest overlap up to which a contact gets harder [m].
-    fn hardest(&self, roundings: f64) -> f64 {
-        (HARDENS_FROM + HARDEST * (1.0 - CORE_FLOOR - HARDENS_FROM)) * roundings
-    }
-
-    /// Normal force per stiffness [m], hardening included.
-    fn hardened(&self, overlap: f64, roundings: f64) -> f64 {
-        self.normal(overlap) + self.hardening(overlap, roundings).map_or(0.0, |[more, _]| more)
     }
 
     /// Energy per stiffness [m^2]: the integral of [`ContactLaw::normal`].
@@ -379,8 +336,9 @@ mod tests {
             let slope = (added(overlap + h)[1] - added(overlap - h)[1]) / (2.0 * h);
             // Differences of the energy w^2 x^4/(1-x), w = 6e-4 m, err by h^2/6 of its third derivative.
             assert!((slope - force).abs() < 1e-6 * (force + 1e-3 * roundings), "{share}: {slope} {force}");
-            let steep = 1.0 + (added(overlap + h)[0] - added(overlap - h)[0]) / (2.0 * h);
-            assert!((steep - LAW.steepness(overlap, roundings)).abs() < 1e-5 * steep, "{share}");
+            let steep = (added(overlap + h)[0] - added(overlap - h)[0]) / (2.0 * h);
+            let found = LAW.hardening_slope(overlap, roundings);
+            assert!((steep - found).abs() < 1e-5 * (1.0 + steep), "{share}: {found} {steep}");
         }
         // Nothing up to half of the roundings, and more than any other force before the floor.
         assert_eq!(LAW.hardening(0.5 * roundings, roundings), None);
@@ -388,55 +346,36 @@ mod tests {
     }
 
     #[test]
-    fn hardened_springs_behind_a_compliance_share_the_way() {
+    fn the_overlap_of_a_hardening_inverts_its_force() {
         let roundings = 2e-3;
-        let own = |total: f64, behind: f64| LAW.hardened_overlap_behind(total, behind, roundings);
-        for behind in [0.0, 0.3, 4.0, 60.0] {
-            for share in [1e-3, 0.3, 0.499] {
-                assert_eq!(own(share * roundings + behind * LAW.normal(share * roundings), behind), None);
-            }
-            for share in [0.501, 0.55, 0.6, 0.7, 0.76, 0.79, 0.9] {
-                let overlap = share * roundings;
-                let total = |overlap: f64| overlap + behind * LAW.hardened(overlap, roundings);
-                let found = own(total(overlap), behind).expect("hardens");
-                assert!((found - overlap).abs() < 1e-12 * roundings, "{behind} {share}: {found} {overlap}");
-            }
-        }
-    }
-
-    #[test]
-    fn hardened_overlap_inverts_the_hardened_force() {
-        let roundings = 2e-3;
-        for share in [1e-4, 0.3, 0.5, 0.51, 0.6, 0.7, 0.76, 0.79] {
+        for share in [0.51, 0.6, 0.7, 0.76, 0.79] {
             let overlap = share * roundings;
-            let force = LAW.normal(overlap) + LAW.hardening(overlap, roundings).unwrap_or([0.0; 2])[0];
-            let found = LAW.hardened_overlap_for(force, roundings);
+            let [force, _] = LAW.hardening(overlap, roundings).expect("hardens");
+            let found = LAW.hardening_overlap_for(force, roundings);
             assert!((found - overlap).abs() < 1e-10 * roundings, "{share}: {found} {overlap}");
         }
     }
 
-    /// A contact that goes down to a third of its stiffness in a thousand steps, its overlap given at each: what it frees is the integral of its
-    /// energy per stiffness over the stiffness, hardened or not. In one step the linear spring frees the same as the closed form.
+    /// A hardening that goes down to a third of its stiffness in a thousand steps, its overlap given at each: what it frees is the integral of its
+    /// energy per stiffness over the stiffness.
     #[test]
-    fn softening_frees_the_energy_per_stiffness() {
+    fn softening_frees_the_energy_per_stiffness_of_a_hardening() {
         let (roundings, steps) = (2e-3, 1000);
-        for [first, last] in [[0.1, 0.2], [0.45, 0.55], [0.55, 0.78]] {
+        for [first, last] in [[0.45, 0.55], [0.55, 0.78]] {
             let state = |k: usize| {
                 let t = k as f64 / steps as f64;
                 let (overlap, stiffness) = ((first + (last - first) * t) * roundings, 1e8 * (1.0 - t / 1.5));
-                let [more, energy] = LAW.hardening(overlap, roundings).unwrap_or([0.0; 2]);
-                ([stiffness, stiffness * (LAW.normal(overlap) + more)], LAW.energy(overlap) + energy)
+                let [force, energy] = LAW.hardening(overlap, roundings).unwrap_or([0.0; 2]);
+                ([stiffness, stiffness * force], energy)
             };
             let (mut freed, mut expected) = (0.0, 0.0);
             for k in 1..=steps {
                 let [(before, e1), (after, e2)] = [state(k - 1), state(k)];
-                freed += LAW.freed_by_softening(before, after, roundings);
+                freed += LAW.freed_by_hardening(before, after, roundings);
                 expected += 0.5 * (e1 + e2) * (before[0] - after[0]);
             }
             assert!((freed / expected - 1.0).abs() < 1e-3, "{first}: {freed} {expected}");
         }
-        let linear = LAW.freed_by_softening([1e8, 3e3], [5e7, 2e3], roundings);
-        assert!((linear - 0.5 * (1.0 / 5e7 - 1.0 / 1e8) * 3e3 * 2e3).abs() < 1e-15);
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub struct PointMemory {
     pub pressure: f64,
     /// Normal force over the weight [N].
     pub load: f64,
+    /// The part of it that keeps the cores apart [N].
+    pub hardened: f64,
     /// Friction force on `b` over the weight [N], in space.
     #[serde(with = "crate::tensor::stored")]
     pub traction: Vec3,
@@ -49,6 +51,11 @@ pub struct PointMemory {
 }
 
 impl PointMemory {
+    /// Normal force of the contact's own spring over the weight [N].
+    pub fn sprung(&self) -> f64 {
+        self.load - self.hardened
+    }
+
     /// Of a contact without a force whose gap is more open than the geometry says by `-lead` [m].
     pub fn open(feature: Feature, lead: f64) -> Self {
         PointMemory {
@@ -57,6 +64,7 @@ impl PointMemory {
             stretch: Vec3::zeros(),
             pressure: 0.0,
             load: 0.0,
+            hardened: 0.0,
             traction: Vec3::zeros(),
             bound: 0.0,
             tangential_energy: 0.0,
@@ -83,6 +91,14 @@ impl PairMemory {
     /// How far contacts may be ahead of the geometry [m].
     pub fn lead(&self) -> f64 {
         self.points.iter().map(|p| p.lead).fold(0.0, f64::max)
+    }
+
+    /// Keeps `point` in place of what was known of its feature.
+    pub fn put(&mut self, point: PointMemory) {
+        match self.points.binary_search_by(|kept| kept.feature.cmp(&point.feature)) {
+            Ok(known) => self.points[known] = point,
+            Err(place) => self.points.insert(place, point),
+        }
     }
 
     pub fn point(&self, feature: Feature) -> Option<&PointMemory> {

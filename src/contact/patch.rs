@@ -311,7 +311,7 @@ mod tests {
                 lead: 0.0,
                 compliance: 0.0,
                 given: Vec3::zeros(),
-                hardens: false,
+                hardening: 0.0,
             };
             let [a, b] = [&kinematics[0], &kinematics[1]];
             let evaluated = evaluate(&LAW, &faces, [a, b], &[state; POINTS])?;

@@ -113,6 +113,7 @@ impl FaceRule {
                 feature: self.feature(k),
                 pressure: kept.pressure * share,
                 load: kept.load * share,
+                hardened: kept.hardened * share,
                 traction: kept.traction * share,
                 bound: kept.bound * share,
                 tangential_energy: kept.tangential_energy * share,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::contact::law::Friction;
 use crate::geometry::Polyhedron;
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain, Surface};
+use crate::model::SHELL_STIFFNESS;
 
 /// Index of a body in its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -151,6 +152,11 @@ impl Body {
         let woken = rested.is_some();
         self.grain = rested.or(self.grain.take());
         woken
+    }
+
+    /// What its contacts yield less of their own where it deforms than where it is rigid, per force [m/N].
+    pub fn shell_spares(&self) -> f64 {
+        (1.0 - 1.0 / SHELL_STIFFNESS) / self.stiffness
     }
 
     /// Whether it may be rigid for a while: damage has not changed how it bends.

@@ -179,7 +179,7 @@ history! {
     energy_damage: f64, "J", "energy dissipated by damage, crushing included, since the start";
     energy_crushing: f64, "J", "part of energy_damage: what contacts on failed rock had stored, and the work done against their forces while these are taken away, since the start";
     energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, and work of the forces that the tolerance leaves out of balance in the others, since the start";
-    energy_reshaped: f64, "J", "energy that contacts gained where breaking changed the shapes of bodies, and grains that were rigid in a collapse where they bend again, which no work was done for, taken off energy_stabilisation, since the start";
+    energy_reshaped: f64, "J", "energy that contacts gained where breaking changed the shapes of bodies, and grains that were rigid in a collapse where they bend again, beyond what anything paid for, taken off energy_stabilisation, since the start";
     energy_overdrawn: f64, "J", "friction by which snaps would have spent more than they had, taken off energy_friction, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";
     energy_gap: f64, "1", "energy error of this increment over the work that ram and pressure exchanged in it";

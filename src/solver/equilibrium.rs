@@ -40,6 +40,8 @@ pub struct Equilibrium {
     pub surface_energy: f64,
     /// Whether it ended because bodies fell as far as they may before a commit.
     pub far: bool,
+    /// Whether it ended far from balance for bodies that bend to rest, and to fall.
+    pub collapses: bool,
     /// Why a body that damage has softened could not be solved for, if so.
     pub broke: Option<String>,
 }
@@ -148,6 +150,7 @@ impl Newton<'_> {
         // Whether the strongest hold got nowhere.
         let mut exhausted = false;
         let mut next_fall = settings.falls_after.filter(|_| self.can_fall());
+        let rests_after = settings.rests_after.filter(|_| !self.can_fall() && self.could_fall());
         let ended = |converged, balance, history: Vec<f64>, parts: &Parts, surface_energy| Equilibrium {
             converged,
             balance,
@@ -155,6 +158,7 @@ impl Newton<'_> {
             history,
             surface_energy,
             far: false,
+            collapses: false,
             broke: None,
         };
         loop {
@@ -205,6 +209,12 @@ impl Newton<'_> {
                 return ended(false, balance, history, &parts, self.surface_energy());
             }
             let balance = self.balance();
+            if rests_after.is_some_and(|after| whole > after)
+                && balance.out_of_balance > settings.fall_bounds[0]
+            {
+                let given_up = ended(false, balance, history, &parts, self.surface_energy());
+                return Equilibrium { collapses: true, ..given_up };
+            }
             self.counters.augmentations += 1;
             let in_pieces = settings.fall_travel.is_finite();
             let late = exhausted || in_pieces && whole > PATIENCE;

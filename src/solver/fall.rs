@@ -7,6 +7,7 @@
 //! of itself where it drives the motion and raised by it where it brakes (Cundall 1987, "Distinct element models of rock and soil structure": local
 //! damping), so that bodies come to rest each by itself, whatever others still do.
 
+use crate::contact::force::PointState;
 use crate::model::{BodyKind, Committed};
 use crate::solver::newton::Newton;
 use crate::tensor::Pose;
@@ -49,6 +50,11 @@ impl Newton<'_> {
     /// Whether bodies can fall: all unknowns are the motion of rigid ones.
     pub(super) fn can_fall(&self) -> bool {
         self.steering.is_none() && self.model.is_of_rigid_bodies()
+    }
+
+    /// Whether they could if all bodies that bend rested.
+    pub(super) fn could_fall(&self) -> bool {
+        self.steering.is_none() && self.model.could_be_of_rigid_bodies()
     }
 
     /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are
@@ -153,9 +159,9 @@ impl Newton<'_> {
         let law = &self.model.law;
         for (pair, point) in self.contacts.active() {
             let e = &point.evaluation;
-            let spring = point.state.spring
-                * e.weight
-                * if point.state.hardens { law.steepness(-e.gap, point.state.radii) } else { 1.0 };
+            let PointState { spring, hardening, radii, .. } = point.state;
+            let harder = hardening * law.hardening_slope(point.geometric_overlap(), radii);
+            let spring = e.weight * (spring + harder);
             for body in [pair.a(), pair.b()] {
                 let arm =
                     (e.point - self.poses[body].position).norm() / self.model.bodies[body].rotation_scale;

@@ -70,6 +70,8 @@ pub struct IncrementReport {
     pub damage: Damages,
     /// Whether bodies fell as far as they may before a commit ([`Settings::fall_travel`]).
     pub fell: bool,
+    /// Whether it was given up far from balance for bodies that bend to rest, and to fall ([`Settings::rests_after`]).
+    pub collapses: bool,
     /// The load factor that the loads' control was found to need; zero without one.
     pub factor: f64,
 }
@@ -160,6 +162,7 @@ pub fn advance(
             measures: ContactMeasures::default(),
             damage: Damages::default(),
             fell: false,
+            collapses: false,
             factor: 0.0,
         };
     };
@@ -248,6 +251,7 @@ pub fn advance(
         measures,
         damage: damage.unwrap_or_default(),
         fell,
+        collapses: outcome.collapses,
         factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
     };
     *contacts = newton.contacts;

@@ -31,6 +31,9 @@ pub struct Settings {
     pub dwells: bool,
     /// Augmentations before bodies that are far from balance fall (`solver::fall`); `None`: never.
     pub falls_after: Option<usize>,
+    /// Augmentations before an increment that is far from balance is given up where bodies bend that may rest, for these to rest and to fall
+    /// (`triaxial::test::collapse`); `None`: never.
+    pub rests_after: Option<usize>,
     /// Augmentations before those bodies that are far out of balance are solved for by themselves, between those of all
     /// (`solver::local`); `None`: never.
     pub local_after: Option<usize>,
@@ -84,6 +87,7 @@ impl Default for Settings {
             max_dwell: 0,
             dwells: false,
             falls_after: None,
+            rests_after: None,
             local_after: None,
             falls_when_stuck: false,
             fall_bounds: [0.1, 0.03],

@@ -73,7 +73,7 @@ const AREA_TRIALS: usize = 5;
 const DWELL_SHARE: f64 = 1e-3;
 /// Rough balances that a dwell gets where it does not find a fine one.
 const MOST_SETTLINGS: usize = 10;
-/// Augmentations of an increment of a specimen that has broken, before its grains fall.
+/// Augmentations of an increment of a specimen that has broken, before its grains fall, and of any before grains that bend rest and fall.
 const LATE: usize = 60;
 /// The same where no grain has broken.
 const SOON: usize = 20;
@@ -139,6 +139,8 @@ struct UnderWay {
     /// Bodies that are rigid until the collapse is over, by number, and by how much the description stores more elastic energy so [J].
     asleep: Vec<usize>,
     slept: f64,
+    /// What the ledger had for stabilisation when the first of them came to rest [J].
+    stabilised_before: f64,
     /// Times that the increment at hand has been repeated with more condensed grains.
     #[serde(skip)]
     repeats: usize,
@@ -196,8 +198,9 @@ fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
         return Some(falling);
     }
     let falls_after = if broken { Some(LATE) } else { freely.then_some(SOON) };
-    // An increment that gets stuck is cut first.
-    falls_after.map(|_| Settings { falls_after, falls_when_stuck: false, ..falling })
+    // An increment that gets stuck is cut first. Grains that bend where that matters to some accuracy need not to while they fall.
+    let rests_after = falls_after.and(rig.settings.accuracy).map(|_| LATE);
+    falls_after.map(|_| Settings { falls_after, rests_after, falls_when_stuck: false, ..falling })
 }
 
 /// An increment that found no balance.
@@ -206,6 +209,13 @@ struct Miss {
     /// What it came to, where it came to anything; what it took is in `counters`.
     report: Option<Box<IncrementReport>>,
     counters: Counters,
+}
+
+impl Miss {
+    /// Whether bodies that bend are to rest, and to fall.
+    fn collapses(&self) -> bool {
+        self.report.as_ref().is_some_and(|report| report.collapses)
+    }
 }
 
 impl Test {
@@ -290,6 +300,11 @@ impl Test {
                 Err(_) if !way.remnants.is_over() => {
                     // What is left of them goes at once.
                     way.remnants = Remnants::default();
+                    continue;
+                }
+                Err(miss) if miss.collapses() && !way.falls => {
+                    self.lull(rig, &mut way);
+                    way.falls = true;
                     continue;
                 }
                 Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
@@ -459,6 +474,7 @@ impl Test {
             remnants: Remnants::default(),
             asleep: Vec::new(),
             slept: 0.0,
+            stabilised_before: 0.0,
             spent: Counters::default(),
             falls: false,
             repeats: 0,
@@ -599,7 +615,8 @@ impl Test {
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
             let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
             counters.add(&report.counters);
-            if !report.converged() && !report.fell && !way.dwells && !way.falls {
+            let falls = report.fell || report.collapses;
+            if !report.converged() && !falls && !way.dwells && !way.falls {
                 // Once more with care, from the plainest start, before the increment is cut.
                 let settings = rig.settings.cautious();
                 let careful = Increment { settings: &settings, ..increment };

@@ -5,9 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
-use crate::assembly::elastic::{
-    OVERESTIMATE, SurfaceField, SurfaceLoads, for_each_cover_force, force_on_b, interpolate,
-};
+use crate::assembly::elastic::{OVERESTIMATE, SurfaceField, SurfaceLoads, for_each_cover_force, interpolate};
 use crate::assembly::network::{Knot, Network, Patch, STILL, pair_of, spot_of};
 use crate::assembly::timings::Kernel;
 use crate::grain::SurfacePoint;
@@ -57,7 +55,7 @@ impl Contacts {
                 }
                 fresh |= known.is_none();
                 let force = known.map_or_else(
-                    || if e.is_active() { force_on_b(point) } else { Vec3::zeros() },
+                    || if e.is_active() { e.bending_force() } else { Vec3::zeros() },
                     |knot| knot.force,
                 );
                 let (others, by_pressure, before) =
@@ -141,7 +139,7 @@ impl Contacts {
         for pair in self.pairs.iter().filter(|pair| !is_networked(model, pair)) {
             for point in pair.active() {
                 let Some(spot) = pair.spot(point.site.feature) else { continue };
-                let on_b = force_on_b(point);
+                let on_b = point.evaluation.bending_force();
                 for (body, place, force) in [(pair.a(), spot.on_a, -on_b), (pair.b(), spot.on_b, on_b)] {
                     let place = place.filter(|_| self.grains[body].is_some());
                     others[body].extend(place.map(|place| (place, poses[body].rotation.inverse() * force)));

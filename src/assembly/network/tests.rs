@@ -26,7 +26,7 @@ fn forces(contacts: &Contacts, model: &Model, dofs: &Dofs, poses: &[Pose]) -> (V
         .knots
         .iter()
         .map(|knot| {
-            let law = contacts.point_of(knot).map_or(Vec3::zeros(), force_on_b);
+            let law = contacts.point_of(knot).map_or(Vec3::zeros(), |point| point.evaluation.bending_force());
             law - knot.force
         })
         .collect();

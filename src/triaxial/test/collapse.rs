@@ -147,18 +147,22 @@ impl Test {
         }
     }
 
-    /// Has all brittle bodies rest that bend: what follows is found among rigid ones.
+    /// Has all bodies rest that bend and may: what follows is found among rigid ones.
     pub(super) fn lull(&mut self, rig: &mut Rig, way: &mut UnderWay) {
         let bends =
-            |body: &usize| rig.model.bodies[*body].is_brittle() && rig.model.bodies[*body].grain.is_some();
+            |body: &usize| rig.model.bodies[*body].grain.is_some() && rig.model.bodies[*body].may_rest();
         let awake: Vec<usize> = (0..rig.model.bodies.len()).filter(bends).collect();
+        if way.asleep.is_empty() {
+            way.stabilised_before = self.ledger.stabilisation;
+        }
         let transition = rig.change_fidelity([&[], &awake]);
         self.start_elastic += transition.energy;
         way.slept += transition.energy;
         way.asleep.extend(awake);
     }
 
-    /// Wakes them again where nothing more is to be broken up. Elastic energy that their bending has less than before was set free in the collapse.
+    /// Wakes them again where nothing more is to be broken up. Elastic energy that their bending has less than before was set free in the collapse; what it
+    /// has more of came from what the collapse left over, and from nowhere beyond that.
     pub(super) fn wake(&mut self, rig: &mut Rig, way: &mut UnderWay) {
         if way.asleep.is_empty() || !rig.failing.is_empty() {
             return;
@@ -168,7 +172,8 @@ impl Test {
         let gained = std::mem::take(&mut way.slept) + transition.energy;
         self.start_elastic += transition.energy - gained;
         self.ledger.elastic += gained;
-        self.ledger.reshaped += gained.max(0.0);
+        let left_over = (self.ledger.stabilisation - way.stabilised_before).max(0.0);
+        self.ledger.reshaped += (gained - left_over).max(0.0);
         self.ledger.stabilisation -= gained;
     }
 
