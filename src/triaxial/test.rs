@@ -133,8 +133,8 @@ struct UnderWay {
     /// What pieces and rough balances have taken.
     #[serde(skip)]
     spent: Counters,
-    /// Whether the increment at hand was given up at its smallest and is tried once more with bodies that may fall.
-    #[serde(skip)]
+    /// Whether the increment at hand was given up, at its smallest or for bodies that bend to rest, and is tried once more with bodies that may fall. Kept
+    /// with the bodies that rest for it: a run that is interrupted there goes on with the same attempt.
     falls: bool,
     /// Bodies that are rigid until the collapse is over, by number, and by how much the description stores more elastic energy so [J].
     asleep: Vec<usize>,
