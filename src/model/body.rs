@@ -164,9 +164,14 @@ impl Body {
         self.is_sound() || self.is_brittle()
     }
 
+    /// Whether it bends now and may be rigid for a while.
+    pub fn can_rest(&self) -> bool {
+        self.grain.is_some() && self.may_rest()
+    }
+
     /// Makes a condensed body rigid for a while, if it may be; says whether it did.
     pub fn rest(&mut self) -> bool {
-        let can = self.grain.is_some() && self.may_rest();
+        let can = self.can_rest();
         if can {
             self.resting = self.grain.take();
         }

@@ -192,8 +192,9 @@ impl Model {
 
     /// Whether that is so where all bodies rest that may.
     pub fn could_be_of_rigid_bodies(&self) -> bool {
-        let may = |body: &Body| !body.is_elastic() || body.grain.is_some() && body.may_rest();
-        self.bodies.iter().all(may) && self.membrane.is_none() && self.wall.is_none()
+        self.bodies.iter().all(|body| !body.is_elastic() || body.can_rest())
+            && self.membrane.is_none()
+            && self.wall.is_none()
     }
 
     /// Whether anything may come of two bodies' nearness: both are there, and not both are supports.

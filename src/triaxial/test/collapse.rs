@@ -149,9 +149,8 @@ impl Test {
 
     /// Has all bodies rest that bend and may: what follows is found among rigid ones.
     pub(super) fn lull(&mut self, rig: &mut Rig, way: &mut UnderWay) {
-        let bends =
-            |body: &usize| rig.model.bodies[*body].grain.is_some() && rig.model.bodies[*body].may_rest();
-        let awake: Vec<usize> = (0..rig.model.bodies.len()).filter(bends).collect();
+        let bodies = &rig.model.bodies;
+        let awake: Vec<usize> = (0..bodies.len()).filter(|body| bodies[*body].can_rest()).collect();
         if way.asleep.is_empty() {
             way.stabilised_before = self.ledger.stabilisation;
         }
