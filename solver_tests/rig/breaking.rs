@@ -136,10 +136,10 @@ fn weak_grains_that_bend_break_on_and_a_stored_state_goes_on_to_the_same_bits() 
 fn weak_grains_that_bend_fall_where_an_increment_finds_no_balance() {
     let mut rig = breakable(WEAK, BENDING);
     let (mut test, _) = compressed(&mut rig, 6);
-    let (_, end) = run(&mut rig, &mut test, &drive(3.2e-3, Lateral::Pressure));
+    let (_, end) = run(&mut rig, &mut test, &drive(4e-3, Lateral::Pressure));
     assert!(end == StageEnd::Finished && rig.model.is_broken());
-    (rig.settings.max_augmentations, rig.settings.max_cuts) = (25, 0);
-    let far = Stage { steps: Steps::Count(2), ..drive(1e-3, Lateral::Pressure) };
+    (rig.settings.max_augmentations, rig.settings.max_cuts) = (16, 0);
+    let far = Stage { steps: Steps::Count(2), ..drive(3e-3, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &far);
     assert_eq!(end, StageEnd::Finished);
     let fell = |rows: &[Row]| rows[1].path > rows[0].path && rows[1].counters.falling_steps > 0;

@@ -77,6 +77,13 @@ impl Dofs {
         self.scale.resize(self.index.len(), 1.0);
     }
 
+    /// The same without the forces of contacts, whose unknowns come last.
+    pub fn without_contacts(&self) -> Self {
+        let mut bodies = self.clone();
+        bodies.renew_contacts(std::iter::empty());
+        bodies
+    }
+
     /// The block of the k-th contact whose force is an unknown.
     pub fn contact_block(&self, k: usize) -> usize {
         self.contacts + k

@@ -34,6 +34,9 @@ use crate::grain::SurfacePoint;
 use crate::tensor::{Mat3, Pose, Vec3};
 
 mod gather;
+mod lumps;
+
+pub use lumps::Lumps;
 
 /// A weight below which what its gradient does is left out of the tangent: the force is then next to nothing.
 const LEAST_WEIGHT: f64 = 0.02;

@@ -114,7 +114,7 @@ impl BlockPattern {
 
     /// Adds `value(body)` to every diagonal entry.
     pub fn add_diagonal(&self, values: &mut [f64], dofs: &Dofs, value: impl Fn(usize) -> f64) {
-        for body in 0..dofs.bodies() {
+        for body in 0..self.starts.len() - 1 {
             let value = value(body);
             let Some(start) = self.offset(body, body) else { continue };
             for (position, column) in dofs.of(body).iter().flatten().enumerate() {

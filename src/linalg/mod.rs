@@ -2,6 +2,7 @@
 
 pub mod cholesky;
 pub mod fewest;
+pub mod gmres;
 pub mod lu;
 pub mod multifrontal;
 pub mod ordering;
@@ -9,6 +10,7 @@ pub mod symmetric;
 
 pub use cholesky::{FactorError, Factorisation, Refinement, SparseCholesky};
 pub use fewest::fewest_weights;
+pub use gmres::gmres;
 pub use multifrontal::MultifrontalLu;
 pub use ordering::{NodeGraph, Ordering};
 pub use symmetric::{SymmetricMatrix, SymmetricPattern};

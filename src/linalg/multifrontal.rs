@@ -104,7 +104,8 @@ impl MultifrontalLu {
         if left <= LARGEST_RESIDUAL { Ok(left) } else { Err(SolveFailure::NotFinite) }
     }
 
-    fn substitute(&mut self, x: &mut [f64]) {
+    /// Overwrites `x`, the right side, with the solution by the factor alone: neither refined nor checked.
+    pub fn substitute(&mut self, x: &mut [f64]) {
         elimination::substitute(&self.analysis, &self.factor, &self.exchanges, x, &mut self.work);
     }
 

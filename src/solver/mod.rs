@@ -19,6 +19,7 @@ pub mod settings;
 pub mod start;
 pub mod stop;
 pub mod sweep;
+mod tangent;
 
 pub use damage::DamageSettings;
 pub use dossier::{ContactReport, Dossier};

@@ -3,13 +3,12 @@
 //! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
-use crate::assembly::{self, BlockPattern, Contacts, Dofs, Kernel};
-use crate::linalg::MultifrontalLu;
-use crate::linalg::lu::SolveFailure;
+use crate::assembly::{self, Contacts, Dofs, Kernel};
 use crate::model::{Committed, Counters, Loads, Model, Travel};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
 use crate::solver::start::Start;
+use crate::solver::tangent::System;
 use crate::tensor::Pose;
 use std::borrow::Cow;
 use std::time::Instant;
@@ -43,14 +42,7 @@ pub struct Newton<'a> {
     pub(super) symmetrised: bool,
     pub(super) typical_stiffness: f64,
     pub(super) system: Option<System>,
-    values: Vec<f64>,
-}
-
-pub(super) struct System {
-    /// Of the contact forces that the pattern is for.
-    generation: u64,
-    pattern: BlockPattern,
-    lu: MultifrontalLu,
+    pub(super) values: Vec<f64>,
 }
 
 /// How a Newton solve ended.
@@ -174,117 +166,6 @@ impl<'a> Newton<'a> {
             }
         }
         held
-    }
-
-    /// The Newton step for `held`, or `None` where the matrix is singular.
-    pub(super) fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
-        self.contacts.update_tangents(self.model, &self.poses);
-        let start = Instant::now();
-        let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
-        let touching =
-            || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
-        let membrane = || self.model.membrane.iter();
-        let pressing = || membrane().flat_map(|m| assembly::membrane_touching(m, &self.contacts));
-        let pressed = || membrane().flat_map(|m| assembly::membrane_couplings(m, &self.contacts));
-        let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
-        let nodes = |touching| assembly::full_couplings(self.model, &self.dofs, &self.contacts, touching);
-        let pairs = || touching().chain(covered()).chain(walled());
-        let needed = pairs().chain(pressing()).chain(nodes(true));
-        let generation = self.contacts.network.generation;
-        let fits = |s: &System| s.generation == generation && s.pattern.covers(&self.dofs, needed);
-        if !self.system.as_ref().is_some_and(fits) {
-            let knots = self.contacts.network.couplings(&self.dofs);
-            let couplings = pairs().chain(pressed()).chain(nodes(false)).chain(knots);
-            let pattern = BlockPattern::new(&self.dofs, couplings);
-            let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first).ok()?;
-            self.system = Some(System { generation, pattern, lu });
-            self.contacts.timings.book(Kernel::Ordering, start);
-        }
-        let start = Instant::now();
-        let system = self.system.as_mut()?;
-        self.values.clear();
-        self.values.resize(system.pattern.entries(), 0.0);
-        assembly::contact_stiffness_into(&mut self.values, &system.pattern, &self.dofs, &self.contacts);
-        assembly::gravity_stiffness_into(
-            &mut self.values,
-            self.model,
-            &system.pattern,
-            &self.dofs,
-            &self.loads,
-            &self.poses,
-        );
-        self.contacts.timings.book(Kernel::Assembly, start);
-        let start = Instant::now();
-        assembly::cover_stiffness_into(
-            &mut self.values,
-            self.model,
-            &system.pattern,
-            &self.dofs,
-            &self.loads,
-            &self.poses,
-        );
-        self.contacts.timings.book(Kernel::Cover, start);
-        let start = Instant::now();
-        assembly::membrane_stiffness_into(
-            &mut self.values,
-            self.model,
-            &system.pattern,
-            &self.dofs,
-            &self.contacts,
-            &self.poses,
-        );
-        assembly::wall_stiffness_into(
-            &mut self.values,
-            self.model,
-            &system.pattern,
-            &self.dofs,
-            &self.contacts,
-            &self.loads,
-            &self.poses,
-        );
-        assembly::full_stiffness_into(
-            &mut self.values,
-            self.model,
-            &system.pattern,
-            &self.dofs,
-            &self.contacts,
-        );
-        self.contacts.network.stiffness_into(&mut self.values, &system.pattern, &self.dofs);
-        let hold = |carrier| {
-            self.dofs.sign(carrier) * weight * self.model.holding_stiffness(carrier, self.typical_stiffness)
-        };
-        system.pattern.add_diagonal(&mut self.values, &self.dofs, hold);
-        if self.symmetrised {
-            system.pattern.symmetrise(&mut self.values);
-        }
-        self.contacts.timings.book(Kernel::Assembly, start);
-        let start = Instant::now();
-        let mut step = held.to_vec();
-        self.contacts.network.complete(&mut step, &self.dofs);
-        self.counters.factorisations += 1;
-        let motion = ..self.dofs.count();
-        let factorised = system.lu.factorise(&self.values);
-        self.contacts.timings.book(Kernel::Factor, start);
-        let start = Instant::now();
-        let mut solve = |right: &mut [f64]| system.lu.solve_in_place(&self.values, right).map(|_| ());
-        let mut solved = factorised.and_then(|()| solve(&mut step[motion]));
-        if let (Ok(()), Some(steering)) = (&solved, &mut self.steering) {
-            steering.update_border(self.model, &self.dofs, Some(&self.contacts), &self.poses);
-            if steering.complete(&mut step, |right| solve(right).ok()).is_none() {
-                solved = Err(SolveFailure::Singular);
-            }
-        }
-        if let Err(failure) = &solved {
-            tracing::warn!(?failure, "linear system");
-        }
-        self.contacts.timings.book(Kernel::Solve, start);
-        solved.ok().map(|()| step)
-    }
-
-    /// Turns forces on the unknowns into the motion that they cause, by the factor of the last [`Self::step`].
-    pub(super) fn respond(&mut self, forces: &mut [f64]) -> Option<()> {
-        let system = self.system.as_mut()?;
-        system.lu.solve_in_place(&self.values, forces).ok().map(|_| ())
     }
 
     /// How far `step` moves a point of a carrier at most [m].

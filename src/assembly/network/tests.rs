@@ -109,3 +109,56 @@ fn compare(faces: FaceContact) {
         }
     }
 }
+
+/// Solving with the forces eliminated pair by pair, `P`, and the rest, `E`: at once by a dense factor of the whole matrix.
+#[test]
+fn split_is_the_stiffness() {
+    let (model, committed, loads) = condensed_pile(FaceContact::Corners);
+    let mut dofs = Dofs::new(&model, &loads);
+    let mut contacts = Contacts::default();
+    contacts.start(&model, &committed);
+    contacts.evaluate(&model, &committed, &committed.poses).expect("far enough apart");
+    contacts.gather(&model, &loads, &committed.poses);
+    dofs.renew_contacts(contacts.network.owners());
+    let away: Vec<f64> = unpatterned(dofs.count(), 1).iter().map(|x| 5e-6 * x).collect();
+    let mut poses = committed.poses.clone();
+    dofs.move_into(&mut poses, &committed.poses, &away, 1.0);
+    contacts.network.move_by(&dofs, &away);
+    contacts.yield_to_forces(0.0);
+    contacts.evaluate(&model, &committed, &poses).expect("far enough apart");
+    contacts.update_tangents(&model, &poses);
+    let (network, bodies) = (&contacts.network, dofs.without_contacts());
+    let touching = || contacts.pairs.iter().map(|pair| (pair.a(), pair.b()));
+    let whole = BlockPattern::new(&dofs, touching().chain(network.couplings(&dofs)));
+    let split = BlockPattern::new(&bodies, touching().chain(network.lumped_couplings()));
+    let mut values = [&whole, &split].map(|pattern| vec![0.0; pattern.entries()]);
+    let mut lumps = Lumps::default();
+    assert!(network.lump_into(&mut lumps), "no pair is singular");
+    for (pattern, values) in [&whole, &split].into_iter().zip(&mut values) {
+        contact_stiffness_into(values, pattern, &dofs, &contacts);
+        pattern.add_diagonal(values, &dofs, |body| 1e6 * dofs.sign(body));
+    }
+    network.stiffness_into(&mut values[0], &whole, &dofs);
+    network.lumped_stiffness_into(&mut values[1], &split, &dofs, &lumps);
+    // P x = b - E x for a solution of the whole: bodies' rows by the split, forces' rows by what is eliminated.
+    let x = unpatterned(dofs.count(), 7);
+    let b = product(&whole, &values[0], &x);
+    let (motion, forces) = x.split_at(bodies.count());
+    let mut across = vec![0.0; forces.len()];
+    lumps.across_into(&mut across, network, forces);
+    let rows: Vec<f64> = b[bodies.count()..].iter().zip(&across).map(|(row, across)| row - across).collect();
+    let mut held = vec![0.0; forces.len()];
+    lumps.held_into(&mut held, &rows);
+    let mut right = b[..bodies.count()].to_vec();
+    lumps.lift_into(&mut right, network, &dofs, &held);
+    let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    for (left, right) in product(&split, &values[1], motion).iter().zip(&right) {
+        assert!((left - right).abs() < 1e-9 * largest(&b), "{left} {right} of {}", largest(&b));
+    }
+    lumps.follow(&mut held, &dofs, motion);
+    let scale = largest(forces);
+    for (found, force) in held.iter().zip(forces) {
+        assert!((found - force).abs() < 1e-9 * scale, "{found} {force} of {scale}");
+    }
+    assert!(largest(&across) > 1e-3 * largest(&rows), "pairs act on each other");
+}

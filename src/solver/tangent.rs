@@ -1,0 +1,227 @@
+//! The tangent of a Newton solve: assembled, factorised, solved for.
+//!
+//! Where contacts have their forces for unknowns, these are eliminated pair by pair and what is left of their coupling is iterated
+//! ([`crate::assembly::network::Lumps`]); otherwise, and where that does not converge, all unknowns are factorised together. Both solve the same system.
+
+use std::time::Instant;
+
+use crate::assembly::network::Lumps;
+use crate::assembly::{self, BlockPattern, Dofs, Kernel, Network};
+use crate::linalg::lu::SolveFailure;
+use crate::linalg::{MultifrontalLu, gmres};
+use crate::solver::newton::Newton;
+
+/// 2-norm of the residual over that of the right side to which the forces are iterated, in so many iterations at most.
+const LINEAR_TOLERANCE: f64 = 1e-6;
+const ITERATIONS: usize = 60;
+
+/// A pattern with its factor.
+pub(super) struct System {
+    unknowns: Unknowns,
+    pattern: BlockPattern,
+    lu: MultifrontalLu,
+    lumps: Lumps,
+}
+
+/// Which unknowns are factorised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Unknowns {
+    /// All, with these generations' contact forces.
+    All(u64),
+    /// Those of bodies, with the forces of contacts eliminated.
+    Bodies,
+}
+
+impl Newton<'_> {
+    /// The Newton step for `held`, or `None` where the matrix is singular.
+    pub(super) fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
+        self.contacts.update_tangents(self.model, &self.poses);
+        if !self.symmetrised && self.contacts.network.count() > 0 {
+            match self.step_by(Unknowns::Bodies, weight, held) {
+                Ok(step) => return Some(step),
+                Err(failure) => tracing::debug!(?failure, "contact forces are not iterated"),
+            }
+        }
+        let step = self.step_by(Unknowns::All(self.contacts.network.generation), weight, held);
+        if let Err(failure) = &step {
+            tracing::warn!(?failure, "linear system");
+        }
+        step.ok()
+    }
+
+    fn step_by(&mut self, unknowns: Unknowns, weight: f64, held: &[f64]) -> Result<Vec<f64>, SolveFailure> {
+        self.analyse(unknowns)?;
+        self.assemble(weight)?;
+        let start = Instant::now();
+        let system = self.system.as_mut().ok_or(SolveFailure::Singular)?;
+        self.counters.factorisations += 1;
+        let factorised = system.lu.factorise(&self.values);
+        self.contacts.timings.book(Kernel::Factor, start);
+        factorised?;
+        let start = Instant::now();
+        let mut step = held.to_vec();
+        self.contacts.network.complete(&mut step, &self.dofs);
+        let (network, motion) = (&self.contacts.network, ..self.dofs.count());
+        let mut solve = |right: &mut [f64]| system.solve_in_place(&self.values, network, &self.dofs, right);
+        let mut solved = solve(&mut step[motion]);
+        if let (Ok(()), Some(steering)) = (&solved, &mut self.steering) {
+            steering.update_border(self.model, &self.dofs, Some(&self.contacts), &self.poses);
+            if steering.complete(&mut step, |right| solve(right).ok()).is_none() {
+                solved = Err(SolveFailure::Singular);
+            }
+        }
+        self.contacts.timings.book(Kernel::Solve, start);
+        solved.map(|()| step)
+    }
+
+    /// Makes [`Self::system`] one of these unknowns for what couples now.
+    fn analyse(&mut self, unknowns: Unknowns) -> Result<(), SolveFailure> {
+        let start = Instant::now();
+        if let Some(pattern) = self.new_pattern(unknowns) {
+            let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first)?;
+            self.system = Some(System { unknowns, pattern, lu, lumps: Lumps::default() });
+            self.contacts.timings.book(Kernel::Ordering, start);
+        }
+        Ok(())
+    }
+
+    /// The pattern of these unknowns for what couples now, or `None` where that of [`Self::system`] will do.
+    fn new_pattern(&self, unknowns: Unknowns) -> Option<BlockPattern> {
+        let network = &self.contacts.network;
+        let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
+        let touching =
+            || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
+        let membrane = || self.model.membrane.iter();
+        let pressing = || membrane().flat_map(|m| assembly::membrane_touching(m, &self.contacts));
+        let pressed = || membrane().flat_map(|m| assembly::membrane_couplings(m, &self.contacts));
+        let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
+        let nodes = |touching| assembly::full_couplings(self.model, &self.dofs, &self.contacts, touching);
+        let eliminated = (unknowns == Unknowns::Bodies).then(|| network.lumped_couplings());
+        let pairs = || touching().chain(covered()).chain(walled());
+        let mut needed = pairs().chain(pressing()).chain(nodes(true)).chain(eliminated.into_iter().flatten());
+        let fits = |s: &System| s.unknowns == unknowns && s.pattern.covers(&self.dofs, &mut needed);
+        if self.system.as_ref().is_some_and(fits) {
+            return None;
+        }
+        let couplings = pairs().chain(pressed()).chain(nodes(false));
+        Some(match unknowns {
+            Unknowns::All(_) => BlockPattern::new(&self.dofs, couplings.chain(network.couplings(&self.dofs))),
+            Unknowns::Bodies => {
+                let bodies = self.dofs.without_contacts();
+                BlockPattern::new(&bodies, couplings.chain(network.lumped_couplings()))
+            }
+        })
+    }
+
+    /// The tangent with a proximal term of this weight, into `values`.
+    fn assemble(&mut self, weight: f64) -> Result<(), SolveFailure> {
+        let start = Instant::now();
+        let system = self.system.as_mut().ok_or(SolveFailure::Singular)?;
+        let System { unknowns, pattern, lumps, .. } = system;
+        let (values, model, dofs, contacts) = (&mut self.values, self.model, &self.dofs, &self.contacts);
+        values.clear();
+        values.resize(pattern.entries(), 0.0);
+        assembly::contact_stiffness_into(values, pattern, dofs, contacts);
+        assembly::gravity_stiffness_into(values, model, pattern, dofs, &self.loads, &self.poses);
+        self.contacts.timings.book(Kernel::Assembly, start);
+        let start = Instant::now();
+        assembly::cover_stiffness_into(values, model, pattern, dofs, &self.loads, &self.poses);
+        self.contacts.timings.book(Kernel::Cover, start);
+        let (start, contacts) = (Instant::now(), &self.contacts);
+        assembly::membrane_stiffness_into(values, model, pattern, dofs, contacts, &self.poses);
+        assembly::wall_stiffness_into(values, model, pattern, dofs, contacts, &self.loads, &self.poses);
+        assembly::full_stiffness_into(values, model, pattern, dofs, contacts);
+        match unknowns {
+            Unknowns::All(_) => contacts.network.stiffness_into(values, pattern, dofs),
+            Unknowns::Bodies => {
+                if !contacts.network.lump_into(lumps) {
+                    return Err(SolveFailure::Singular);
+                }
+                contacts.network.lumped_stiffness_into(values, pattern, dofs, lumps);
+            }
+        }
+        let hold =
+            |carrier| dofs.sign(carrier) * weight * model.holding_stiffness(carrier, self.typical_stiffness);
+        pattern.add_diagonal(values, dofs, hold);
+        if self.symmetrised {
+            pattern.symmetrise(values);
+        }
+        self.contacts.timings.book(Kernel::Assembly, start);
+        Ok(())
+    }
+
+    /// Turns forces on the unknowns into the motion that they cause, by the factor of the last [`Self::step`].
+    pub(super) fn respond(&mut self, forces: &mut [f64]) -> Option<()> {
+        let system = self.system.as_mut()?;
+        system.solve_in_place(&self.values, &self.contacts.network, &self.dofs, forces).ok()
+    }
+}
+
+impl System {
+    /// Overwrites `right`, a right side of all unknowns, with the solution for the matrix of `values`, which was factorised last.
+    fn solve_in_place(
+        &mut self,
+        values: &[f64],
+        network: &Network,
+        dofs: &Dofs,
+        right: &mut [f64],
+    ) -> Result<(), SolveFailure> {
+        match self.unknowns {
+            Unknowns::All(_) => self.lu.solve_in_place(values, right).map(|_| ()),
+            Unknowns::Bodies => self.iterate(values, network, dofs, right),
+        }
+    }
+
+    /// The same where the forces of contacts are eliminated: with `P + E` the whole matrix, `(I + E P^-1) z = -E P^-1 b` for the forces' rows,
+    /// and the solution is `P^-1 (b + z)`.
+    fn iterate(
+        &mut self,
+        values: &[f64],
+        network: &Network,
+        dofs: &Dofs,
+        right: &mut [f64],
+    ) -> Result<(), SolveFailure> {
+        let System { lu, lumps, .. } = self;
+        let scale = norm(right);
+        if scale == 0.0 {
+            return Ok(());
+        }
+        let (bodies, rows) = right.split_at_mut(lu.size());
+        let (mut motion, mut forces) = (vec![0.0; bodies.len()], vec![0.0; rows.len()]);
+        // P^-1 of rows of forces, and of bodies where `motion` holds these.
+        let mut split = |lumps: &mut Lumps, motion: &mut [f64], forces: &mut [f64], rows: &[f64]| {
+            lumps.held_into(forces, rows);
+            lumps.lift_into(motion, network, dofs, forces);
+            lu.substitute(motion);
+            lumps.follow(forces, dofs, motion);
+        };
+        motion.copy_from_slice(bodies);
+        split(lumps, &mut motion, &mut forces, rows);
+        let mut across = vec![0.0; rows.len()];
+        lumps.across_into(&mut across, network, &forces);
+        across.iter_mut().for_each(|row| *row = -*row);
+        let mut correction = vec![0.0; rows.len()];
+        let target = 0.5 * LINEAR_TOLERANCE * scale;
+        let found = gmres(&across, &mut correction, target, ITERATIONS, |rows, product| {
+            motion.fill(0.0);
+            split(lumps, &mut motion, &mut forces, rows);
+            lumps.across_into(product, network, &forces);
+            product.iter_mut().zip(rows).for_each(|(product, row)| *product += row);
+        });
+        tracing::trace!(iterations = found.iterations, left = found.left / scale, "contact forces iterated");
+        // The solution by a refined solve, and what it leaves of the forces' rows.
+        rows.iter_mut().zip(&correction).for_each(|(row, z)| *row += z);
+        lumps.held_into(&mut forces, rows);
+        lumps.lift_into(bodies, network, dofs, &forces);
+        lu.solve_in_place(values, bodies)?;
+        lumps.follow(&mut forces, dofs, bodies);
+        lumps.across_into(&mut across, network, &forces);
+        across.iter_mut().zip(&correction).for_each(|(row, z)| *row += z);
+        rows.copy_from_slice(&forces);
+        if norm(&across) <= LINEAR_TOLERANCE * scale { Ok(()) } else { Err(SolveFailure::NotFinite) }
+    }
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
