@@ -17,14 +17,14 @@ pub enum Kernel {
     Tangents,
     /// Displacements of condensed bodies' surfaces, and their flexibility between their contacts.
     Flexibility,
-    /// Contact stiffness into the matrix.
+    /// Contact stiffness into the matrix; contact forces eliminated.
     Assembly,
     /// The cover's stiffness into the matrix.
     Cover,
     /// Sparsity pattern, ordering and symbolic factorisation.
     Ordering,
     Factor,
-    /// Substitution, refinement and residual check.
+    /// Substitution, refinement and residual check; iterations of contact forces.
     Solve,
     /// Strains of bodies that can break, their damage and new factors.
     Damage,

@@ -42,6 +42,8 @@ pub struct Newton<'a> {
     pub(super) symmetrised: bool,
     pub(super) typical_stiffness: f64,
     pub(super) system: Option<System>,
+    /// The contact forces that did not converge when they were iterated.
+    pub(super) together_for: Option<u64>,
     pub(super) values: Vec<f64>,
 }
 
@@ -100,6 +102,7 @@ impl<'a> Newton<'a> {
             symmetrised: false,
             typical_stiffness,
             system: None,
+            together_for: None,
             values: Vec::new(),
         };
         newton.update_residual();

@@ -36,13 +36,15 @@ impl Newton<'_> {
     /// The Newton step for `held`, or `None` where the matrix is singular.
     pub(super) fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
         self.contacts.update_tangents(self.model, &self.poses);
-        if !self.symmetrised && self.contacts.network.count() > 0 {
+        let (network, generation) = (&self.contacts.network, self.contacts.network.generation);
+        if !self.symmetrised && self.together_for != Some(generation) && network.can_be_split() {
             match self.step_by(Unknowns::Bodies, weight, held) {
                 Ok(step) => return Some(step),
                 Err(failure) => tracing::debug!(?failure, "contact forces are not iterated"),
             }
+            self.together_for = Some(generation);
         }
-        let step = self.step_by(Unknowns::All(self.contacts.network.generation), weight, held);
+        let step = self.step_by(Unknowns::All(generation), weight, held);
         if let Err(failure) = &step {
             tracing::warn!(?failure, "linear system");
         }

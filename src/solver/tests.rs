@@ -158,6 +158,40 @@ fn a_lead_is_known_to_the_audit() {
     }
 }
 
+/// Contact forces eliminated pair by pair and iterated, against one factor of all unknowns: a step, and what forces cause.
+#[test]
+fn iterated_contact_forces_are_those_of_a_factor() {
+    let (model, committed, mut loads) = pile(1e-3, |body, mesh, rock| {
+        body.grain = Some(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
+    });
+    loads.prescribed[0] = [true; 6];
+    loads.applied[2][2] = -2e4;
+    let settings = Settings::default();
+    let newton = || {
+        let poses = committed.poses.clone();
+        let mut newton = Newton::new(&model, &committed, &loads, &settings, Contacts::default(), poses)
+            .unwrap_or_else(|_| panic!("apart"));
+        newton.gather();
+        newton
+    };
+    let [split, whole] = [false, true].map(|together| {
+        let mut newton = newton();
+        let held = newton.residual.clone();
+        assert!(newton.contacts.network.can_be_split() && newton.contacts.network.count() > 8);
+        newton.together_for = together.then_some(newton.contacts.network.generation);
+        let step = newton.step(1e-3, &held).expect("regular");
+        let mut response = held.iter().enumerate().map(|(k, _)| (k as f64).sin()).collect::<Vec<f64>>();
+        newton.respond(&mut response).expect("regular");
+        assert_eq!(newton.together_for.is_some(), together, "no silent way out");
+        [step, response]
+    });
+    for (split, whole) in split.iter().zip(&whole) {
+        let largest = whole.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let off = split.iter().zip(whole).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
+        assert!(off > 0.0 && off < 1e-4 * largest, "{off:e} of {largest:e}");
+    }
+}
+
 /// An increment that is given up tells what grains have stored as well as what contacts have.
 #[test]
 fn what_missed_has_the_energy_of_what_deforms() {

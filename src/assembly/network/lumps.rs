@@ -14,7 +14,7 @@ use crate::assembly::network::{Knot, KnotTangent, Network, STILL};
 use crate::assembly::{BlockPattern, Dofs};
 use crate::tensor::{Mat3, Vec3};
 
-/// Contacts of one pair at most: beyond that its own dense elimination is most of the work.
+/// Contacts of one pair at most.
 const MOST_IN_A_PAIR: usize = 24;
 
 /// The forces between each two bodies, eliminated.
@@ -53,7 +53,6 @@ impl KnotTangent {
             std::array::from_fn(|c| match c {
                 0..3 => row[c],
                 3..6 => -row[c + 3],
-                6..9 => -row[c - 6],
                 _ => -row[c - 6],
             })
         })
@@ -71,7 +70,13 @@ impl Network {
         self.knots.chunk_by(|a, b| a.key == b.key).map(of)
     }
 
-    /// Eliminates the forces of each pair by its own tangent. `false` where that cannot be done: one is singular or has too many contacts.
+    /// Whether there are forces to eliminate, and no pair has so many contacts that its dense tangent is most of the work.
+    pub fn can_be_split(&self) -> bool {
+        let small = |of_pair: &[Knot]| of_pair.len() <= MOST_IN_A_PAIR;
+        !self.knots.is_empty() && self.knots.chunk_by(|a, b| a.key == b.key).all(small)
+    }
+
+    /// Eliminates the forces of each pair by its own tangent. `false` where one is singular.
     pub fn lump_into(&self, lumps: &mut Lumps) -> bool {
         let Lumps { lumps, of_knot, inverses, by_motion, .. } = lumps;
         lumps.clear();
@@ -80,9 +85,6 @@ impl Network {
         by_motion.clear();
         let mut first = 0;
         for of_pair in self.knots.chunk_by(|a, b| a.key == b.key) {
-            if of_pair.len() > MOST_IN_A_PAIR {
-                return false;
-            }
             let (start, key) = (of_knot.len(), of_pair[0].key);
             of_knot.resize(start + of_pair.len(), lumps.len() as u32);
             let lump = Lump { bodies: [key.0 as usize, key.1 as usize], knots: start..of_knot.len(), first };
