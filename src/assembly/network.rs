@@ -212,46 +212,60 @@ impl Network {
 
     /// Adds the derivatives of all rows by the forces, and of the forces' rows, to `values`.
     pub fn stiffness_into(&self, values: &mut [f64], pattern: &BlockPattern, dofs: &Dofs) {
+        let entries = |block: Mat3| -> [[f64; 3]; 3] {
+            std::array::from_fn(|r| std::array::from_fn(|c| block[(r, c)]))
+        };
         for (k, knot) in self.knots.iter().enumerate() {
-            let (block, [a, b]) = (dofs.contact_block(k), [knot.key.0 as usize, knot.key.1 as usize]);
-            let tangent = if self.placed { &knot.tangent } else { &STILL };
-            let own = Mat3::identity() + tangent.by_displacement * knot.compliance;
-            let own: [[f64; 3]; 3] =
-                std::array::from_fn(|r| std::array::from_fn(|c| own[(r, c)] * self.stiffness));
-            pattern.add_block(values, dofs, block, block, &own);
-            for (body, first) in [(a, 0), (b, 6)] {
+            let (block, tangent) = (dofs.contact_block(k), self.tangent_of(knot));
+            pattern.add_block(values, dofs, block, block, &entries(self.own_block(knot)));
+            let by_motion = tangent.row_by_motion();
+            for (body, first) in [(knot.key.0 as usize, 0), (knot.key.1 as usize, 6)] {
                 let lift: [[f64; 3]; 6] = std::array::from_fn(|r| {
                     std::array::from_fn(|c| -tangent.lift[first + r][c] * self.stiffness)
                 });
                 pattern.add_block(values, dofs, body, block, &lift);
+                let by: [[f64; 6]; 3] =
+                    std::array::from_fn(|r| std::array::from_fn(|c| by_motion[r][first + c]));
+                pattern.add_block(values, dofs, block, body, &by);
             }
-            let by = |sign: f64, spin: usize| -> [[f64; 6]; 3] {
-                std::array::from_fn(|r| {
-                    std::array::from_fn(|c| {
-                        let row = &tangent.by_motion[r];
-                        if c < 3 { -sign * row[c] } else { -row[spin + c - 3] }
-                    })
-                })
-            };
-            pattern.add_block(values, dofs, block, b, &by(1.0, 3));
-            pattern.add_block(values, dofs, block, a, &by(-1.0, 6));
         }
-        if !self.placed {
-            return;
-        }
-        for patch in &self.patches {
+        self.for_each_flexibility(
+            |_, _| true,
+            |row, column, block| {
+                let (row, column) = (dofs.contact_block(row), dofs.contact_block(column));
+                pattern.add_block(values, dofs, row, column, &entries(block));
+            },
+        );
+    }
+
+    /// Derivatives at a knot; where knots are left out, those of a force that nothing asks for.
+    fn tangent_of<'a>(&self, knot: &'a Knot) -> &'a KnotTangent {
+        if self.placed { &knot.tangent } else { &STILL }
+    }
+
+    /// What a knot's force does to its own row but for the flexibility of the bodies.
+    fn own_block(&self, knot: &Knot) -> Mat3 {
+        (Mat3::identity() + self.tangent_of(knot).by_displacement * knot.compliance) * self.stiffness
+    }
+
+    /// Calls `visit(row, column, block)` for what the force of each knot does through the flexibility of a body to the row of each on the same body,
+    /// its own among them, where it is `wanted(row, column)`. Two knots between the same two bodies meet on both.
+    fn for_each_flexibility(
+        &self,
+        wanted: impl Fn(usize, usize) -> bool,
+        mut visit: impl FnMut(usize, usize, Mat3),
+    ) {
+        for patch in self.patches.iter().filter(|_| self.placed) {
             for (i, (row, row_sign, _)) in patch.spots.iter().enumerate() {
-                let knot = &self.knots[*row];
-                if knot.tangent.by_displacement == Mat3::zeros() {
+                let by_displacement = &self.knots[*row].tangent.by_displacement;
+                if *by_displacement == Mat3::zeros() {
                     continue;
                 }
-                let by = knot.tangent.by_displacement * (-self.stiffness * row_sign);
+                let by = by_displacement * (-self.stiffness * row_sign);
                 for (j, (column, sign, _)) in patch.spots.iter().enumerate() {
-                    let block = by * patch.block(i, j) * *sign;
-                    let block: [[f64; 3]; 3] =
-                        std::array::from_fn(|r| std::array::from_fn(|c| block[(r, c)]));
-                    let (row, column) = (dofs.contact_block(*row), dofs.contact_block(*column));
-                    pattern.add_block(values, dofs, row, column, &block);
+                    if wanted(*row, *column) {
+                        visit(*row, *column, by * patch.block(i, j) * *sign);
+                    }
                 }
             }
         }
@@ -277,6 +291,18 @@ fn lifted(lift: &[[f64; 3]; 12], force: &Vec3) -> [f64; 12] {
 }
 
 impl KnotTangent {
+    /// The row of the knot's force by translation and rotation of `a`, then of `b` [N/m, N].
+    fn row_by_motion(&self) -> [[f64; 12]; 3] {
+        std::array::from_fn(|r| {
+            let row = &self.by_motion[r];
+            std::array::from_fn(|c| match c {
+                0..3 => row[c],
+                3..6 => -row[c + 3],
+                _ => -row[c - 6],
+            })
+        })
+    }
+
     /// From the law's derivatives at a contact that touches, which it combines with its own rows.
     fn combine(elastic: &ElasticTangent, plain: [[f64; 3]; 12], point: &ContactPoint, excess: Vec3) -> Self {
         let by_motion = std::array::from_fn(|r| std::array::from_fn(|c| elastic[12 + r][c]));

@@ -18,6 +18,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
+use crate::linalg::norm;
 use crate::linalg::ordering::Ordering;
 use crate::linalg::symmetric::{SymmetricMatrix, SymmetricPattern};
 
@@ -322,10 +323,6 @@ fn symbolic_ref(pattern: &SymmetricPattern) -> SymbolicSparseColMatRef<'_, u32> 
 
 fn check_size(expected: usize, found: usize) -> Result<(), FactorError> {
     if expected == found { Ok(()) } else { Err(FactorError::Size { expected, found }) }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 fn residual_into(out: &mut [f64], matrix: &SymmetricMatrix, x: &[f64], rhs: &[f64]) -> f64 {

@@ -20,3 +20,8 @@ pub use symmetric::{SymmetricMatrix, SymmetricPattern};
 pub fn factorise_sequentially() {
     faer::set_global_parallelism(faer::Par::Seq);
 }
+
+/// 2-norm, summed in order.
+pub fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}

@@ -13,6 +13,7 @@ mod analysis;
 mod elimination;
 
 use crate::linalg::lu::{Pattern, SolveFailure};
+use crate::linalg::norm;
 use analysis::Analysis;
 
 /// Relative residual `|b - A x| / |b|` (2-norms) at which a solution is good, and which it may not
@@ -120,10 +121,6 @@ impl MultifrontalLu {
         }
         norm(&self.residual)
     }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

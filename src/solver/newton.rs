@@ -42,7 +42,7 @@ pub struct Newton<'a> {
     pub(super) symmetrised: bool,
     pub(super) typical_stiffness: f64,
     pub(super) system: Option<System>,
-    /// The contact forces that did not converge when they were iterated.
+    /// Generation of contact forces that could not be iterated: all unknowns are factorised together for these.
     pub(super) together_for: Option<u64>,
     pub(super) values: Vec<f64>,
 }

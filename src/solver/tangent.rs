@@ -8,7 +8,7 @@ use std::time::Instant;
 use crate::assembly::network::Lumps;
 use crate::assembly::{self, BlockPattern, Dofs, Kernel, Network};
 use crate::linalg::lu::SolveFailure;
-use crate::linalg::{MultifrontalLu, gmres};
+use crate::linalg::{MultifrontalLu, gmres, norm};
 use crate::solver::newton::Newton;
 
 /// 2-norm of the residual over that of the right side to which the forces are iterated, in so many iterations at most.
@@ -26,7 +26,7 @@ pub(super) struct System {
 /// Which unknowns are factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Unknowns {
-    /// All, with these generations' contact forces.
+    /// All, with this generation of contact forces.
     All(u64),
     /// Those of bodies, with the forces of contacts eliminated.
     Bodies,
@@ -161,6 +161,9 @@ impl Newton<'_> {
 
 impl System {
     /// Overwrites `right`, a right side of all unknowns, with the solution for the matrix of `values`, which was factorised last.
+    ///
+    /// Where the forces of contacts are eliminated the whole matrix is `P + E`: `(I + E P^-1) z = -E P^-1 b` is iterated in the forces' rows, and the
+    /// solution is `P^-1 (b + z)`.
     fn solve_in_place(
         &mut self,
         values: &[f64],
@@ -168,21 +171,9 @@ impl System {
         dofs: &Dofs,
         right: &mut [f64],
     ) -> Result<(), SolveFailure> {
-        match self.unknowns {
-            Unknowns::All(_) => self.lu.solve_in_place(values, right).map(|_| ()),
-            Unknowns::Bodies => self.iterate(values, network, dofs, right),
+        if self.unknowns != Unknowns::Bodies {
+            return self.lu.solve_in_place(values, right).map(|_| ());
         }
-    }
-
-    /// The same where the forces of contacts are eliminated: with `P + E` the whole matrix, `(I + E P^-1) z = -E P^-1 b` for the forces' rows,
-    /// and the solution is `P^-1 (b + z)`.
-    fn iterate(
-        &mut self,
-        values: &[f64],
-        network: &Network,
-        dofs: &Dofs,
-        right: &mut [f64],
-    ) -> Result<(), SolveFailure> {
         let System { lu, lumps, .. } = self;
         let scale = norm(right);
         if scale == 0.0 {
@@ -222,8 +213,4 @@ impl System {
         rows.copy_from_slice(&forces);
         if norm(&across) <= LINEAR_TOLERANCE * scale { Ok(()) } else { Err(SolveFailure::NotFinite) }
     }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
 }

@@ -10,7 +10,7 @@
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-use crate::assembly::network::{Knot, KnotTangent, Network, STILL};
+use crate::assembly::network::{Knot, Network};
 use crate::assembly::{BlockPattern, Dofs};
 use crate::tensor::{Mat3, Vec3};
 
@@ -26,7 +26,7 @@ pub struct Lumps {
     /// `A^-1` of the lumps, column by column, and `A^-1 G`, knot by knot.
     inverses: Vec<f64>,
     by_motion: Vec<[[f64; 12]; 3]>,
-    /// Displacements of the places of one body's knots [m].
+    /// Displacements of the knots by the forces of other pairs, in [`Self::across_into`].
     moved: Vec<Vec3>,
 }
 
@@ -45,35 +45,20 @@ impl Lump {
     }
 }
 
-impl KnotTangent {
-    /// The row of the knot's force by translation and rotation of `a`, then of `b` [N/m, N].
-    fn row_by_motion(&self) -> [[f64; 12]; 3] {
-        std::array::from_fn(|r| {
-            let row = &self.by_motion[r];
-            std::array::from_fn(|c| match c {
-                0..3 => row[c],
-                3..6 => -row[c + 3],
-                _ => -row[c - 6],
-            })
-        })
-    }
-}
-
 impl Network {
-    fn tangent_of<'a>(&self, knot: &'a Knot) -> &'a KnotTangent {
-        if self.placed { &knot.tangent } else { &STILL }
+    /// The knots of each two bodies.
+    fn by_pair(&self) -> impl Iterator<Item = &[Knot]> {
+        self.knots.chunk_by(|a, b| a.key == b.key)
     }
 
     /// Which pairs of bodies their eliminated forces couple.
     pub fn lumped_couplings(&self) -> impl Iterator<Item = (usize, usize)> {
-        let of = |knots: &[Knot]| (knots[0].key.0 as usize, knots[0].key.1 as usize);
-        self.knots.chunk_by(|a, b| a.key == b.key).map(of)
+        self.by_pair().map(|knots| (knots[0].key.0 as usize, knots[0].key.1 as usize))
     }
 
     /// Whether there are forces to eliminate, and no pair has so many contacts that its dense tangent is most of the work.
     pub fn can_be_split(&self) -> bool {
-        let small = |of_pair: &[Knot]| of_pair.len() <= MOST_IN_A_PAIR;
-        !self.knots.is_empty() && self.knots.chunk_by(|a, b| a.key == b.key).all(small)
+        !self.knots.is_empty() && self.by_pair().all(|of_pair| of_pair.len() <= MOST_IN_A_PAIR)
     }
 
     /// Eliminates the forces of each pair by its own tangent. `false` where one is singular.
@@ -84,7 +69,7 @@ impl Network {
         inverses.clear();
         by_motion.clear();
         let mut first = 0;
-        for of_pair in self.knots.chunk_by(|a, b| a.key == b.key) {
+        for of_pair in self.by_pair() {
             let (start, key) = (of_knot.len(), of_pair[0].key);
             of_knot.resize(start + of_pair.len(), lumps.len() as u32);
             let lump = Lump { bodies: [key.0 as usize, key.1 as usize], knots: start..of_knot.len(), first };
@@ -92,7 +77,8 @@ impl Network {
             lumps.push(lump);
         }
         inverses.resize(first, 0.0);
-        let mut add = |lump: &Lump, row: usize, column: usize, block: &Mat3| {
+        let mut add = |row: usize, column: usize, block: Mat3| {
+            let lump = &lumps[of_knot[row] as usize];
             let (row, column) = (3 * (row - lump.knots.start), 3 * (column - lump.knots.start));
             for c in 0..3 {
                 for r in 0..3 {
@@ -101,20 +87,9 @@ impl Network {
             }
         };
         for (k, knot) in self.knots.iter().enumerate() {
-            let own = Mat3::identity() + self.tangent_of(knot).by_displacement * knot.compliance;
-            add(&lumps[of_knot[k] as usize], k, k, &(own * self.stiffness));
+            add(k, k, self.own_block(knot));
         }
-        for patch in self.patches.iter().filter(|_| self.placed) {
-            for (i, (row, row_sign, _)) in patch.spots.iter().enumerate() {
-                let by = self.knots[*row].tangent.by_displacement * (-self.stiffness * row_sign);
-                for (j, (column, sign, _)) in patch.spots.iter().enumerate() {
-                    if of_knot[*row] == of_knot[*column] && by != Mat3::zeros() {
-                        let lump = &lumps[of_knot[*row] as usize];
-                        add(lump, *row, *column, &(by * patch.block(i, j) * *sign));
-                    }
-                }
-            }
-        }
+        self.for_each_flexibility(|row, column| of_knot[row] == of_knot[column], add);
         for lump in lumps.iter() {
             let n = lump.size();
             let block = &mut inverses[lump.first..lump.first + n * n];
@@ -211,8 +186,8 @@ impl Lumps {
 
     /// What forces (unknowns) do to the rows of other pairs' forces, `E y`, into `rows`.
     pub fn across_into(&mut self, rows: &mut [f64], network: &Network, forces: &[f64]) {
-        rows.fill(0.0);
         if !network.placed {
+            rows.fill(0.0);
             return;
         }
         self.moved.clear();
