@@ -73,6 +73,8 @@ def measures(results):
         "volume strain at " + ", ".join(f"{100 * at:.0f}" for at in sampled) + " %": ", ".join(f"{100 * volume_at(at):+.1f}" for at in sampled) + " %",
         "mean q": f"{mean / 1e6:.2f} MPa",
         "elastic, friction, damage, stabilisation / work": f"{share('energy_elastic'):.1f}, {share('energy_friction'):.0f}, {share('energy_damage'):.1f}, **{share('energy_stabilisation'):.1f} %**",
+        "reshaped, by which stabilisation is told too low / work": f"{share('energy_reshaped'):.1f} %",
+        "grains condensed, in the mean": f"{column('condensed_bodies')[history['axial_strain'] > 0].mean():.0f}",
         "of the damage, crushing / work": f"{share('energy_crushing'):.1f} %",
         "ledger error / work, at the end; worst beyond 1 %": f"{abs(share('energy_error')) / 100:.0e}; {errors.max(initial=0.0):.0e}",
         "friction that gave way / work": f"{share('energy_overdrawn') / 100:.0e}",

@@ -88,9 +88,9 @@ fn increment(n: usize, repetition: usize) {
     });
     let whole = cpu() - begun;
     // Searches are timed by the wall clock: their share of it, of the CPU time.
-    let search = scene.contacts().timings.seconds(Kernel::Search);
+    let search = scene.contacts.timings.seconds(Kernel::Search);
     let share = search / clock.elapsed().as_secs_f64() * whole;
-    let pairs = scene.contacts().pairs.len();
+    let pairs = scene.contacts.pairs.len();
     eprintln!("{} balls: {end:?}", n.pow(3));
     println!("increment,{},{repetition},{share:.4},,{whole:.4},{pairs},{points},{factorisations}", n.pow(3));
 }

@@ -5,9 +5,10 @@
 //! the body condensed, is `W f` at its place with the shell's compliance, less the local compliance: the displacement that is neglected.
 //! The same number, the other way round, is what a condensed body would neglect if it rested.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::assembly::Dofs;
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
@@ -33,6 +34,28 @@ pub struct Recovery {
     neglected: Vec<[Vec3; 2]>,
     /// What changes of fidelity have kept, by contact [m].
     kept: Vec<Vec3>,
+}
+
+/// What changes of fidelity had contacts make up for at some time.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct MadeUp(BTreeMap<ContactKey, Lead>);
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Lead {
+    /// Displacement of `b`'s surface relative to `a`'s [m], in space.
+    #[serde(with = "crate::tensor::stored")]
+    displaced: Vec3,
+    /// All by which the contact was ahead of the geometry [m].
+    lead: f64,
+}
+
+impl MadeUp {
+    /// What the contacts in `memory` make up for.
+    pub fn of(memory: &Memory) -> Self {
+        let points = memory.iter().flat_map(|(key, pair)| pair.points.iter().map(|point| (*key, point)));
+        let lead = |point: &PointMemory| Lead { displaced: point.neglected, lead: point.lead };
+        MadeUp(points.map(|(pair, point)| ((pair, point.feature), lead(point))).collect())
+    }
 }
 
 /// How the force between two bodies would change, by what is neglected in all contacts.
@@ -285,6 +308,38 @@ impl Contacts {
             }
         }
         any
+    }
+
+    /// `memory` of the configuration last evaluated, less what its contacts make up for now and did not `before`. A slipping contact's stretch follows
+    /// its force.
+    pub fn without(&self, memory: &Memory, before: &MadeUp) -> Memory {
+        let mut less = Memory::new();
+        for pair in &self.pairs {
+            let Some(of_pair) = memory.get(&pair.key()) else { continue };
+            let mut of_pair = of_pair.clone();
+            of_pair.points.retain_mut(|kept| {
+                let known = before.0.get(&(pair.key(), kept.feature));
+                let Some(point) = pair.active().find(|point| point.site.feature == kept.feature) else {
+                    // Open, and kept so.
+                    return known.is_some_and(|known| {
+                        kept.lead = known.lead;
+                        kept.lead < 0.0
+                    });
+                };
+                let e = &point.evaluation;
+                let displaced = known.copied().unwrap_or_default().displaced;
+                let claimed = kept.neglected - displaced;
+                let along = claimed.dot(&e.normal);
+                kept.neglected = displaced;
+                kept.lead -= along;
+                if !e.slides() {
+                    kept.stretch -= claimed - e.normal * along;
+                }
+                true
+            });
+            less.insert(pair.key(), of_pair);
+        }
+        less
     }
 
     /// Contacts that are open, and that the new elastic displacements would close, stay as open as they are.

@@ -103,7 +103,7 @@ pub fn column(blocks: Blocks, angle: f64, heading: f64, cells: [f64; 2]) -> Scen
 
 /// The largest miss of any stress component at any integration point of a block, over the pressure.
 pub fn stress_miss(run: &Run) -> f64 {
-    let contacts = run.scene.contacts();
+    let contacts = &run.scene.contacts;
     let mut worst = 0.0;
     for (index, body) in run.scene.model.bodies.iter().enumerate() {
         let stresses = match (&body.grain, &body.full) {
@@ -129,7 +129,7 @@ pub fn pressure_miss(run: &Run, angle: f64) -> f64 {
     let expected = PRESSURE * angle.cos().powi(2);
     let stiffness = model.patch_stiffness(1, 2);
     let (mut worst, mut points) = (0.0, 0);
-    for (pair, point) in run.scene.contacts().active().filter(|(pair, _)| pair.key() == (1, 2)) {
+    for (pair, point) in run.scene.contacts.active().filter(|(pair, _)| pair.key() == (1, 2)) {
         let found = match point.site.feature {
             Feature::Faces(..) => point.evaluation.load / (point.state.spring / stiffness),
             Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..) => f64::NAN,

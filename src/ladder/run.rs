@@ -95,6 +95,6 @@ fn audited(scene: &Scene, row: &Row, overlap: f64) -> Option<String> {
     if !scene.model.has_elastic() && !(overlap <= allowed) {
         return Some(format!("increment {increment}: overlap {overlap:.3e} of {allowed:.3e} m"));
     }
-    audit::fault(&scene.model, scene.contacts(), &scene.committed.poses)
+    audit::fault(&scene.model, &scene.contacts, &scene.committed.poses)
         .map(|fault| format!("increment {increment}: {fault}"))
 }

@@ -241,7 +241,7 @@ fn klarbring(findings: &mut Findings, run: &Run) {
 fn pile(findings: &mut Findings, run: &Run) {
     let bodies = run.scene.model.bodies.len();
     let mut neighbours = vec![0; bodies];
-    for pair in run.scene.contacts().pairs.iter().filter(|pair| pair.active().next().is_some()) {
+    for pair in run.scene.contacts.pairs.iter().filter(|pair| pair.active().next().is_some()) {
         neighbours[pair.a()] += 1;
         neighbours[pair.b()] += 1;
     }

@@ -78,7 +78,7 @@ pub struct Seen {
 }
 
 fn seen(scene: &Scene, displacement: Vec3) -> Seen {
-    let points: Vec<_> = scene.contacts().active().map(|(_, point)| point.evaluation).collect();
+    let points: Vec<_> = scene.contacts.active().map(|(_, point)| point.evaluation).collect();
     let force: f64 = points.iter().map(|e| e.pressure).sum();
     let centre = points.iter().map(|e| e.point * e.pressure).sum::<Vec3>() / force;
     let square = |x: Vec3| (x - centre).fixed_rows::<2>(0).norm_squared();

@@ -37,7 +37,8 @@ pub struct Scene {
     pub(super) stages: Vec<LoadStage>,
     increment_range: [f64; 2],
     names: BTreeMap<String, usize>,
-    pub(super) contacts: Contacts,
+    /// The contacts of the configuration that was evaluated last; in an observer, the accepted one.
+    pub contacts: Contacts,
     pub(super) start: Vec<Pose>,
     pub(super) increments: usize,
     /// Loads in force, prescribed components and what holds them included.
@@ -265,11 +266,6 @@ impl Scene {
             self.under_way = state.under_way.into_owned();
         }
         Ok(fits)
-    }
-
-    /// The contacts of the configuration that was evaluated last; in an observer, the accepted one.
-    pub fn contacts(&self) -> &Contacts {
-        &self.contacts
     }
 
     /// Loads and prescriptions of the committed state.

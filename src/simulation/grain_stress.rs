@@ -27,7 +27,7 @@ pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressur
 pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3) -> Vec<Mat3> {
     let poses = &scene.committed.poses;
     let places = positions(&scene.model, poses);
-    let mut moments = body_moments(&pair_forces(scene.contacts()), &[], &places);
+    let mut moments = body_moments(&pair_forces(&scene.contacts), &[], &places);
     for (i, (moment, body)) in moments.iter_mut().zip(&scene.model.bodies).enumerate() {
         let weight = gravity * body.mass;
         *moment += (poses[i].rotation * body.centre_of_mass) * weight.transpose();

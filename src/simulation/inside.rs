@@ -159,7 +159,7 @@ mod tests {
                 RawCase::parse(Path::new("x.json"), &text).and_then(|raw| raw.check()).expect("a case");
             let mut blocks = 0;
             let end = scene::run(&case, Path::new(""), |scene, _| {
-                let (model, contacts) = (&scene.model, scene.contacts());
+                let (model, contacts) = (&scene.model, &scene.contacts);
                 let left = of_bodies(model, contacts, &scene.committed.poses);
                 let told = of_committed(model, contacts, &scene.committed, scene.loads());
                 for (left, told) in left.iter().zip(&told).filter(|(left, _)| !left.stress.is_empty()) {

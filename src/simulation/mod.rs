@@ -510,7 +510,7 @@ fn scene_run(
                 Err(error) => trouble = Some(error),
             }
             if options.audit {
-                fault = audit::fault(&scene.model, scene.contacts(), &scene.committed.poses);
+                fault = audit::fault(&scene.model, &scene.contacts, &scene.committed.poses);
                 if let Some(other) = other_equilibrium(scene) {
                     let increment = row.increment;
                     let travel = other.poses.iter().zip(&scene.committed.poses);
@@ -533,7 +533,7 @@ fn scene_run(
         return Err(error);
     }
     recorder.end_stage(&scene.model, &scene.committed.poses, || {
-        inside::of_committed(&scene.model, scene.contacts(), &scene.committed, scene.loads())
+        inside::of_committed(&scene.model, &scene.contacts, &scene.committed, scene.loads())
     })?;
     if !matches!(end, StageEnd::Interrupted) {
         recorder.write_pieces(&scene.model)?;
@@ -541,7 +541,7 @@ fn scene_run(
     let (end, outcome, reason) = ending(end);
     let mut profile = Profile::default();
     profile.book_since("scene", clock);
-    profile.finish(scene.contacts().timings);
+    profile.finish(scene.contacts.timings);
     if options.profile && options.existing != Existing::Continue {
         recorder.write_profile(&profile)?;
     }

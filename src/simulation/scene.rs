@@ -88,14 +88,13 @@ impl Recorder {
             local_strains: Vec::new(),
             contacts: match &scene.pressing {
                 Some(pressing) => ContactTable::of_press(pressing),
-                None => ContactTable::of(scene.contacts(), &scene.committed.memory, poses.len()),
+                None => ContactTable::of(&scene.contacts, &scene.committed.memory, poses.len()),
             },
             cells: cell_states(&scene.model),
             grains: Vec::new(),
             levels: scene.model.bodies.iter().map(Body::level).collect(),
         };
-        let insides =
-            || inside::of_committed(&scene.model, scene.contacts(), &scene.committed, scene.loads());
+        let insides = || inside::of_committed(&scene.model, &scene.contacts, &scene.committed, scene.loads());
         self.append(&history, &body_rows(row), state, [row.progress; 2], insides)?;
         self.hold_scene(scene)?;
         self.commit()?;

@@ -20,7 +20,8 @@ pub struct Ledger {
     /// stands in for motion and its damping. Known by balance only: what these increments leave over. Of the others, the work of the
     /// forces that the tolerance leaves out of balance.
     pub stabilisation: f64,
-    /// What contacts gained where breaking changed the shapes of bodies; taken off `stabilisation`, as which it would come back.
+    /// What contacts gained where breaking changed the shapes of bodies, and bodies that rested in a collapse gained by it beyond all that was left over;
+    /// taken off `stabilisation`.
     pub reshaped: f64,
     /// Friction by which snaps would have spent more than they had, were it slip times the mean of the forces at both ends; taken off `friction`.
     pub overdrawn: f64,

@@ -1,6 +1,7 @@
 //! A triaxial test in progress: stages, increments, landings, and the books kept over them.
 
 mod collapse;
+mod sleep;
 mod trial;
 
 use serde::{Deserialize, Serialize};
@@ -22,6 +23,7 @@ use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd};
 use crate::triaxial::starts::{describe, starts};
 use crate::triaxial::watch::Watch;
+use sleep::{Claim, Sleep};
 use trial::Trial;
 
 /// What is known after each accepted increment.
@@ -136,11 +138,10 @@ struct UnderWay {
     /// Whether the increment at hand was given up, at its smallest or for bodies that bend to rest, and is tried once more with bodies that may fall. Kept
     /// with the bodies that rest for it: a run that is interrupted there goes on with the same attempt.
     falls: bool,
-    /// Bodies that are rigid until the collapse is over, by number, and by how much the description stores more elastic energy so [J].
-    asleep: Vec<usize>,
-    slept: f64,
-    /// What the ledger had for stabilisation when the first of them came to rest [J].
-    stabilised_before: f64,
+    /// Bodies that are rigid until the collapse is over.
+    sleep: Sleep,
+    /// What bodies that woke have to find a balance without.
+    claim: Option<Claim>,
     /// Times that the increment at hand has been repeated with more condensed grains.
     #[serde(skip)]
     repeats: usize,
@@ -181,6 +182,9 @@ fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
 /// How bodies may fall in an increment; `None` where they may not. Grains that have broken are followed in pieces, each of which begins anew, its
 /// damage as well; friction works along the whole way, but under a load that grows.
 fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
+    if way.claim.is_some() {
+        return Some(Settings { rests_after: Some(LATE), ..rig.settings.clone() });
+    }
     let (broken, freely) = (rig.model.is_broken(), way.dwells || may_fall(rig, way));
     let usual = rig.settings.falling();
     // Nothing more breaks while failed rock still holds what it held.
@@ -296,6 +300,7 @@ impl Test {
                     self.under_way = Some(way);
                     return StageEnd::Interrupted;
                 }
+                Err(_) if self.waive(rig, &mut way) => continue,
                 Err(miss) if self.follow(rig, &mut way, &miss, share, to) => continue,
                 Err(_) if !way.remnants.is_over() => {
                     // What is left of them goes at once.
@@ -339,8 +344,8 @@ impl Test {
                 continue;
             }
             let pressure = way.drive.pressure(to, report.factor);
-            let verdict =
-                if way.asleep.is_empty() { rig.judge(&report, pressure) } else { Verdict::unknown() };
+            let settled = way.sleep.is_over() && way.claim.is_none();
+            let verdict = if settled { rig.judge(&report, pressure) } else { Verdict::unknown() };
             if verdict.urgent && way.repeats < MOST_REPEATS {
                 way.spent.add(&report.counters);
                 way.repeats += 1;
@@ -411,6 +416,7 @@ impl Test {
             let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
             let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
             self.start_elastic += transition.energy;
+            self.settle_claim(&mut way);
             self.wake(rig, &mut way);
             self.under_way = Some(way);
             let fidelity = FidelityCounts::of(&rig.model, &verdict, &transition, early);
@@ -472,9 +478,8 @@ impl Test {
             pieces: 0,
             rough: 0,
             remnants: Remnants::default(),
-            asleep: Vec::new(),
-            slept: 0.0,
-            stabilised_before: 0.0,
+            sleep: Sleep::default(),
+            claim: None,
             spent: Counters::default(),
             falls: false,
             repeats: 0,

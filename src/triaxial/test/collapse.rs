@@ -147,35 +147,6 @@ impl Test {
         }
     }
 
-    /// Has all bodies rest that bend and may: what follows is found among rigid ones.
-    pub(super) fn lull(&mut self, rig: &mut Rig, way: &mut UnderWay) {
-        let bodies = &rig.model.bodies;
-        let awake: Vec<usize> = (0..bodies.len()).filter(|body| bodies[*body].can_rest()).collect();
-        if way.asleep.is_empty() {
-            way.stabilised_before = self.ledger.stabilisation;
-        }
-        let transition = rig.change_fidelity([&[], &awake]);
-        self.start_elastic += transition.energy;
-        way.slept += transition.energy;
-        way.asleep.extend(awake);
-    }
-
-    /// Wakes them again where nothing more is to be broken up. Elastic energy that their bending has less than before was set free in the collapse; what it
-    /// has more of came from what the collapse left over, and from nowhere beyond that.
-    pub(super) fn wake(&mut self, rig: &mut Rig, way: &mut UnderWay) {
-        if way.asleep.is_empty() || !rig.failing.is_empty() {
-            return;
-        }
-        let asleep = std::mem::take(&mut way.asleep);
-        let transition = rig.change_fidelity([&asleep, &[]]);
-        let gained = std::mem::take(&mut way.slept) + transition.energy;
-        self.start_elastic += transition.energy - gained;
-        self.ledger.elastic += gained;
-        let left_over = (self.ledger.stabilisation - way.stabilised_before).max(0.0);
-        self.ledger.reshaped += (gained - left_over).max(0.0);
-        self.ledger.stabilisation -= gained;
-    }
-
     /// Breaks up what the last increment left to; whether anything did. What the rock that went had held is let down step by step.
     pub(super) fn break_up(&mut self, rig: &mut Rig, way: &mut UnderWay) -> Result<bool> {
         if rig.failing.is_empty() {
@@ -188,16 +159,17 @@ impl Test {
         let fractures = rig.break_up()?;
         self.left.clear();
         // Parts of what slept sleep, too.
-        let parts = fractures.iter().filter(|fracture| way.asleep.contains(&fracture.body));
+        let parts = fractures.iter().filter(|fracture| way.sleep.bodies.contains(&fracture.body));
         let fresh: Vec<usize> =
             parts.flat_map(|fracture| &fracture.parts).copied().filter(|part| *part >= bodies).collect();
-        way.asleep.extend(fresh);
+        way.sleep.bodies.extend(fresh);
         let mut lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
         if let Some((before, stored)) = before {
             let (after, rest) = self.touching(rig, way);
             let touching = [&before, &after];
             way.remnants = Remnants::new(&rig.model, &rig.committed.poses, &fractures, touching, steps);
             let (released, gained) = ((stored - rest).max(0.0), (rest - stored).max(0.0));
+            tracing::info!(released, gained, "shapes changed");
             self.ledger.crushing += released;
             lost += released;
             self.ledger.reshaped += gained;
