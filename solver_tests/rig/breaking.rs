@@ -8,8 +8,8 @@ use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
 use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
 use riprap::mesh::grain_mesh;
 use riprap::model::DamageCounts;
-use riprap::solver::audit;
 use riprap::solver::fidelity::change;
+use riprap::solver::{Increment, advance, audit};
 use riprap::tensor::Vec3;
 use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, Stage, StageEnd, Steps, Test};
 
@@ -148,6 +148,45 @@ fn weak_grains_that_bend_fall_where_an_increment_finds_no_balance() {
     assert!(last.fidelity.condensed >= 15, "{:?}", last.fidelity);
     assert!(rows.iter().all(|row| row.out_of_balance < 1e-3));
     assert!(last.ledger.error().abs() < CLOSED * last.ledger.external, "{:?}", last.ledger);
+}
+
+/// How far from balance the committed state is, over the mean contact force.
+fn imbalance(rig: &Rig) -> f64 {
+    let mut settings = rig.settings.clone();
+    (settings.max_augmentations, settings.damage.moves) = (0, false);
+    let loads = rig.loads(false, PRESSURE);
+    let increment =
+        Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
+    advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts.clone()).history[0]
+}
+
+/// Behind a collapse contacts lose what they made up for while grains were rigid. The grains, awake, find a balance without it before anything else happens;
+/// where they cannot, contacts have it back, with which they are in balance.
+#[test]
+fn grains_that_wake_find_a_balance_of_their_own_or_keep_the_one_they_have() {
+    let mut rig = breakable(WEAK, BENDING);
+    let (mut test, _) = compressed(&mut rig, 6);
+    let stage = drive(1e-3, Lateral::Pressure);
+    let first = |rig: &mut Rig, test: &mut Test, wanted: &dyn Fn(&Rig) -> bool| {
+        let mut path = f64::NAN;
+        let end = test.run(rig, &stage, &mut |rig, step| {
+            path = step.row.path;
+            !wanted(rig)
+        });
+        (end, path)
+    };
+    let (end, woken) = first(&mut rig, &mut test, &|rig| imbalance(rig) > 1e-2);
+    assert_eq!(end, StageEnd::Interrupted, "no grain woke to claim anything");
+
+    let (mut balanced, mut its_test) = (rig.clone(), test.clone());
+    let (end, path) = first(&mut balanced, &mut its_test, &|_| true);
+    assert!(end == StageEnd::Interrupted && path == woken, "{end:?} {path} {woken}");
+    assert!(imbalance(&balanced) < 1e-3);
+
+    (rig.settings.max_augmentations, rig.settings.max_cuts) = (0, 0);
+    let (end, _) = first(&mut rig, &mut test, &|_| true);
+    assert!(matches!(end, StageEnd::Stopped { .. }), "{end:?}");
+    assert!(imbalance(&rig) < 1e-3);
 }
 
 /// As under a pressure that acts on the grains themselves: the sheet follows what is left of them.

@@ -32,6 +32,20 @@ impl Ledger {
     pub fn error(&self) -> f64 {
         self.external - self.elastic - self.friction - self.damage - self.membrane - self.stabilisation
     }
+
+    /// Closes the books of a collapse that began with those of `before`, and in which bodies rested and woke: what its steps store is told by other
+    /// descriptions, so only the whole has to have enough. Friction that gave way in one step gets back what others left over; elastic energy that
+    /// bodies have beyond all that was left over had nothing to come from [J].
+    pub fn close_collapse(&mut self, before: &Ledger) -> f64 {
+        let left_over = self.stabilisation - before.stabilisation;
+        let restored = (self.overdrawn - before.overdrawn).min(left_over).max(0.0);
+        self.friction += restored;
+        self.overdrawn -= restored;
+        self.stabilisation -= restored;
+        let unpaid = (-left_over).max(0.0);
+        self.reshaped += unpaid;
+        unpaid
+    }
 }
 
 /// An increment whose rows hold this share more than it had to spend has jumped to a state that the bodies
@@ -105,6 +119,31 @@ mod tests {
         assert!(fell(0.5 * 1.002, 0.5 * 1.002 - 0.5 * 0.002));
         // Nothing that was loose moved; or something that was borne fell.
         assert!(!fell(0.0, 0.0) && !fell(0.0, 1.0) && !fell(-1.0, 1.0));
+    }
+
+    #[test]
+    fn collapse_is_closed_as_a_whole() {
+        let before = Ledger { external: 10.0, elastic: 6.0, friction: 4.0, ..Ledger::default() };
+        // One step left 0.5 over, in another 0.2 of the friction gave way; or 0.7 did.
+        for (gave_way, overdrawn, stabilisation) in [(0.2, 0.0, 0.3), (0.7, 0.2, 0.0)] {
+            let friction = 4.6 - gave_way;
+            let elastic = 10.0 - friction - 0.5;
+            let mut ledger = Ledger { elastic, friction, overdrawn: gave_way, stabilisation: 0.5, ..before };
+            assert_eq!(ledger.close_collapse(&before), 0.0);
+            for (is, wanted) in [
+                (ledger.overdrawn, overdrawn),
+                (ledger.stabilisation, stabilisation),
+                (ledger.friction, 4.6 - overdrawn),
+                (ledger.error(), 0.0),
+            ] {
+                assert!((is - wanted).abs() < 1e-14, "{ledger:?}");
+            }
+        }
+        // What gave way before it is left alone, and more is stored than there was to store.
+        let before = Ledger { overdrawn: 0.4, stabilisation: 1.0, ..before };
+        let mut ledger = Ledger { stabilisation: 0.9, ..before };
+        assert!((ledger.close_collapse(&before) - 0.1).abs() < 1e-14);
+        assert!((ledger.reshaped - 0.1).abs() < 1e-14 && ledger.overdrawn == 0.4, "{ledger:?}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::assembly::MadeUp;
 use crate::contact::Memory;
+use crate::triaxial::ledger::Ledger;
 use crate::triaxial::rig::Rig;
 use crate::triaxial::test::{Test, UnderWay};
 
@@ -17,8 +18,8 @@ pub(super) struct Sleep {
     pub(super) bodies: Vec<usize>,
     /// By how much the description stores more elastic energy since they rest [J].
     energy: f64,
-    /// What the ledger had for stabilisation before [J].
-    stabilised_before: f64,
+    /// The ledger before.
+    before: Ledger,
     /// What contacts had made up for before.
     made_up: MadeUp,
 }
@@ -34,8 +35,8 @@ impl Sleep {
 pub(super) struct Claim {
     /// The contacts with it.
     memory: Memory,
-    /// What the ledger had for stabilisation before the collapse [J].
-    stabilised_before: f64,
+    /// The ledger before the collapse.
+    before: Ledger,
 }
 
 impl Test {
@@ -44,9 +45,8 @@ impl Test {
         let bodies = &rig.model.bodies;
         let awake: Vec<usize> = (0..bodies.len()).filter(|body| bodies[*body].can_rest()).collect();
         if way.sleep.is_over() {
-            let stabilised_before = self.ledger.stabilisation;
             let made_up = MadeUp::of(&rig.committed.memory);
-            way.sleep = Sleep { stabilised_before, made_up, ..Sleep::default() };
+            way.sleep = Sleep { before: self.ledger, made_up, ..Sleep::default() };
         }
         let transition = rig.change_fidelity([&[], &awake]);
         self.start_elastic += transition.energy;
@@ -59,7 +59,7 @@ impl Test {
         if way.sleep.is_over() || !rig.failing.is_empty() {
             return;
         }
-        let Sleep { bodies, energy, stabilised_before, made_up } = std::mem::take(&mut way.sleep);
+        let Sleep { bodies, energy, before, made_up } = std::mem::take(&mut way.sleep);
         let transition = rig.change_fidelity([&bodies, &[]]);
         // Elastic energy that their bending has less than before was set free in the collapse; what it has more of came out of that.
         let gained = energy + transition.energy;
@@ -68,15 +68,14 @@ impl Test {
         self.ledger.stabilisation -= gained;
         let without = rig.contacts.without(&rig.committed.memory, &made_up);
         let memory = std::mem::replace(&mut rig.committed.memory, without);
-        way.claim = Some(Claim { memory, stabilised_before });
+        way.claim = Some(Claim { memory, before });
         way.dwells = true;
     }
 
-    /// Closes the books of a collapse where bodies have woken: elastic energy that they have beyond all that was left over had nothing to come from.
+    /// Closes the books of a collapse where bodies have woken.
     pub(super) fn settle_claim(&mut self, way: &mut UnderWay) {
         let Some(claim) = way.claim.take() else { return };
-        let unpaid = (claim.stabilised_before - self.ledger.stabilisation).max(0.0);
-        self.ledger.reshaped += unpaid;
+        let unpaid = self.ledger.close_collapse(&claim.before);
         tracing::info!(unpaid, waived = claim.memory.is_empty(), "woken");
     }
 
