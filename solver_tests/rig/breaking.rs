@@ -2,7 +2,6 @@
 //! crushes on, dwell after dwell, without a stop: every accepted state is in balance, no bodies overlap but as contacts know, and the energy is
 //! accounted for; a run that goes on from a stored state has the bits of one that was not interrupted.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
@@ -188,68 +187,6 @@ fn grains_that_wake_find_a_balance_of_their_own_or_keep_the_one_they_have() {
     let (end, _) = first(&mut rig, &mut test, &|_| true);
     assert!(matches!(end, StageEnd::Stopped { .. }), "{end:?}");
     assert!(imbalance(&rig) < 1e-3);
-}
-
-/// A grain that loses a corner, all cells around it, has a new shape, and its contacts new features. Reference: where the corner is nowhere near, grains at rest for a
-/// collapse bear on each other as before. (At rest they would jump to that of rigid grains overlapping by all that bent, half as much again.)
-#[test]
-fn a_new_shape_leaves_the_forces_of_contacts_that_it_is_nowhere_near() {
-    let mut rig = breakable(1e12, BENDING);
-    let (_, _) = compressed(&mut rig, 6);
-    let grains: Vec<usize> = (0..specimen().grains.len()).collect();
-    change(&mut rig.model, &mut rig.committed, &mut rig.contacts, PRESSURE, [&[], &grains]);
-    let before = pair_forces(&mut rig.clone());
-    let mut changes = Vec::new();
-    for body in grains {
-        let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
-        let (mesh, nominal) = (whole.mesh(), rig.model.bodies[body].nominal.clone());
-        for lost in &nominal.vertices {
-            let is_lost = |cell| mesh.corners(cell).iter().any(|x| (x - lost).norm() < 1e-9);
-            let mut rig = rig.clone();
-            let failed = DamageState { failed: true, ..DamageState::default() };
-            let state = |cell| if is_lost(cell) { failed } else { DamageState::default() };
-            let states = mesh.cell_ids().map(|cell| [state(cell); 4]).collect();
-            let laws = mesh.cell_ids().map(|cell| *whole.law(cell)).collect();
-            let origin = Ancestry::of_grain(body as u32);
-            let cut = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, origin).expect("a grain");
-            rig.model.bodies[body].damaged = Some(Arc::new(cut));
-            let mut displacements = vec![Vec::new(); rig.model.bodies.len()];
-            displacements[body] = vec![Vec3::zeros(); mesh.nodes.len()];
-            rig.model.break_up(&mut rig.committed, &displacements, 1e-9).expect("a part");
-            if rig.model.bodies[body].nominal == nominal {
-                continue;
-            }
-            rig.model.bodies[body].rest();
-            rig.contacts.forget_bodies();
-            let after = pair_forces(&mut rig);
-            let lost = rig.committed.poses[body].to_space(lost);
-            let size = rig.model.bodies[body].rotation_scale;
-            for (pair, (point, force)) in before.iter().filter(|((a, b), _)| [*a, *b].contains(&body)) {
-                if (lost - point).norm() > size {
-                    let now = after.get(pair).map_or_else(Vec3::zeros, |(_, now)| *now);
-                    changes.push((now - force).norm() / force.norm());
-                }
-            }
-        }
-    }
-    changes.sort_by(f64::total_cmp);
-    let at = |share: f64| changes[(share * changes.len() as f64) as usize];
-    println!("{} forces; median change {:.3}, nine tenths {:.3}", changes.len(), at(0.5), at(0.9));
-    assert!(changes.len() > 50 && at(0.5) < 0.05, "{} {}", changes.len(), at(0.5));
-}
-
-/// Force between two bodies as committed [N] and where it acts [m], by their numbers.
-fn pair_forces(rig: &mut Rig) -> BTreeMap<(usize, usize), (Vec3, Vec3)> {
-    let Rig { model, committed, contacts, .. } = rig;
-    contacts.start(model, committed);
-    contacts.evaluate(model, committed, &committed.poses).expect("no overlap");
-    let mut forces = BTreeMap::new();
-    for (pair, point) in contacts.active() {
-        let e = &point.evaluation;
-        let sum = forces.entry((pair.a(), pair.b())).or_insert((e.point, Vec3::zeros()));
-        sum.1 += e.normal * e.pressure;
-    }
-    forces
 }
 
 /// As under a pressure that acts on the grains themselves: the sheet follows what is left of them.

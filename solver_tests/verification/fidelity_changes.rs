@@ -14,7 +14,7 @@
 
 use std::sync::Arc;
 
-use riprap::assembly::{Contacts, MadeUpBefore};
+use riprap::assembly::{Contacts, MadeUp};
 use riprap::grain::CondensedGrain;
 use riprap::model::Loads;
 use riprap::scene::{Row, Scene, SceneBody, SceneParameters};
@@ -158,7 +158,7 @@ fn what_was_made_up_for_is_claimed_back() {
         count < 4
     });
     assert_eq!(end, StageEnd::Interrupted);
-    let before = MadeUpBefore::of(&scene.committed.memory);
+    let before = MadeUp::of(&scene.committed.memory);
     let changed = |scene: &mut Scene, changes: [&[usize]; 2]| {
         change(&mut scene.model, &mut scene.committed, &mut scene.contacts, 0.0, changes)
     };

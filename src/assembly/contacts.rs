@@ -238,7 +238,7 @@ impl PairWork {
                 faces: None,
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
-                lead: carried.made_up(site.feature).lead,
+                lead: memory.map_or(0.0, |m| m.lead),
                 compliance: 0.0,
                 given: Vec3::zeros(),
                 hardening: 0.0,

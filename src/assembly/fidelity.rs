@@ -15,7 +15,6 @@ use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
 };
-use crate::contact::memory::MadeUp;
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{BodyKind, Committed, Model};
@@ -39,14 +38,23 @@ pub struct Recovery {
 
 /// What changes of fidelity had contacts make up for at some time.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct MadeUpBefore(BTreeMap<ContactKey, MadeUp>);
+pub struct MadeUp(BTreeMap<ContactKey, Lead>);
 
-impl MadeUpBefore {
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Lead {
+    /// Displacement of `b`'s surface relative to `a`'s [m], in space.
+    #[serde(with = "crate::tensor::stored")]
+    displaced: Vec3,
+    /// All by which the contact was ahead of the geometry [m].
+    lead: f64,
+}
+
+impl MadeUp {
     /// What the contacts in `memory` make up for.
     pub fn of(memory: &Memory) -> Self {
         let points = memory.iter().flat_map(|(key, pair)| pair.points.iter().map(|point| (*key, point)));
-        let made_up = |point: &PointMemory| MadeUp { lead: point.lead, neglected: point.neglected };
-        MadeUpBefore(points.map(|(pair, point)| ((pair, point.feature), made_up(point))).collect())
+        let lead = |point: &PointMemory| Lead { displaced: point.neglected, lead: point.lead };
+        MadeUp(points.map(|(pair, point)| ((pair, point.feature), lead(point))).collect())
     }
 }
 
@@ -164,8 +172,12 @@ impl Contacts {
                 [side(pair.a(), &places[0], -1.0), side(pair.b(), &places[1], 1.0)]
             })
             .collect();
-        let kept = active.iter().map(|(pair, point)| pair.carried.made_up(point.site.feature).neglected);
-        let kept = kept.collect();
+        let kept = active
+            .iter()
+            .map(|(pair, point)| {
+                pair.carried.point(point.site.feature).map_or_else(Vec3::zeros, |memory| memory.neglected)
+            })
+            .collect();
         Recovery { loads, fields, places, neglected, kept }
     }
 
@@ -300,7 +312,7 @@ impl Contacts {
 
     /// `memory` of the configuration last evaluated, less what its contacts make up for now and did not `before`. A slipping contact's stretch follows
     /// its force.
-    pub fn without(&self, memory: &Memory, before: &MadeUpBefore) -> Memory {
+    pub fn without(&self, memory: &Memory, before: &MadeUp) -> Memory {
         let mut less = Memory::new();
         for pair in &self.pairs {
             let Some(of_pair) = memory.get(&pair.key()) else { continue };
@@ -315,10 +327,10 @@ impl Contacts {
                     });
                 };
                 let e = &point.evaluation;
-                let neglected = known.copied().unwrap_or_default().neglected;
-                let claimed = kept.neglected - neglected;
+                let displaced = known.copied().unwrap_or_default().displaced;
+                let claimed = kept.neglected - displaced;
                 let along = claimed.dot(&e.normal);
-                kept.neglected = neglected;
+                kept.neglected = displaced;
                 kept.lead -= along;
                 if !e.slides() {
                     kept.stretch -= claimed - e.normal * along;

@@ -39,7 +39,10 @@ impl Contacts {
                     bound: e.coefficient * e.load,
                     tangential_energy: e.tangential_energy,
                     lead: point.state.lead,
-                    neglected: pair.carried.made_up(point.site.feature).neglected,
+                    neglected: pair
+                        .carried
+                        .point(point.site.feature)
+                        .map_or_else(Vec3::zeros, |m| m.neglected),
                     scale: held.map_or(self.first_scale, |h| h.scale),
                     firmness: point.firmness,
                 });
@@ -60,7 +63,7 @@ impl Contacts {
                         .any(|p| matches!(p.feature, Feature::Faces(i, j, _) if rule.faces == (i, j)))
                 };
                 let rules = pair.rules.iter().filter(felt).cloned().collect();
-                memory.insert(pair.key(), PairMemory { slip, points, rules, ..PairMemory::default() });
+                memory.insert(pair.key(), PairMemory { slip, points, rules });
             }
         }
         memory

@@ -24,7 +24,7 @@ pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
 pub use elastic::{OVERESTIMATE, SurfaceField};
-pub use fidelity::{ForceChange, MadeUpBefore, Recovery, is_free_to_change};
+pub use fidelity::{ForceChange, MadeUp, Recovery, is_free_to_change};
 pub use full::{full_couplings, full_stiffness_into};
 pub use membrane::MembraneContacts;
 pub use network::Network;

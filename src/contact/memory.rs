@@ -85,44 +85,12 @@ pub struct PairMemory {
     pub points: Vec<PointMemory>,
     /// Where the points of patches lie that meshed faces share.
     pub rules: Vec<FaceRule>,
-    /// What its points made up for before a body changed its shape, and with it the features that they were known by.
-    pub handed_on: MadeUp,
-}
-
-/// What a contact makes up for since fidelities changed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct MadeUp {
-    /// As [`PointMemory::lead`] [m].
-    pub lead: f64,
-    /// As [`PointMemory::neglected`] [m].
-    #[serde(with = "crate::tensor::stored")]
-    pub neglected: Vec3,
 }
 
 impl PairMemory {
     /// How far contacts may be ahead of the geometry [m].
     pub fn lead(&self) -> f64 {
-        self.points.iter().map(|p| p.lead).fold(self.handed_on.lead.max(0.0), f64::max)
-    }
-
-    /// What the contact of `feature` makes up for.
-    pub fn made_up(&self, feature: Feature) -> MadeUp {
-        self.point(feature)
-            .map_or(self.handed_on, |point| MadeUp { lead: point.lead, neglected: point.neglected })
-    }
-
-    /// The memory of a pair one of whose bodies has a new shape, the other way round where they have changed places: the mean of what its points made
-    /// up for, by their loads; nothing where they made up for nothing.
-    pub fn handed_on(&self, turned: bool) -> Option<PairMemory> {
-        let load: f64 = self.points.iter().map(|point| point.load).sum();
-        let sign = if turned { -1.0 } else { 1.0 };
-        let mean = |made_up: MadeUp, point: &PointMemory| MadeUp {
-            lead: made_up.lead + point.lead * (point.load / load),
-            neglected: made_up.neglected + point.neglected * (sign * point.load / load),
-        };
-        let handed_on = self.points.iter().fold(MadeUp::default(), mean);
-        let is_any = load > 0.0 && handed_on != MadeUp::default();
-        is_any.then(|| PairMemory { handed_on, ..PairMemory::default() })
+        self.points.iter().map(|p| p.lead).fold(0.0, f64::max)
     }
 
     /// Keeps `point` in place of what was known of its feature.

@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use crate::contact::{ContactShape, Memory, PairMemory};
+use crate::contact::ContactShape;
 use crate::element::POINT_COUNT;
 use crate::error::{Error, Result};
 use crate::geometry::rounded::{HalfSpace, facet_planes, intersection, plain_hull};
@@ -201,9 +201,8 @@ impl Model {
                 [part] => part.nominal != self.bodies[index].nominal,
                 _ => true,
             };
-            let mut handed_on = Vec::new();
             if changed {
-                handed_on = forget_features(&mut committed.memory, index);
+                committed.memory.retain(|(a, b), _| *a as usize != index && *b as usize != index);
             }
             committed.fields.resize(self.bodies.len(), Vec::new());
             if stays {
@@ -233,15 +232,6 @@ impl Model {
                     self.bodies.push(body);
                     self.shapes.push(shape);
                     committed.fields.push(field);
-                }
-            }
-            for (other, pair) in handed_on {
-                let parts = fracture.parts.iter().filter(|part| self.bodies[**part].kind != BodyKind::Gone);
-                for &part in parts {
-                    let [a, b] = [part.min(other), part.max(other)];
-                    if let Some(memory) = pair.handed_on((a == part) != (index < other)) {
-                        committed.memory.insert((a as u32, b as u32), memory);
-                    }
                 }
             }
             self.make_room(bodies)?;
@@ -478,18 +468,4 @@ impl Model {
         self.cover = Some(glued);
         Ok(())
     }
-}
-
-/// Takes what the contacts of body `index` remember out of `memory`, by the other body.
-fn forget_features(memory: &mut Memory, index: usize) -> Vec<(usize, PairMemory)> {
-    let mut forgotten = Vec::new();
-    memory.retain(|&(a, b), pair| {
-        let (a, b) = (a as usize, b as usize);
-        let is_its = a == index || b == index;
-        if is_its {
-            forgotten.push((a + b - index, std::mem::take(pair)));
-        }
-        !is_its
-    });
-    forgotten
 }

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::MadeUpBefore;
+use crate::assembly::MadeUp;
 use crate::contact::Memory;
 use crate::triaxial::ledger::Ledger;
 use crate::triaxial::rig::Rig;
@@ -21,7 +21,7 @@ pub(super) struct Sleep {
     /// The ledger before.
     before: Ledger,
     /// What contacts had made up for before.
-    made_up: MadeUpBefore,
+    made_up: MadeUp,
 }
 
 impl Sleep {
@@ -45,7 +45,7 @@ impl Test {
         let bodies = &rig.model.bodies;
         let awake: Vec<usize> = (0..bodies.len()).filter(|body| bodies[*body].can_rest()).collect();
         if way.sleep.is_over() {
-            let made_up = MadeUpBefore::of(&rig.committed.memory);
+            let made_up = MadeUp::of(&rig.committed.memory);
             way.sleep = Sleep { before: self.ledger, made_up, ..Sleep::default() };
         }
         let transition = rig.change_fidelity([&[], &awake]);
