@@ -62,6 +62,26 @@ fn run(parameters: &SceneParameters) -> (Scene, Vec<Row>) {
     (scene, rows)
 }
 
+/// The scene after so many of its increments.
+fn interrupted(parameters: &SceneParameters, increments: usize) -> Scene {
+    let mut scene = Scene::new(parameters).expect("a sound scene");
+    let mut count = 0;
+    let end = scene.run(|_, _| {
+        count += 1;
+        count < increments
+    });
+    assert_eq!(end, StageEnd::Interrupted);
+    scene
+}
+
+/// Both plates held where they are.
+fn plates_held(bodies: usize) -> Loads {
+    let mut loads = Loads::none(bodies);
+    loads.prescribed[0] = [true; 6];
+    loads.prescribed[3] = [true; 6];
+    loads
+}
+
 #[test]
 fn a_change_leaves_forces_as_they_were() {
     // All stick, and all slide or nearly.
@@ -76,9 +96,7 @@ fn changed_and_back(parameters: &SceneParameters) {
     assert!(rows.iter().all(|row| row.fidelity.condensed == 0), "none needs to be condensed");
     let (mut model, mut committed) = (scene.model.clone(), scene.committed.clone());
     let mut contacts = Contacts::default();
-    let mut loads = Loads::none(model.bodies.len());
-    loads.prescribed[0] = [true; 6];
-    loads.prescribed[3] = [true; 6];
+    let loads = plates_held(model.bodies.len());
     for [wake, rest] in [[&CUBES[..1], &[]], [&CUBES[1..], &[]], [&[], &CUBES[..1]], [&[], &CUBES[1..]]] {
         let done = change(&mut model, &mut committed, &mut contacts, 0.0, [wake, rest]);
         assert_eq!(done.woken + done.rested, 1);
@@ -124,13 +142,7 @@ fn what_is_asked_for_decides() {
 fn energies_count_on() {
     // Woken in the middle: rests for four increments, then is asked for more.
     let parameters = pressed(Cubes::Chosen(1e9), 16, 0.5);
-    let mut scene = Scene::new(&parameters).expect("a sound scene");
-    let mut count = 0;
-    let end = scene.run(|_, _| {
-        count += 1;
-        count < 8
-    });
-    assert_eq!(end, StageEnd::Interrupted);
+    let mut scene = interrupted(&parameters, 8);
     scene.settings.accuracy = Some(1e-6);
     let mut rows = Vec::new();
     scene.run(|_, row| {
@@ -151,13 +163,7 @@ fn what_was_made_up_for_is_claimed_back() {
     let (_, rows) = run(&parameters);
     let bent = rows[7].bodies[3].contact_force;
 
-    let mut scene = Scene::new(&parameters).expect("a sound scene");
-    let mut count = 0;
-    let end = scene.run(|_, _| {
-        count += 1;
-        count < 4
-    });
-    assert_eq!(end, StageEnd::Interrupted);
+    let mut scene = interrupted(&parameters, 4);
     let before = MadeUp::of(&scene.committed.memory);
     let changed = |scene: &mut Scene, changes: [&[usize]; 2]| {
         change(&mut scene.model, &mut scene.committed, &mut scene.contacts, 0.0, changes)
@@ -168,9 +174,7 @@ fn what_was_made_up_for_is_claimed_back() {
     assert_eq!(changed(&mut scene, [&CUBES, &[]]).woken, 2);
 
     let claimed = scene.contacts.without(&scene.committed.memory, &before);
-    let mut loads = Loads::none(scene.model.bodies.len());
-    loads.prescribed[0] = [true; 6];
-    loads.prescribed[3] = [true; 6];
+    let loads = plates_held(scene.model.bodies.len());
     let kept = scene.committed.memory.clone();
     let [kept, claimed] = [kept, claimed].map(|memory| {
         scene.committed.memory = memory;

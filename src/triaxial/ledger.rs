@@ -42,7 +42,9 @@ impl Ledger {
         self.friction += restored;
         self.overdrawn -= restored;
         self.stabilisation -= restored;
-        let unpaid = (-left_over).max(0.0);
+        // What new shapes gained has been taken off already.
+        let known = self.reshaped - before.reshaped;
+        let unpaid = (-left_over - known).max(0.0);
         self.reshaped += unpaid;
         unpaid
     }
@@ -144,6 +146,10 @@ mod tests {
         let mut ledger = Ledger { stabilisation: 0.9, ..before };
         assert!((ledger.close_collapse(&before) - 0.1).abs() < 1e-14);
         assert!((ledger.reshaped - 0.1).abs() < 1e-14 && ledger.overdrawn == 0.4, "{ledger:?}");
+        // Of 0.5 missing 0.3 have been told as what a new shape gained.
+        let mut ledger = Ledger { stabilisation: 0.5, reshaped: 0.3, ..before };
+        assert!((ledger.close_collapse(&before) - 0.2).abs() < 1e-14);
+        assert!((ledger.reshaped - 0.5).abs() < 1e-14, "{ledger:?}");
     }
 
     #[test]

@@ -183,6 +183,7 @@ fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
 /// damage as well; friction works along the whole way, but under a load that grows.
 fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
     if way.claim.is_some() {
+        // Nothing falls: bodies that have woken find a balance soon, or are left with what they have.
         return Some(Settings { rests_after: Some(LATE), ..rig.settings.clone() });
     }
     let (broken, freely) = (rig.model.is_broken(), way.dwells || may_fall(rig, way));

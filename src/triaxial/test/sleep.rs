@@ -44,6 +44,9 @@ impl Test {
     pub(super) fn lull(&mut self, rig: &mut Rig, way: &mut UnderWay) {
         let bodies = &rig.model.bodies;
         let awake: Vec<usize> = (0..bodies.len()).filter(|body| bodies[*body].can_rest()).collect();
+        if awake.is_empty() {
+            return;
+        }
         if way.sleep.is_over() {
             let made_up = MadeUp::of(&rig.committed.memory);
             way.sleep = Sleep { before: self.ledger, made_up, ..Sleep::default() };
@@ -72,19 +75,21 @@ impl Test {
         way.dwells = true;
     }
 
-    /// Closes the books of a collapse where bodies have woken.
+    /// Closes the books of a collapse whose bodies have found a balance awake.
     pub(super) fn settle_claim(&mut self, way: &mut UnderWay) {
-        let Some(claim) = way.claim.take() else { return };
-        let unpaid = self.ledger.close_collapse(&claim.before);
-        tracing::info!(unpaid, waived = claim.memory.is_empty(), "woken");
+        if let Some(claim) = way.claim.take() {
+            let unpaid = self.ledger.close_collapse(&claim.before);
+            tracing::info!(unpaid, "woken");
+        }
     }
 
     /// Gives contacts back what was claimed where there is no balance without it; `false` where nothing was.
     pub(super) fn waive(&mut self, rig: &mut Rig, way: &mut UnderWay) -> bool {
-        let Some(claim) = way.claim.as_mut() else { return false };
-        rig.committed.memory = std::mem::take(&mut claim.memory);
+        let Some(claim) = way.claim.take() else { return false };
+        rig.committed.memory = claim.memory;
         way.dwells = false;
-        self.settle_claim(way);
+        let unpaid = self.ledger.close_collapse(&claim.before);
+        tracing::info!(unpaid, "woken with what was claimed");
         true
     }
 }
