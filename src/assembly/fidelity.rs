@@ -10,11 +10,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::Dofs;
+use crate::assembly::{Dofs, Heir};
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
 };
+use crate::contact::memory::PairKey;
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{BodyKind, Committed, Model};
@@ -55,6 +56,18 @@ impl MadeUp {
         let points = memory.iter().flat_map(|(key, pair)| pair.points.iter().map(|point| (*key, point)));
         let lead = |point: &PointMemory| Lead { displaced: point.neglected, lead: point.lead };
         MadeUp(points.map(|(pair, point)| ((pair, point.feature), lead(point))).collect())
+    }
+
+    /// Knows contacts of new shapes by what those made up for that they go on for.
+    pub fn follow(&mut self, heirs: &[Heir]) {
+        let known: Vec<_> = heirs.iter().filter_map(|heir| Some((heir, *self.0.get(&heir.of)?))).collect();
+        let renewed: BTreeSet<PairKey> =
+            heirs.iter().flat_map(|heir| [heir.of.0, heir.contact.0]).collect();
+        self.0.retain(|(pair, _), _| !renewed.contains(pair));
+        for (heir, Lead { displaced, lead }) in known {
+            let displaced = if heir.turned { -displaced } else { displaced };
+            self.0.insert(heir.contact, Lead { displaced, lead });
+        }
     }
 }
 

@@ -10,6 +10,7 @@
 use std::sync::Arc;
 
 use crate::contact::ContactShape;
+use crate::contact::memory::{PairKey, PairMemory};
 use crate::element::POINT_COUNT;
 use crate::error::{Error, Result};
 use crate::geometry::rounded::{HalfSpace, facet_planes, intersection, plain_hull};
@@ -41,6 +42,8 @@ pub struct Fracture {
     pub lost_parts: usize,
     /// Elastic energy that went with deleted cells and lost parts [J].
     pub lost_energy: f64,
+    /// What its contacts remembered, where its shape has changed and with it the features that they are known by: taken out of the committed memory.
+    pub former: Vec<(PairKey, PairMemory)>,
 }
 
 /// A part ready to be a body.
@@ -172,6 +175,7 @@ impl Model {
                 crushed_volume: broken.deleted_volume + broken.lost_volume,
                 lost_parts: broken.lost.len(),
                 lost_energy: broken.lost_energy,
+                former: vec![],
             };
             let mut parts = Vec::new();
             let meshes = broken.fragments.iter().map(|fragment| fragment.grain.mesh_with_rubble());
@@ -202,7 +206,8 @@ impl Model {
                 _ => true,
             };
             if changed {
-                committed.memory.retain(|(a, b), _| *a as usize != index && *b as usize != index);
+                let is_its = |(a, b): &PairKey| *a as usize == index || *b as usize == index;
+                fracture.former = committed.memory.extract_if(.., |key, _| is_its(key)).collect();
             }
             committed.fields.resize(self.bodies.len(), Vec::new());
             if stays {

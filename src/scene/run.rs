@@ -430,6 +430,7 @@ impl Scene {
         if !fractures.is_empty() {
             self.contacts.forget_bodies();
         }
+        self.contacts.inherit(&self.model, &mut self.committed, &fractures);
         Ok(true)
     }
 

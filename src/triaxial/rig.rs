@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::{Contacts, Failing};
+use crate::assembly::{Contacts, Failing, Heir};
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
@@ -158,13 +158,13 @@ impl Rig {
         Ok(fits)
     }
 
-    /// Breaks up what the last increment left to.
+    /// Breaks up what the last increment left to; what broke, and which contacts of new shapes go on for which.
     ///
     /// # Errors
     /// `Error::Mesh` where a part cannot be made.
-    pub fn break_up(&mut self) -> Result<Vec<Fracture>> {
+    pub fn break_up(&mut self) -> Result<(Vec<Fracture>, Vec<Heir>)> {
         if self.failing.is_empty() {
-            return Ok(Vec::new());
+            return Ok((Vec::new(), Vec::new()));
         }
         let failing = std::mem::take(&mut self.failing);
         let displacements = failing.displacements(self.model.bodies.len());
@@ -174,9 +174,18 @@ impl Rig {
             self.contacts.forget_bodies();
         }
         for fracture in &fractures {
-            tracing::debug!(?fracture);
+            tracing::debug!(
+                body = fracture.body,
+                parts = ?fracture.parts,
+                deleted_cells = fracture.deleted_cells,
+                crushed_volume = fracture.crushed_volume,
+                lost_parts = fracture.lost_parts,
+                lost_energy = fracture.lost_energy,
+                "broken"
+            );
         }
-        Ok(fractures)
+        let heirs = self.contacts.inherit(&self.model, &mut self.committed, &fractures);
+        Ok((fractures, heirs))
     }
 
     /// Places the specimen between plates and drapes the cover.

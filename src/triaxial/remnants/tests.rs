@@ -83,6 +83,7 @@ impl Frame {
             crushed_volume: 4.0 * (0.25 * POST).powi(3),
             lost_parts: 0,
             lost_energy: 0.0,
+            former: vec![],
         };
         Remnants::new(&self.model, &self.committed.poses, &[fracture], [&before, &after], STEPS)
     }

@@ -156,7 +156,8 @@ impl Test {
         let bodies = rig.model.bodies.len();
         let steps = rig.settings.damage.release_steps;
         let before = (steps > 1 && rig.model.is_of_rigid_bodies()).then(|| self.touching(rig, way));
-        let fractures = rig.break_up()?;
+        let (fractures, heirs) = rig.break_up()?;
+        way.sleep.made_up.follow(&heirs);
         self.left.clear();
         // Parts of what slept sleep, too.
         let parts = fractures.iter().filter(|fracture| way.sleep.bodies.contains(&fracture.body));

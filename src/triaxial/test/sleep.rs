@@ -21,7 +21,7 @@ pub(super) struct Sleep {
     /// The ledger before.
     before: Ledger,
     /// What contacts had made up for before.
-    made_up: MadeUp,
+    pub(super) made_up: MadeUp,
 }
 
 impl Sleep {
