@@ -4,10 +4,13 @@
 
 use std::sync::Arc;
 
+use riprap::assembly::{ContactPoint, PairWork};
+use riprap::contact::memory::PairKey;
 use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
 use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
-use riprap::mesh::grain_mesh;
-use riprap::model::DamageCounts;
+use riprap::mesh::{CellId, grain_mesh};
+use riprap::model::fracture::Fracture;
+use riprap::model::{BodyKind, DamageCounts};
 use riprap::solver::fidelity::change;
 use riprap::solver::{Increment, advance, audit};
 use riprap::tensor::Vec3;
@@ -139,15 +142,20 @@ fn weak_grains_that_bend_fall_where_an_increment_finds_no_balance() {
     let (_, end) = run(&mut rig, &mut test, &drive(4e-3, Lateral::Pressure));
     assert!(end == StageEnd::Finished && rig.model.is_broken());
     (rig.settings.max_augmentations, rig.settings.max_cuts) = (16, 0);
-    let far = Stage { steps: Steps::Count(2), ..drive(3e-3, Lateral::Pressure) };
-    let (rows, end) = run(&mut rig, &mut test, &far);
-    assert_eq!(end, StageEnd::Finished);
-    let fell = |rows: &[Row]| rows[1].path > rows[0].path && rows[1].counters.falling_steps > 0;
-    assert!(rows.windows(2).any(fell), "no driven increment fell");
-    let last = &rows[rows.len() - 1];
-    assert!(last.fidelity.condensed >= 15, "{:?}", last.fidelity);
-    assert!(rows.iter().all(|row| row.out_of_balance < 1e-3));
-    assert!(last.ledger.error().abs() < CLOSED * last.ledger.external, "{:?}", last.ledger);
+    // Which of them fall is another thing on each path.
+    let mut driven_that_fell = 0;
+    for axial_strain in [2e-3, 2.5e-3, 3e-3, 3.5e-3] {
+        let far = Stage { steps: Steps::Count(2), ..drive(axial_strain, Lateral::Pressure) };
+        let (rows, end) = run(&mut rig.clone(), &mut test.clone(), &far);
+        assert_eq!(end, StageEnd::Finished, "{axial_strain}");
+        let fell = |rows: &[Row]| rows[1].path > rows[0].path && rows[1].counters.falling_steps > 0;
+        driven_that_fell += rows.windows(2).filter(|rows| fell(rows)).count();
+        let last = &rows[rows.len() - 1];
+        assert!(last.fidelity.condensed >= 15, "{:?}", last.fidelity);
+        assert!(rows.iter().all(|row| row.out_of_balance < 1e-3));
+        assert!(last.ledger.error().abs() < CLOSED * last.ledger.external, "{:?}", last.ledger);
+    }
+    assert!(driven_that_fell > 0);
 }
 
 /// How far from balance the committed state is, over the mean contact force.
@@ -189,10 +197,172 @@ fn grains_that_wake_find_a_balance_of_their_own_or_keep_the_one_they_have() {
     assert!(imbalance(&rig) < 1e-3);
 }
 
-/// As under a pressure that acts on the grains themselves: the sheet follows what is left of them.
+/// A force between two bodies as committed, on the first of them [N], and where it acts [m].
+struct Force {
+    bodies: [usize; 2],
+    point: Vec3,
+    force: Vec3,
+}
+
+fn forces(rig: &mut Rig) -> Vec<Force> {
+    let Rig { model, committed, contacts, .. } = rig;
+    contacts.start(model, committed);
+    contacts.evaluate(model, committed, &committed.poses).expect("no overlap");
+    let force = |(pair, point): (&PairWork, &ContactPoint)| {
+        let e = &point.evaluation;
+        let force = Vec3::new(e.wrench[0], e.wrench[1], e.wrench[2]);
+        Force { bodies: [pair.a(), pair.b()], point: e.point, force }
+    };
+    contacts.active().map(force).collect()
+}
+
+/// What one body exerts on another [N].
+fn exerted(forces: &[Force], by: usize, on: usize) -> Vec3 {
+    let sign = |force: &Force| match force.bodies {
+        bodies if bodies == [on, by] => 1.0,
+        bodies if bodies == [by, on] => -1.0,
+        _ => 0.0,
+    };
+    forces.iter().map(|force| force.force * sign(force)).sum()
+}
+
+/// A sheared rig of unbreakable grains at rest, in whose contacts friction holds.
+fn sheared(kind: Kind) -> Rig {
+    let mut rig = breakable(1e12, kind);
+    let (mut test, _) = compressed(&mut rig, 6);
+    let (_, end) = run(&mut rig, &mut test, &drive(1e-3, Lateral::Pressure));
+    assert_eq!(end, StageEnd::Finished);
+    let grains: Vec<usize> = (0..specimen().grains.len()).collect();
+    change(&mut rig.model, &mut rig.committed, &mut rig.contacts, PRESSURE, [&[], &grains]);
+    rig
+}
+
+/// A grain that loses a corner, all cells around it, has a new shape, and its contacts new features. Reference: where the corner is nowhere near, rigid grains and
+/// grains at rest for a collapse bear on each other as before, along the normal and across it. (The latter would jump to that of rigid grains overlapping by all
+/// that bent, half as much again, and friction would be gone.)
+#[test]
+fn a_new_shape_leaves_the_forces_of_contacts_that_it_is_nowhere_near() {
+    for kind in [RIGID, BENDING] {
+        let mut rig = sheared(kind);
+        let before = forces(&mut rig);
+        let mut changes = Vec::new();
+        for body in 0..specimen().grains.len() {
+            let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
+            let (nominal, pose) = (&rig.model.bodies[body].nominal, rig.committed.poses[body]);
+            let size = rig.model.bodies[body].rotation_scale;
+            for lost in &nominal.vertices {
+                let is_lost =
+                    |cell: CellId| whole.mesh().corners(cell).iter().any(|x| (x - lost).norm() < 1e-9);
+                let (mut broken, fracture) = without(&rig, body, is_lost);
+                if broken.model.bodies[body].nominal == *nominal {
+                    continue;
+                }
+                broken.model.bodies[body].rest();
+                broken.contacts.forget_bodies();
+                broken.contacts.inherit(&broken.model, &mut broken.committed, &[fracture]);
+                let after = forces(&mut broken);
+                let lost = pose.to_space(lost);
+                let is_far =
+                    |force: &&Force| force.bodies.contains(&body) && (force.point - lost).norm() > size;
+                for [a, b] in before.iter().filter(is_far).map(|force| force.bodies) {
+                    let was = exerted(&before, a, b);
+                    changes.push((exerted(&after, a, b) - was).norm() / was.norm());
+                }
+            }
+        }
+        changes.sort_by(f64::total_cmp);
+        let at = |share: f64| changes[(share * changes.len() as f64) as usize];
+        println!("{} forces; median change {:.3}, nine tenths {:.3}", changes.len(), at(0.5), at(0.9));
+        assert!(changes.len() > 50 && at(0.5) < 0.05, "{} {}", changes.len(), at(0.5));
+    }
+}
+
+/// Of a grain that comes apart other bodies are left, with other numbers. Reference: where a body becomes one of the same shape behind all others, which turns
+/// its contacts with those between, forces stay as they are.
+#[test]
+fn contacts_of_a_part_go_on_with_their_bodies_the_other_way_round() {
+    let mut rig = sheared(RIGID);
+    let before = forces(&mut rig);
+    for body in [3, 8, 15] {
+        let mut rig = rig.clone();
+        let part = rig.model.bodies.len();
+        let is_its = |(a, b): &PairKey| *a as usize == body || *b as usize == body;
+        let former = rig.committed.memory.extract_if(.., |key, _| is_its(key)).collect();
+        let (copy, shape) = (rig.model.bodies[body].clone(), rig.model.shapes[body].clone());
+        rig.model.bodies.push(copy);
+        rig.model.shapes.push(shape);
+        rig.model.bodies[body].kind = BodyKind::Gone;
+        rig.committed.poses.push(rig.committed.poses[body]);
+        rig.committed.fields.push(Vec::new());
+        rig.contacts.forget_bodies();
+        let fracture = Fracture {
+            body,
+            parts: vec![part],
+            deleted_cells: 0,
+            crushed_volume: 0.0,
+            lost_parts: 0,
+            lost_energy: 0.0,
+            former,
+        };
+        let heirs = rig.contacts.inherit(&rig.model, &mut rig.committed, &[fracture]);
+        let turned = heirs.iter().filter(|heir| heir.turned).count();
+        let after = forces(&mut rig);
+        let others = before.iter().filter_map(|force| match force.bodies {
+            [a, b] if a == body => Some(b),
+            [a, b] if b == body => Some(a),
+            _ => None,
+        });
+        let mut most = 0.0f64;
+        for other in others {
+            let [was, is] = [exerted(&before, body, other), exerted(&after, part, other)];
+            most = most.max((is - was).norm() / was.norm());
+        }
+        println!("{body}: {} heirs, {turned} turned; {most:e}", heirs.len());
+        assert!(turned > 0 && most < 1e-6, "{body}: {turned} turned, {most:e}");
+    }
+}
+
+/// As under a pressure that acts on the grains themselves: the sheet follows what is left of them. Grains do not fall here; a dwell that came near a balance
+/// and stopped the specimen goes on from there.
 #[test]
 fn weak_grains_break_on_in_rubber_and_a_stored_state_goes_on_to_the_same_bits() {
     break_on(Kind { cover: rubber(), ..RIGID });
+}
+
+/// The rig where the rock of `body` in `is_lost` cells has failed and is broken up.
+fn without(rig: &Rig, body: usize, is_lost: impl Fn(CellId) -> bool) -> (Rig, Fracture) {
+    let mut rig = rig.clone();
+    let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
+    let mesh = whole.mesh();
+    let failed = DamageState { failed: true, ..DamageState::default() };
+    let state = |cell: CellId| if is_lost(cell) { failed } else { DamageState::default() };
+    let states = mesh.cell_ids().map(|cell| [state(cell); 4]).collect();
+    let laws = mesh.cell_ids().map(|cell| *whole.law(cell)).collect();
+    let origin = Ancestry::of_grain(body as u32);
+    let cut = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, origin).expect("a grain");
+    rig.model.bodies[body].damaged = Some(Arc::new(cut));
+    let mut displacements = vec![Vec::new(); rig.model.bodies.len()];
+    displacements[body] = vec![Vec3::zeros(); mesh.nodes.len()];
+    let mut fractures = rig.model.break_up(&mut rig.committed, &displacements, 1e-9).expect("parts");
+    (rig, fractures.remove(0))
+}
+
+/// A body, and the plane across it that is normal to an axis [m from its centroid].
+fn cuts() -> impl Iterator<Item = (usize, usize, f64)> {
+    let planes = || (0..3).flat_map(|axis| [-6e-3, -3e-3, 0.0, 3e-3, 6e-3].map(|off| (axis, off)));
+    (0..specimen().grains.len()).flat_map(move |body| planes().map(move |(axis, off)| (body, axis, off)))
+}
+
+/// The rig where the rock across such a plane has failed; `None` where that does not leave two parts: most cells are too coarse for parts that are thick enough.
+fn halved(rig: &Rig, body: usize, axis: usize, off: f64) -> Option<(Rig, Fracture)> {
+    let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
+    let mesh = whole.mesh();
+    let is_across = |cell: CellId| {
+        let heights = mesh.corners(cell).map(|p| p[axis] - mesh.centroid()[axis] - off);
+        heights.iter().any(|z| *z <= 0.0) && heights.iter().any(|z| *z >= 0.0)
+    };
+    let (rig, fracture) = without(rig, body, is_across);
+    (fracture.parts.len() > 1).then_some((rig, fracture))
 }
 
 /// A grain that comes apart puts bodies in front of the sheet's nodes. Reference: nothing but their numbers changes. Then the specimen finds a balance.
@@ -206,32 +376,12 @@ fn a_grain_in_rubber_comes_apart() {
         positions
     };
     let before = (rig.model.bodies.len(), sheet(&rig), rig.volume(&rig.committed.poses));
-    // Cells across a grain fail; most are too coarse for that to leave two parts that are thick enough.
-    let halved = |body: usize, axis: usize, off: f64| {
-        let mut rig = rig.clone();
-        let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
-        let mesh = whole.mesh();
-        let across = |cell| {
-            let heights = mesh.corners(cell).map(|p| p[axis] - mesh.centroid()[axis] - off);
-            heights.iter().any(|z| *z <= 0.0) && heights.iter().any(|z| *z >= 0.0)
-        };
-        let failed = DamageState { failed: true, ..DamageState::default() };
-        let state = |cell| if across(cell) { failed } else { DamageState::default() };
-        let states = mesh.cell_ids().map(|cell| [state(cell); 4]).collect();
-        let laws = mesh.cell_ids().map(|cell| *whole.law(cell)).collect();
-        let origin = Ancestry::of_grain(body as u32);
-        let cut = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, origin).expect("a grain");
-        rig.model.bodies[body].damaged = Some(Arc::new(cut));
-        let mut displacements = vec![Vec::new(); before.0];
-        displacements[body] = vec![Vec3::zeros(); mesh.nodes.len()];
-        let fractures = rig.model.break_up(&mut rig.committed, &displacements, 1e-9).expect("parts");
-        let more = fractures[0].parts.len().saturating_sub(1);
-        (more > 0).then_some((rig, more))
+    let mut cuts = cuts();
+    let parted = |(body, axis, off)| {
+        let (rig, fracture) = halved(&rig, body, axis, off)?;
+        Some((rig, fracture.parts.len() - 1))
     };
-    let planes = || (0..3).flat_map(|axis| [-6e-3, -3e-3, 0.0, 3e-3, 6e-3].map(|off| (axis, off)));
-    let mut cuts =
-        (0..specimen().grains.len()).flat_map(|body| planes().map(move |(axis, off)| (body, axis, off)));
-    let (mut rig, more) = cuts.find_map(|(body, axis, off)| halved(body, axis, off)).expect("two parts");
+    let (mut rig, more) = cuts.find_map(parted).expect("two parts");
     assert_eq!(rig.model.bodies.len(), before.0 + more);
     assert_eq!(rig.committed.poses.len(), rig.model.carriers());
     assert!(sheet(&rig) == before.1 && rig.volume(&rig.committed.poses) == before.2);

@@ -10,11 +10,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::{Dofs, Heir};
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
 };
+use crate::assembly::{Dofs, Heir};
 use crate::contact::memory::PairKey;
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
@@ -61,8 +61,7 @@ impl MadeUp {
     /// Knows contacts of new shapes by what those made up for that they go on for.
     pub fn follow(&mut self, heirs: &[Heir]) {
         let known: Vec<_> = heirs.iter().filter_map(|heir| Some((heir, *self.0.get(&heir.of)?))).collect();
-        let renewed: BTreeSet<PairKey> =
-            heirs.iter().flat_map(|heir| [heir.of.0, heir.contact.0]).collect();
+        let renewed: BTreeSet<PairKey> = heirs.iter().flat_map(|heir| [heir.of.0, heir.contact.0]).collect();
         self.0.retain(|(pair, _), _| !renewed.contains(pair));
         for (heir, Lead { displaced, lead }) in known {
             let displaced = if heir.turned { -displaced } else { displaced };
@@ -185,12 +184,7 @@ impl Contacts {
                 [side(pair.a(), &places[0], -1.0), side(pair.b(), &places[1], 1.0)]
             })
             .collect();
-        let kept = active
-            .iter()
-            .map(|(pair, point)| {
-                pair.carried.point(point.site.feature).map_or_else(Vec3::zeros, |memory| memory.neglected)
-            })
-            .collect();
+        let kept = active.iter().map(|(pair, point)| pair.carried.neglected(point.site.feature)).collect();
         Recovery { loads, fields, places, neglected, kept }
     }
 

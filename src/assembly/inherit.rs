@@ -81,12 +81,7 @@ impl Former<'_> {
 impl Contacts {
     /// Puts what contacts of the bodies that broke remembered into the committed memory of those that their new shapes have; which contact goes on for which.
     /// Nothing where cores are so near that contacts cannot be evaluated.
-    pub fn inherit(
-        &mut self,
-        model: &Model,
-        committed: &mut Committed,
-        fractures: &[Fracture],
-    ) -> Vec<Heir> {
+    pub fn inherit(&mut self, model: &Model, committed: &mut Committed, fractures: &[Fracture]) -> Vec<Heir> {
         let formers = formers(model, fractures);
         if formers.is_empty() {
             return Vec::new();

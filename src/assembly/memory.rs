@@ -39,10 +39,7 @@ impl Contacts {
                     bound: e.coefficient * e.load,
                     tangential_energy: e.tangential_energy,
                     lead: point.state.lead,
-                    neglected: pair
-                        .carried
-                        .point(point.site.feature)
-                        .map_or_else(Vec3::zeros, |m| m.neglected),
+                    neglected: pair.carried.neglected(point.site.feature),
                     scale: held.map_or(self.first_scale, |h| h.scale),
                     firmness: point.firmness,
                 });

@@ -104,6 +104,11 @@ impl PairMemory {
     pub fn point(&self, feature: Feature) -> Option<&PointMemory> {
         self.points.binary_search_by(|p| p.feature.cmp(&feature)).ok().map(|i| &self.points[i])
     }
+
+    /// [`PointMemory::neglected`] of a feature [m]; nothing where it is not known.
+    pub fn neglected(&self, feature: Feature) -> Vec3 {
+        self.point(feature).map_or_else(Vec3::zeros, |point| point.neglected)
+    }
 }
 
 /// Memory of all pairs, in a fixed order.

@@ -5,7 +5,8 @@
 //! cover's nodes stay at their material points, so nothing does work here. What is too small to be a
 //! body, or leaves nothing to touch, is given up and counted. Brittle bodies are rigid meanwhile (they have to rest), and what bends of their parts later are
 //! the cells that are left, as sound rock. Where failed cells stay as rubble
-//! ([`DamagedGrain::keeping_rubble`]) a grain in one part keeps its shape, and several share it. Contacts of a body whose shape changed forget what they remember.
+//! ([`DamagedGrain::keeping_rubble`]) a grain in one part keeps its shape, and several share it. What contacts of a body remember whose shape changed goes with
+//! its features; [`crate::assembly::Contacts::inherit`] puts it into those of the new shape.
 
 use std::sync::Arc;
 

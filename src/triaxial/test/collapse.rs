@@ -12,6 +12,10 @@ use crate::triaxial::test::{DWELL_SHARE, Miss, Test, UnderWay};
 
 /// Pieces in which a dwell may follow a collapse, each of about a rounding.
 const MOST_PIECES: usize = 300;
+/// The same where bodies do not fall, each of as many augmentations as an increment may take.
+const MOST_TIRED_PIECES: usize = 10;
+/// Out of balance, over the mean contact force, by which such a piece may end.
+const ROUGH: f64 = 0.1;
 
 impl Test {
     /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
@@ -105,8 +109,9 @@ impl Test {
     }
 
     /// Commits a piece of the collapse that a dwell follows, so that friction acts against the way from there on; an increment whose bodies fell
-    /// becomes a dwell under the loads that it has come to. What is set free goes to the stabilisation. `false`, and nothing is changed, where
-    /// there is none, where pieces would end up with more energy than they had, and after too many.
+    /// becomes a dwell under the loads that it has come to. Where they cannot fall, a dwell that has come near a balance is such a piece. What is set free
+    /// goes to the stabilisation. `false`, and nothing is changed, where there is none, where pieces would end up with more energy than they had, and
+    /// after too many.
     pub(super) fn follow(
         &mut self,
         rig: &mut Rig,
@@ -115,7 +120,8 @@ impl Test {
         share: f64,
         to: f64,
     ) -> bool {
-        let Some(report) = miss.report.as_deref().filter(|report| report.fell) else { return false };
+        let is_piece = |report: &&IncrementReport| report.fell || Self::tired_piece(rig, way, report);
+        let Some(report) = miss.report.as_deref().filter(is_piece) else { return false };
         if Self::lets_go(rig, way, report) {
             return true;
         }
@@ -138,6 +144,14 @@ impl Test {
         self.take_piece(rig, way, report, &trial, share);
         self.mend_cover(rig, &way.drive);
         true
+    }
+
+    /// Whether a dwell of bodies that did not fall came near a balance that it did not find, which the settings would not let pass.
+    fn tired_piece(rig: &Rig, way: &UnderWay, report: &IncrementReport) -> bool {
+        let is_near = matches!(report.status, StepStatus::OutOfBalance { .. })
+            && report.balance.out_of_balance < ROUGH
+            && !report.is_rough(&rig.settings);
+        is_near && way.dwells && way.remnants.is_over() && way.pieces < MOST_TIRED_PIECES
     }
 
     /// Has a folded cover laid anew where that is free to change the volume.
