@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The Shuibuya campaign: runs the batches of cases/shuibuya/campaign, then charts and tables of what there is.
 #
-#   scripts/shuibuya.sh [--out DIR] [--jobs N] [pressures] [bending] [rubble] [companions] [seeds] [increments] [parameters]
+#   scripts/shuibuya.sh [--out DIR] [--jobs N] [pressures] [removed] [bending] [companions] [seeds] [increments] [parameters]
 #
 # Without names all batches are run, in this order. Started again, it leaves finished and stopped runs alone and goes on with interrupted ones.
 # Default DIR: cases/shuibuya/campaign/results. With --report it only draws.
@@ -16,12 +16,12 @@ while [ $# -gt 0 ]; do
         --jobs) jobs=$2; shift ;;
         --report) run=false ;;
         -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
-        pressures | bending | rubble | companions | seeds | increments | parameters) parts+=("$1") ;;
+        pressures | removed | bending | companions | seeds | increments | parameters) parts+=("$1") ;;
         *) echo "scripts/shuibuya.sh: does not know $1; --help tells" >&2; exit 2 ;;
     esac
     shift
 done
-[ ${#parts[@]} -gt 0 ] || parts=(pressures bending rubble companions seeds increments parameters)
+[ ${#parts[@]} -gt 0 ] || parts=(pressures removed bending companions seeds increments parameters)
 export PATH="$PATH:$HOME/.cargo/bin"
 cargo build --release --locked --manifest-path "$root/Cargo.toml"
 riprap=${CARGO_TARGET_DIR:-$root/target}/release/riprap
