@@ -14,8 +14,6 @@ use crate::triaxial::test::{DWELL_SHARE, Miss, Test, UnderWay};
 const MOST_PIECES: usize = 300;
 /// The same where bodies do not fall, each of as many augmentations as an increment may take.
 const MOST_TIRED_PIECES: usize = 10;
-/// Out of balance, over the mean contact force, by which such a piece may end.
-const ROUGH: f64 = 0.1;
 
 impl Test {
     /// Lets grains that broke fall to a rough balance under the loads as they are, and takes what comes of it as the state to go on from, as
@@ -109,9 +107,9 @@ impl Test {
     }
 
     /// Commits a piece of the collapse that a dwell follows, so that friction acts against the way from there on; an increment whose bodies fell
-    /// becomes a dwell under the loads that it has come to. Where they cannot fall, a dwell that has come near a balance is such a piece. What is set free
-    /// goes to the stabilisation. `false`, and nothing is changed, where there is none, where pieces would end up with more energy than they had, and
-    /// after too many.
+    /// becomes a dwell under the loads that it has come to. A dwell whose bodies did not fall (in rubber they cannot) and that came near a balance is
+    /// such a piece, too. What is set free goes to the stabilisation. `false`, and nothing is changed, where there is none, where pieces would end up with
+    /// more energy than they had, and after too many.
     pub(super) fn follow(
         &mut self,
         rig: &mut Rig,
@@ -146,10 +144,11 @@ impl Test {
         true
     }
 
-    /// Whether a dwell of bodies that did not fall came near a balance that it did not find, which the settings would not let pass.
+    /// Whether a dwell of bodies that did not fall came near a balance that it did not find, nearer than where they would fall, and not as near as the
+    /// settings let pass.
     fn tired_piece(rig: &Rig, way: &UnderWay, report: &IncrementReport) -> bool {
         let is_near = matches!(report.status, StepStatus::OutOfBalance { .. })
-            && report.balance.out_of_balance < ROUGH
+            && report.balance.out_of_balance < rig.settings.fall_bounds[0]
             && !report.is_rough(&rig.settings);
         is_near && way.dwells && way.remnants.is_over() && way.pieces < MOST_TIRED_PIECES
     }
