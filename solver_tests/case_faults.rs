@@ -258,7 +258,7 @@ const BROKEN: &[Row] = &[
     (SCENE, "/scene/bodies/2/shape", "{}", "$.scene.bodies[2].shape", "{}", &["has none of the keys", "polyhedron"]),
     (SCENE, "/scene/bodies/2/shape", "{\"shpere\": 0.02}", "$.scene.bodies[2].shape.shpere", "0.02", &["did you mean \"sphere\"?"]),
     (SCENE, "/scene/bodies/2/shape", "{\"mesh\": \"nowhere.vtu\"}", "$.scene.bodies[2].shape.mesh", "\"nowhere.vtu\"", &["is not there", "relative to the case file"]),
-    (SCENE, "/scene/bodies/2/shape", "{\"mesh\": \"ball.stl\"}", "$.scene.bodies[2].shape.mesh", "\"ball.stl\"", &["is not a .vtu file"]),
+    (SCENE, "/scene/bodies/2/shape", "{\"mesh\": \"ball.stl\"}", "$.scene.bodies[2].shape.mesh", "\"ball.stl\"", &["is a surface, which has no cells", "\"hull\""]),
     (SCENE, "/scene/bodies/3/shape/polyhedron", "[[0,0,0],[1,0,0],[0,1,0],[1,1,0]]", "$.scene.bodies[3].shape.polyhedron", "[[0.0,0.0", &["has no volume"]),
     (SCENE, "/scene/bodies/3/shape/polyhedron", "[[0,0,0],[1,0,0],[0,1,0]]", "$.scene.bodies[3].shape.polyhedron", "[[0,0,0]", &["has 3 items where at least 4"]),
     (SCENE, "/scene/bodies/1/position", "[0, 0, 0.049]", "$.scene.bodies[1]", "\"block\"", &["overlaps \"plane\" by 1.000e-3 m"]),

@@ -80,6 +80,7 @@ pub fn to_case(value: Value, grains: Option<&MeanGrains>) -> Result<Case, String
         stages: document.stages,
         solver: document.solver,
         output: document.output,
+        notes: Vec::new(),
     })
 }
 

@@ -33,6 +33,10 @@ pub enum Form {
     Scattered(&'static [Key]),
     /// An object that overrides some of these keys, none of which is needed or completed.
     Overrides(&'static [Key]),
+    /// The first form, which may be given as the second, too: `bring` has put that in its place before.
+    OrBrought(&'static Form, &'static Form),
+    /// What `bring` has put in another's place before; where it is still there it has a fault already.
+    Brought(&'static Form),
     Nullable(&'static Form),
     /// The first of these that fits.
     Either(&'static [Form]),
@@ -185,6 +189,8 @@ impl Form {
                 let mean = keys.first().map(|mean| mean.form.accepted()).unwrap_or_default();
                 format!("{mean}, or an object with the keys {}", names(keys))
             }
+            Form::OrBrought(form, other) => format!("{}, or {}", form.accepted(), other.accepted()),
+            Form::Brought(form) => form.accepted(),
             Form::Nullable(form) => format!("null, or {}", form.accepted()),
             Form::Either(forms) => forms.iter().map(Form::accepted).collect::<Vec<_>>().join(", or "),
         }

@@ -7,10 +7,12 @@
 //! several values stand in `rules`. A sound case may still ask for what riprap cannot run yet:
 //! [`unsupported`] lists that.
 
+mod bring;
 mod document;
 mod estimate;
 mod form;
 mod overlap;
+mod plausible;
 mod quantity;
 mod remarks;
 mod rules;
@@ -29,6 +31,8 @@ pub use support::unsupported;
 pub use types::*;
 pub use walk::{child as path_of_key, nearest, shown};
 
+use std::path::Path;
+
 use crate::error::{Error, Fault, Result};
 
 impl RawCase {
@@ -37,17 +41,19 @@ impl RawCase {
     /// # Errors
     /// `Error::Case` with every fault found.
     pub fn check(&self) -> Result<Case> {
-        let mut walker = walk::Walker::new(self.faults.clone());
+        let (mut given, mut faults) = (self.value.clone(), self.faults.clone());
+        let notes = bring::bring_in(&mut given, self.file.parent().unwrap_or(Path::new("")), &mut faults);
+        let mut walker = walk::Walker::new(faults);
         let mut grains = None;
-        let walked = walker.walk(&table::CASE, &self.value, "$").map(|mut value| {
+        let walked = walker.walk(&table::CASE, &given, "$").map(|mut value| {
             rules::derive(&mut value);
-            grains = rules::check(&value, &self.value, self.file.parent(), &mut walker);
+            grains = rules::check(&value, &given, self.file.parent(), &mut walker);
             value
         });
         let mut faults = walker.faults;
         if faults.is_empty() {
             match document::to_case(walked.unwrap_or_default(), grains.as_ref()) {
-                Ok(case) => return Ok(case),
+                Ok(case) => return Ok(Case { notes, ..case }),
                 // The table accepts what the types do not: an error of this program, said as one.
                 Err(problem) => faults.push(Fault::new(
                     "$",
@@ -124,12 +130,15 @@ mod tests {
                 };
                 [mean.clone()].into_iter().chain(laws.map(with_mean)).collect()
             }
+            Form::OrBrought(form, _) => examples(form),
+            Form::Brought(_) => Vec::new(),
             Form::Nullable(form) => [Value::Null].into_iter().chain(examples(form)).collect(),
         }
     }
 
     fn objects(keys: &[Key]) -> Vec<Value> {
-        let values: Vec<_> = keys.iter().map(|key| (key.name, examples(&key.form))).collect();
+        let values = keys.iter().map(|key| (key.name, examples(&key.form)));
+        let values: Vec<_> = values.filter(|(_, options)| !options.is_empty()).collect();
         let most = values.iter().map(|(_, options)| options.len()).max().unwrap_or(1);
         (0..most)
             .map(|i| {

@@ -11,7 +11,7 @@ const UNLIKE: [f64; 2] = [1e5, 20.0];
 impl Case {
     /// Remarks on a sound case, each a sentence.
     pub fn remarks(&self) -> Vec<String> {
-        let mut remarks = Vec::new();
+        let mut remarks = self.notes.clone();
         if let Geometry::Specimen(specimen) = &self.geometry {
             let largest = specimen.grading.first().map_or(0.0, |point| point[0]);
             let ratio = largest / specimen.diameter;
@@ -39,6 +39,8 @@ impl Case {
                 "solver.accuracy {accuracy} decides nothing: the fidelity is given; \"auto\" is chosen by accuracy"
             ));
         }
+        remarks.extend(self.implausible());
+        remarks.extend(self.too_wide_pores());
         remarks
     }
 

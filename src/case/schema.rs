@@ -12,6 +12,9 @@ pub fn schema() -> Value {
     let head = json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "riprap case",
+        // Of the editors' own: case files may have both.
+        "allowComments": true,
+        "allowTrailingCommas": true,
         "description": "A triaxial test on rockfill (specimen) or a scene of bodies. Quantities are SI numbers or strings with a unit.",
     });
     if let (Value::Object(schema), Value::Object(mut head)) = (&mut schema, head) {
@@ -62,6 +65,8 @@ fn of(form: &Form) -> Value {
             let mean = keys.first().map(|mean| of(&mean.form));
             json!({"anyOf": mean.into_iter().chain([object(keys, true)]).collect::<Vec<_>>()})
         }
+        Form::OrBrought(form, other) => json!({"anyOf": [of(form), of(other)]}),
+        Form::Brought(form) => of(form),
         Form::Nullable(form) => json!({"anyOf": [{"type": "null"}, of(form)]}),
         Form::Either(forms) => json!({"anyOf": forms.iter().map(of).collect::<Vec<_>>()}),
     }
@@ -95,7 +100,9 @@ fn object(keys: &[Key], complete: bool) -> Value {
 fn unit(form: &Form) -> Option<&'static str> {
     match form {
         Form::Quantity(dimension, _) => Some(dimension.si_unit()).filter(|unit| !unit.is_empty()),
-        Form::Nullable(form) | Form::List(form, _) => unit(form),
+        Form::Nullable(form) | Form::List(form, _) | Form::OrBrought(form, _) | Form::Brought(form) => {
+            unit(form)
+        }
         Form::Tuple(forms) => unit(forms.first()?),
         Form::Scattered(keys) => unit(&keys.first()?.form),
         Form::Count(..)

@@ -2,6 +2,7 @@
 //!
 //! [`super::types`] has the same names; a test fills in every key and reads it into the types.
 
+use super::bring::{HULL, SIEVE};
 use super::form::{Form, Key, Kind, Range, positive, within};
 use super::quantity::Dimension;
 
@@ -69,8 +70,16 @@ pub static SPECIMEN: &[Key] = &[
     Key::optional("aspect", Quantity(Dimension::None, within(0.1, 20.0)), "Height over diameter."),
     Key::required(
         "grading",
-        List(&Tuple(&[LENGTH, Quantity(Dimension::None, within(0.0, 1.0))]), 2),
-        "Sieve size and mass fraction passing, from the largest size (1) down to the smallest (0).",
+        Form::OrBrought(
+            &List(&Tuple(&[LENGTH, Quantity(Dimension::None, within(0.0, 1.0))]), 2),
+            &Form::Either(&[Text, Object(SIEVE)]),
+        ),
+        "Sieve size and mass fraction passing, from the largest size (1) down to the smallest (0); or a CSV of them; or an object that also cuts or scales it.",
+    ),
+    Key::optional(
+        "porosity",
+        Form::Brought(&Quantity(Dimension::None, within(0.05, 0.67))),
+        "In place of void_ratio: volume of voids over the whole volume.",
     ),
     Key::required(
         "void_ratio",
@@ -180,7 +189,12 @@ pub static SHAPE: &[Key] = &[
     Key::optional(
         "mesh",
         Text,
-        "A .vtu file of tetrahedra, relative to the case file; nodes relative to the position.",
+        "A .vtu or .msh file of tetrahedra, relative to the case file; nodes in metres, relative to the position.",
+    ),
+    Key::optional(
+        "hull",
+        Form::Brought(&Object(HULL)),
+        "The convex hull of a surface or mesh file: a scanned grain.",
     ),
 ];
 

@@ -34,6 +34,8 @@ pub struct Case {
     pub stages: Vec<StageCase>,
     pub solver: SolverCase,
     pub output: OutputCase,
+    /// What was left out or put together of what the case brings in; not part of the completed case.
+    pub notes: Vec<String>,
 }
 
 impl Case {

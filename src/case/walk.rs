@@ -176,6 +176,8 @@ impl Walker {
                 let mean = self.walk(&keys.first()?.form, value, path)?;
                 Some(serde_json::json!({ "mean": mean, "law": "constant" }))
             }
+            (Form::OrBrought(form, _), value) => self.walk(form, value, path),
+            (Form::Brought(_), value) => Some(value.clone()),
             (
                 Form::Text
                 | Form::Flag
@@ -408,7 +410,7 @@ fn wanted(form: &Form) -> &'static str {
             "an object"
         }
         Form::Scattered(_) => "a quantity or an object",
-        Form::Nullable(form) => wanted(form),
+        Form::Nullable(form) | Form::OrBrought(form, _) | Form::Brought(form) => wanted(form),
         Form::Either(forms) => forms.first().map_or("a value", wanted),
     }
 }

@@ -1,4 +1,4 @@
-//! Meshes from files: VTK XML unstructured grids (`.vtu`) with ASCII data.
+//! Meshes from files: VTK XML unstructured grids (`.vtu`), those with ASCII data read here, and Gmsh's (`.msh`).
 //!
 //! Tetrahedra (cell type 10) and quadratic tetrahedra with straight sides (24) are read; cells of
 //! lower dimension are ignored; anything else is refused. Lengths are metres.
@@ -9,8 +9,11 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::mesh::tet10::{EDGES, Mesh};
+use crate::mesh::{encoded, formats};
 use crate::tensor::Vec3;
 
+/// How a case takes points alone.
+const HULL: &str = "{\"hull\": {\"file\": …, \"unit\": \"m\"}}";
 /// Largest distance of a mid-side node from the middle of its edge, over the length of the edge.
 const STRAIGHT: f64 = 1e-6;
 /// Largest part by which the convex hull may exceed the mesh in volume.
@@ -20,17 +23,28 @@ const CONVEX: f64 = 1e-6;
 ///
 /// Linear tetrahedra get straight mid-side nodes; unused nodes are dropped.
 /// Errors: [`Error::Io`] where the file cannot be read; [`Error::Mesh`], naming the file, where it is
-/// not an ASCII .vtu of tetrahedra, a cell is flat or curved, the cells do not form one part, or the
+/// not a .vtu or .msh of tetrahedra, a cell is flat or curved, the cells do not form one part, or the
 /// body is not convex (contact needs convex bodies for now).
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::io("read", path, source))?;
-    parse_mesh(&path.display().to_string(), &text)
+    let (bytes, name) =
+        (std::fs::read(path).map_err(|source| Error::io("read", path, source))?, path.display().to_string());
+    let read = match formats::ending(path).as_str() {
+        "msh" => formats::gmsh(&bytes),
+        _ if !formats::is_ascii_vtu(&bytes) => encoded::vtu(&bytes),
+        _ => return parse_mesh(&name, &String::from_utf8_lossy(&bytes)),
+    };
+    let corners = read.and_then(|read| corners_of(read.points, &read.cells));
+    convex_body(&name, corners.map_err(|message| Error::Mesh { name: name.clone(), message })?)
 }
 
 /// [`read_mesh`] from text; `name` is what errors call it.
 pub fn parse_mesh(name: &str, text: &str) -> Result<Mesh> {
+    convex_body(name, tetrahedra_of(text).map_err(|message| Error::Mesh { name: name.into(), message })?)
+}
+
+/// The mesh of these tetrahedra, if it is one convex body.
+fn convex_body(name: &str, (points, cells): Corners) -> Result<Mesh> {
     let fail = |message: String| Error::Mesh { name: name.into(), message };
-    let (points, cells) = tetrahedra_of(text).map_err(fail)?;
     let mesh = Mesh::from_tetrahedra(name, points, &cells)?;
     let parts = mesh.connected_parts().len();
     if parts != 1 {
@@ -57,26 +71,35 @@ fn tetrahedra_of(text: &str) -> std::result::Result<Corners, String> {
         return Err(format!("Points holds {} numbers, not three a point", coordinates.len()));
     }
     let points: Vec<Vec3> = coordinates.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
-    if let Some(bad) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
-        return Err(format!("point {bad} has a coordinate that is not finite"));
-    }
     let connectivity: Vec<usize> = data.numbers("Cells", Some("connectivity"))?;
     let offsets: Vec<usize> = data.numbers("Cells", Some("offsets"))?;
     let types: Vec<u32> = data.numbers("Cells", Some("types"))?;
     if offsets.len() != types.len() {
         return Err(format!("{} offsets and {} types", offsets.len(), types.len()));
     }
-    let mut cells = Vec::new();
+    let mut given = Vec::new();
     let mut first = 0;
     for (index, (&last, &kind)) in offsets.iter().zip(&types).enumerate() {
         let nodes = connectivity.get(first..last).ok_or_else(|| {
             format!("cell {index}: its offsets {first}..{last} do not fit the connectivity")
         })?;
         first = last;
+        given.push((kind, nodes.to_vec()));
+    }
+    corners_of(points, &given)
+}
+
+/// The corners of the tetrahedra among cells of these VTK types, and the points that these use.
+fn corners_of(points: Vec<Vec3>, given: &[(u32, Vec<usize>)]) -> std::result::Result<Corners, String> {
+    if let Some(bad) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
+        return Err(format!("point {bad} has a coordinate that is not finite"));
+    }
+    let mut cells = Vec::new();
+    for (index, (kind, nodes)) in given.iter().enumerate() {
         if let Some(bad) = nodes.iter().find(|&&node| node >= points.len()) {
             return Err(format!("cell {index} names point {bad}; there are {}", points.len()));
         }
-        match (kind, nodes.len()) {
+        match (*kind, nodes.len()) {
             (10, 4) => {}
             (24, 10) => check_straight(index, nodes, &points)?,
             (10 | 24, count) => return Err(format!("cell {index}: a tetrahedron with {count} points")),
@@ -91,7 +114,7 @@ fn tetrahedra_of(text: &str) -> std::result::Result<Corners, String> {
         cells.push([nodes[0], nodes[1], nodes[2], nodes[3]]);
     }
     if cells.is_empty() {
-        return Err("has no tetrahedra".into());
+        return Err(format!("has no tetrahedra; of a surface {HULL} takes the convex hull"));
     }
     let mut used: Vec<usize> = cells.iter().flatten().copied().collect();
     used.sort_unstable();

@@ -7,10 +7,12 @@
 
 pub mod cylinder;
 pub mod file;
+pub mod formats;
 pub mod generate;
 pub mod quality;
 pub mod tet10;
 
+mod encoded;
 mod improve;
 mod refine;
 mod tetrahedra;

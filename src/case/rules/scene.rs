@@ -7,6 +7,7 @@ use serde_json::Value;
 use crate::error::Fault;
 use crate::geometry::RoundedBody;
 use crate::mesh::file::read_mesh;
+use crate::mesh::formats;
 
 use super::super::overlap::Placed;
 use super::super::types::{BodyCase, ShapeCase};
@@ -72,9 +73,16 @@ fn check_name(name: &str, before: &[&str], path: &str, walker: &mut Walker) {
 }
 
 fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker) {
-    let accepted = "a .vtu file, its path relative to the case file";
-    if Path::new(file).extension().is_none_or(|e| !e.eq_ignore_ascii_case("vtu")) {
-        walker.fault(Fault::new(path, shown(&Value::from(file)), "is not a .vtu file", accepted));
+    let accepted = "a .vtu or .msh file, its path relative to the case file";
+    let ending = formats::ending(Path::new(file));
+    if formats::OF_POINTS.contains(&ending.as_str()) {
+        let problem = "is a surface, which has no cells";
+        let accepted = format!(
+            r#"a .vtu or .msh file; of a surface {{"hull": {{"file": "{file}", "unit": "mm"}}}} takes the convex hull"#
+        );
+        walker.fault(Fault::new(path, shown(&Value::from(file)), problem, accepted));
+    } else if !formats::OF_CELLS.contains(&ending.as_str()) {
+        walker.fault(Fault::new(path, shown(&Value::from(file)), "is not a .vtu or .msh file", accepted));
     } else if let Some(folder) = folder
         && !folder.join(file).is_file()
     {
@@ -83,7 +91,7 @@ fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker
         && let Err(error) = read_mesh(&folder.join(file))
     {
         let problem = format!("makes no body: {error}");
-        let accepted = "an ASCII .vtu file of tetrahedra that fill one convex body";
+        let accepted = "a .vtu or .msh file of tetrahedra that fill one convex body";
         walker.fault(Fault::new(path, shown(&Value::from(file)), problem, accepted));
     }
 }

@@ -1,0 +1,143 @@
+//! The convex hull of the points of a surface or mesh file, as a polyhedron of few vertices.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::error::Fault;
+use crate::geometry::Polyhedron;
+use crate::mesh::formats;
+use crate::tensor::Vec3;
+
+use super::super::walk::shown;
+use super::{HULL, METRES, Notes, UNITS, known};
+
+const VERTICES: u64 = 24;
+
+/// The shape `{"polyhedron": …}` in place of `{"hull": …}` at `path`.
+pub fn shape(given: &Value, path: &str, folder: &Path) -> Result<(Value, Notes), Fault> {
+    let (path, hull) = (format!("{path}.hull"), &given["hull"]);
+    let fault = |key: &str, value: &Value, problem: String, accepted: &str| {
+        let place = if key.is_empty() { path.clone() } else { format!("{path}.{key}") };
+        Fault::new(place, shown(value), problem, accepted)
+    };
+    let of_file = "a .stl, .obj, .ply, .msh or .vtu file, its path relative to the case file";
+    let of_hull = r#"an object such as {"file": "grain.stl", "unit": "mm"}"#;
+    if given.as_object().is_some_and(|keys| keys.len() > 1) {
+        return Err(fault("", hull, "stands beside another shape".into(), "one shape"));
+    }
+    if !hull.is_object() {
+        return Err(fault("", hull, "is no object".into(), of_hull));
+    }
+    known(hull, HULL, &path)?;
+    let missing =
+        |key: &str, accepted: &str| Fault::new(format!("{path}.{key}"), "nothing", "is missing", accepted);
+    let units = UNITS.join(", ");
+    let file = match &hull["file"] {
+        Value::Null => return Err(missing("file", of_file)),
+        Value::String(file) => file,
+        other => return Err(fault("file", other, "is no text".into(), of_file)),
+    };
+    let metres = match &hull["unit"] {
+        Value::Null => return Err(missing("unit", &units)),
+        unit => UNITS.iter().zip(METRES).find(|(name, _)| unit == *name).map(|(_, metres)| metres),
+    };
+    let metres = metres.ok_or_else(|| fault("unit", &hull["unit"], "is no unit of length".into(), &units))?;
+    let most = match &hull["vertices"] {
+        Value::Null => VERTICES,
+        given => given.as_u64().filter(|n| (4..=256).contains(n)).ok_or_else(|| {
+            fault("vertices", given, "is no such number".into(), "a whole number from 4 to 256")
+        })?,
+    };
+    let centred = match &hull["centred"] {
+        Value::Null => false,
+        given => {
+            given.as_bool().ok_or_else(|| fault("centred", given, "is neither".into(), "true or false"))?
+        }
+    };
+    let no_body =
+        |e: crate::error::Error| fault("file", &hull["file"], format!("makes no body: {e}"), of_file);
+    let points = formats::read_points(&folder.join(file)).map_err(no_body)?;
+    let points: Vec<Vec3> = points.iter().map(|p| p * metres).collect();
+    let whole = Polyhedron::convex_hull(&points).map_err(no_body)?;
+    let kept = coarsened(&whole, most as usize).map_err(no_body)?;
+    let offset = if centred { kept.centroid() } else { Vec3::zeros() };
+    let vertices: Vec<[f64; 3]> = kept.vertices.iter().map(|v| (v - offset).into()).collect();
+    let mut notes = Notes::new();
+    if kept.vertices.len() < whole.vertices.len() {
+        notes.push(format!(
+            "the hull of {file} keeps {} of the {} corners that its {} points have, and {:.1} % of its volume",
+            kept.vertices.len(),
+            whole.vertices.len(),
+            points.len(),
+            1e2 * kept.volume() / whole.volume()
+        ));
+    }
+    Ok((json!({ "polyhedron": vertices }), notes))
+}
+
+/// A hull of at most `most` of a hull's vertices: the two furthest apart, then one by one that which lies furthest outside of what the others span.
+fn coarsened(hull: &Polyhedron, most: usize) -> crate::error::Result<Polyhedron> {
+    if hull.vertices.len() <= most {
+        return Ok(hull.clone());
+    }
+    let all = &hull.vertices;
+    let furthest = |distance: &dyn Fn(&Vec3) -> f64| {
+        // The first of equals, so that the order of the points decides.
+        all.iter().enumerate().fold((0, f64::NEG_INFINITY), |best, (at, point)| {
+            let there = distance(point);
+            if there > best.1 { (at, there) } else { best }
+        })
+    };
+    let centroid = hull.centroid();
+    let (a, _) = furthest(&|p| (p - centroid).norm());
+    let (b, _) = furthest(&|p| (p - all[a]).norm());
+    let along = (all[b] - all[a]).normalize();
+    let (c, _) = furthest(&|p| (p - all[a]).cross(&along).norm());
+    let across = along.cross(&(all[c] - all[a])).normalize();
+    let (d, _) = furthest(&|p| (p - all[a]).dot(&across).abs());
+    let mut kept = vec![a, b, c, d];
+    let mut shape = Polyhedron::convex_hull(&[all[a], all[b], all[c], all[d]])?;
+    while kept.len() < most {
+        let outside = |p: &Vec3| {
+            let facets = shape.facets.iter().zip(&shape.normals);
+            facets.map(|(f, n)| n.dot(&(p - shape.vertices[f[0]]))).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let (next, distance) = furthest(&outside);
+        if distance <= 0.0 || kept.contains(&next) {
+            break;
+        }
+        kept.push(next);
+        let points: Vec<Vec3> = kept.iter().map(|&at| all[at]).collect();
+        shape = Polyhedron::convex_hull(&points)?;
+    }
+    Ok(shape)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of a sphere, golden spiral: two dozen of them keep most of its volume, more keep more.
+    #[test]
+    fn few_vertices_keep_most_of_the_volume() {
+        let count = 400;
+        let point = |k: usize| {
+            let z = 1.0 - 2.0 * (k as f64 + 0.5) / count as f64;
+            let angle = k as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+            Vec3::new((1.0 - z * z).sqrt() * angle.cos(), (1.0 - z * z).sqrt() * angle.sin(), z)
+        };
+        let whole = Polyhedron::convex_hull(&(0..count).map(point).collect::<Vec<_>>()).expect("a hull");
+        let share = |most: usize| {
+            let kept = coarsened(&whole, most).expect("a hull");
+            assert!(kept.vertices.len() <= most);
+            assert!(kept.vertices.iter().all(|v| whole.vertices.contains(v)), "no point is made up");
+            kept.volume() / whole.volume()
+        };
+        let shares = [8, 24, 100].map(share);
+        // The best of 8 and of 24 points on a sphere span 0.43 and 0.75 of it (Berman & Hanes 1970; the snub cube).
+        assert!(shares[0] > 0.3 && shares[1] > 0.65 && shares[2] > 0.88 && shares[2] < 1.0, "{shares:?}");
+        assert!(shares[0] < shares[1] && shares[1] < shares[2]);
+        assert_eq!(coarsened(&whole, count).expect("a hull"), whole);
+    }
+}

@@ -1,0 +1,222 @@
+//! What a case brings in from files or says in other words, put into the plain words of the case before it is checked: a grading out of a sieve table,
+//! cut to what can be tested; porosity for void ratio; the convex hull of a scanned grain for a polyhedron.
+//!
+//! The completed case has the plain words alone, so a results file needs none of the files again. What was left out on the way is told: [`Notes`].
+
+mod hull;
+mod sieve;
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::error::Fault;
+
+use super::form::{Form, Key, positive, within};
+use super::quantity::{self, Dimension};
+use super::walk::{nearest, shown};
+
+/// What was left out or put together, a sentence each.
+pub type Notes = Vec<String>;
+
+/// Keys of `specimen.grading` as an object.
+pub static SIEVE: &[Key] = &[
+    Key::optional(
+        "file",
+        Form::Text,
+        "A CSV of two columns, sieve size and passing, with units in the header; relative to the case file.",
+    ),
+    Key::optional(
+        "points",
+        Form::List(&POINT, 2),
+        "In place of a file: sieve size and mass fraction passing.",
+    ),
+    Key::optional(
+        "parallel",
+        LENGTH,
+        "All sizes are scaled alike, so that the largest is this: a parallel grading.",
+    ),
+    Key::optional("coarsest", LENGTH, "What is coarser is taken out and the rest scaled up: scalping."),
+    Key::optional("finest", LENGTH, "What is finer is taken out and the rest scaled up."),
+];
+/// Keys of a body's `hull`.
+pub static HULL: &[Key] = &[
+    Key::required(
+        "file",
+        Form::Text,
+        "A surface or mesh: .stl, .obj, .ply, .msh or .vtu; relative to the case file.",
+    ),
+    Key::required("unit", Form::Choice(&UNITS), "Of the file's coordinates, which have none themselves."),
+    Key::default(
+        "vertices",
+        Form::Count(4, 256),
+        "24",
+        "The most vertices that are kept, those that leave most of the volume.",
+    ),
+    Key::default(
+        "centred",
+        Form::Flag,
+        "false",
+        "Whether its centroid is put on the position, in place of the file's origin.",
+    ),
+];
+const LENGTH: Form = Form::Quantity(Dimension::Length, positive(1e4));
+static POINT: Form = Form::Tuple(&[LENGTH, Form::Quantity(Dimension::None, within(0.0, 1.0))]);
+static UNITS: [&str; 6] = ["m", "cm", "mm", "um", "in", "ft"];
+/// In metres, as [`UNITS`].
+const METRES: [f64; 6] = [1.0, 1e-2, 1e-3, 1e-6, 0.0254, 0.3048];
+
+/// Puts everything that `case` brings in into its place. Files are relative to `folder`.
+pub fn bring_in(case: &mut Value, folder: &Path, faults: &mut Vec<Fault>) -> Notes {
+    let mut notes = Notes::new();
+    let mut put = |place: &mut Value, brought: Result<(Value, Notes), Fault>| match brought {
+        Ok((value, told)) => {
+            *place = value;
+            notes.extend(told);
+        }
+        Err(fault) => faults.push(fault),
+    };
+    if let Some(grading) =
+        case.pointer_mut("/specimen/grading").filter(|given| given.is_string() || given.is_object())
+    {
+        let brought = sieve::grading(grading, folder);
+        put(grading, brought);
+    }
+    if let Some(specimen) = case.get_mut("specimen").filter(|specimen| specimen.get("porosity").is_some()) {
+        let brought = void_ratio(specimen);
+        put(specimen, brought);
+    }
+    let bodies = case.pointer_mut("/scene/bodies").and_then(Value::as_array_mut);
+    for (index, body) in bodies.into_iter().flatten().enumerate() {
+        let Some(shape) = body.get_mut("shape").filter(|shape| shape.get("hull").is_some()) else { continue };
+        let path = format!("$.scene.bodies[{index}].shape");
+        let brought = hull::shape(shape, &path, folder);
+        put(shape, brought);
+    }
+    notes
+}
+
+/// A specimen with `void_ratio` in place of `porosity`.
+fn void_ratio(specimen: &Value) -> Result<(Value, Notes), Fault> {
+    let (path, given) = ("$.specimen.porosity", &specimen["porosity"]);
+    let accepted = "a share of the whole volume between 0.05 and 0.67, as 0.32 or \"32 %\"";
+    let fault = |problem: String| Fault::new(path, shown(given), problem, accepted);
+    if specimen.get("void_ratio").is_some() {
+        return Err(fault("says again what void_ratio says".into()));
+    }
+    let porosity = quantity::read(given, Dimension::None).map_err(fault)?;
+    if !(0.05..=0.67).contains(&porosity) {
+        return Err(fault("is no porosity of rockfill".into()));
+    }
+    let mut specimen = specimen.clone();
+    if let Some(keys) = specimen.as_object_mut() {
+        keys.shift_remove("porosity");
+        keys.insert("void_ratio".into(), json!(porosity / (1.0 - porosity)));
+    }
+    Ok((specimen, Notes::new()))
+}
+
+/// Refuses keys that are not among `keys`.
+fn known(given: &Value, keys: &[Key], path: &str) -> Result<(), Fault> {
+    let names = || keys.iter().map(|key| key.name);
+    for (name, value) in given.as_object().into_iter().flatten() {
+        if !names().any(|known| known == name) {
+            let problem = match nearest(name, names()) {
+                Some(near) => format!("unknown key: did you mean \"{near}\"?"),
+                None => "unknown key".into(),
+            };
+            let accepted = names().collect::<Vec<_>>().join(", ");
+            return Err(Fault::new(format!("{path}.{name}"), shown(value), problem, accepted));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{Geometry, RawCase, ShapeCase};
+
+    const SPECIMEN: &str = r#"{"specimen": {"grains": 80, "aspect": 2, "void_ratio": 0.5, "grading": [["60 mm", 1], ["40 mm", 0]]},
+        "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
+        "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]}"#;
+
+    #[test]
+    fn porosity_is_void_ratio_in_other_words() {
+        let check = |text: &str| RawCase::parse("x.json".as_ref(), text).and_then(|raw| raw.check());
+        let case = check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""porosity": "36 %""#))
+            .unwrap_or_else(|e| panic!("{e}"));
+        let Geometry::Specimen(specimen) = &case.geometry else { panic!("no specimen") };
+        assert!((specimen.void_ratio - 0.5625).abs() < 1e-12);
+        let twice = check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""void_ratio": 0.5, "porosity": 0.3"#));
+        assert!(twice.is_err_and(|e| e.to_string().contains("$.specimen.porosity: says again")));
+        let large = check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""porosity": 36"#));
+        assert!(large.is_err_and(|e| e.to_string().contains("$.specimen.porosity: is no porosity")));
+    }
+
+    #[test]
+    fn a_grading_comes_from_a_table_beside_the_case() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(
+            folder.path().join("sieve.csv"),
+            "sieve [mm];passing [%]\n60;100\n40;62,5\n20;25\n5;10\n",
+        )
+        .expect("a table");
+        let text = SPECIMEN
+            .replace(r#"[["60 mm", 1], ["40 mm", 0]]"#, r#"{"file": "sieve.csv", "finest": "20 mm"}"#);
+        let file = folder.path().join("x.json");
+        let case = RawCase::parse(&file, &text).and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}"));
+        let Geometry::Specimen(specimen) = &case.geometry else { panic!("no specimen") };
+        assert_eq!(specimen.grading, [[0.06, 1.0], [0.04, 0.5], [0.02, 0.0]]);
+        assert!(
+            case.remarks().iter().any(|remark| remark.contains("25.0 % of the mass")),
+            "{:?}",
+            case.remarks()
+        );
+        // What is completed needs the table no more.
+        std::fs::remove_file(folder.path().join("sieve.csv")).expect("a file to lose");
+        let again = RawCase::parse(&file, &case.completed().to_string()).and_then(|raw| raw.check());
+        assert_eq!(again.unwrap_or_else(|e| panic!("{e}")).completed(), case.completed());
+        let gone = RawCase::parse(&file, &text).and_then(|raw| raw.check());
+        assert!(gone.is_err_and(|e| e.to_string().contains("$.specimen.grading.file")));
+    }
+
+    #[test]
+    fn a_scanned_grain_comes_as_its_hull() {
+        let folder = tempfile::tempdir().expect("a folder");
+        // Corners of a box of 30 x 20 x 10 mm, one of them cut, and a point inside.
+        let mut points: Vec<[f64; 3]> = (0..7)
+            .map(|k| [k & 1, k >> 1 & 1, k >> 2 & 1].map(f64::from))
+            .map(|[x, y, z]| [30.0 * x, 20.0 * y, 10.0 * z])
+            .collect();
+        points.push([3.0, 3.0, 3.0]);
+        let lines: String = points.iter().map(|p| format!("v {} {} {}\n", p[0], p[1], p[2])).collect();
+        std::fs::write(folder.path().join("grain.obj"), lines).expect("a scan");
+        let text = r#"{"scene": {"bodies": [{"name": "a", "shape": {"hull": HULL}}]},
+            "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
+            "stages": [{"kind": "load"}]}"#;
+        let check = |hull: &str| {
+            let raw = RawCase::parse(&folder.path().join("x.json"), &text.replace("HULL", hull))?;
+            raw.check()
+        };
+        let polyhedron = |hull: &str| {
+            let case = check(hull).unwrap_or_else(|e| panic!("{e}"));
+            let Geometry::Scene(scene) = &case.geometry else { panic!("no scene") };
+            let ShapeCase::Polyhedron(points) = &scene.bodies[0].shape else { panic!("no polyhedron") };
+            (points.clone(), case.remarks().join("; "))
+        };
+        let (points, remarks) = polyhedron(r#"{"file": "grain.obj", "unit": "mm"}"#);
+        assert_eq!(points.len(), 7);
+        assert!(points.contains(&[0.03, 0.02, 0.0]) && remarks.is_empty(), "{points:?} {remarks}");
+        let (points, remarks) =
+            polyhedron(r#"{"file": "grain.obj", "unit": "mm", "vertices": 6, "centred": true}"#);
+        assert_eq!(points.len(), 6);
+        assert!(remarks.contains("6 of the 7 corners") && remarks.contains("% of its volume"), "{remarks}");
+        let refused = |hull: &str| check(hull).expect_err("refused").to_string();
+        assert!(
+            refused(r#"{"file": "grain.obj"}"#).contains("$.scene.bodies[0].shape.hull.unit: is missing")
+        );
+        assert!(refused(r#"{"file": "grain.obj", "unit": "feet"}"#).contains("shape.hull.unit"));
+        assert!(refused(r#"{"file": "none.obj", "unit": "m"}"#).contains("shape.hull.file"));
+        assert!(refused(r#"{"file": "grain.obj", "unit": "m", "corners": 3}"#).contains("unknown key"));
+    }
+}

@@ -1,0 +1,242 @@
+//! A grading curve out of a table, and cut or scaled to what can be tested.
+//!
+//! A table is a CSV of two columns, sieve size and cumulative passing by mass, with a header that names the unit of the size; commas, semicolons or tabs
+//! part the cells; where no comma does, decimals may stand behind one. Passing is in per cent where its header says so or a value is above 1.
+//!
+//! Between two sieves the share passing is linear in size, as grains are drawn.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::error::Fault;
+
+use super::super::quantity::{self, Dimension};
+use super::super::walk::shown;
+use super::{METRES, Notes, SIEVE, UNITS, known};
+
+const PATH: &str = "$.specimen.grading";
+const OF_FILE: &str =
+    "a CSV of sieve size and passing, e.g. \"sieve [mm],passing [%]\", its path relative to the case file";
+
+/// Size [m] and share passing.
+type Curve = Vec<[f64; 2]>;
+
+/// The list of points in place of a file's name or an object.
+pub fn grading(given: &Value, folder: &Path) -> Result<(Value, Notes), Fault> {
+    let mut notes = Notes::new();
+    let mut curve = match given {
+        Value::String(file) => from_file(file, PATH, folder)?,
+        given => {
+            known(given, SIEVE, PATH)?;
+            match (&given["file"], &given["points"]) {
+                (Value::String(file), Value::Null) => from_file(file, &format!("{PATH}.file"), folder)?,
+                (Value::Null, Value::Array(points)) => {
+                    points.iter().enumerate().map(from_point).collect::<Result<_, _>>()?
+                }
+                _ => {
+                    return Err(Fault::new(
+                        PATH,
+                        shown(given),
+                        "has not one of the keys file and points",
+                        "one of them",
+                    ));
+                }
+            }
+        }
+    };
+    if given.is_object() {
+        curve.sort_by(|a, b| b[0].total_cmp(&a[0]));
+        let sized = |key: &str| -> Result<Option<f64>, Fault> {
+            let (value, place) = (&given[key], format!("{PATH}.{key}"));
+            if value.is_null() {
+                return Ok(None);
+            }
+            let fault =
+                |problem: String| Fault::new(&place, shown(value), problem, "a sieve size, as \"20 mm\"");
+            let size = quantity::read(value, Dimension::Length).map_err(fault)?;
+            let [largest, smallest] =
+                [curve.first(), curve.last()].map(|point| point.map_or(0.0, |point| point[0]));
+            match key {
+                "parallel" if size > 0.0 => Ok(Some(size)),
+                // Sizes after the parallel shift, which come below.
+                _ if size > 0.0 && (given["parallel"].is_string() || given["parallel"].is_number()) => {
+                    Ok(Some(size))
+                }
+                _ if size > smallest && size < largest => Ok(Some(size)),
+                _ => Err(fault(format!("is not between the grading's sizes, {smallest} and {largest} m"))),
+            }
+        };
+        let [parallel, coarsest, finest] = [sized("parallel")?, sized("coarsest")?, sized("finest")?];
+        if let Some(largest) = parallel {
+            let factor = largest / curve.first().map_or(largest, |point| point[0]);
+            curve.iter_mut().for_each(|point| point[0] *= factor);
+            notes.push(format!("grading: all sizes are scaled by {factor:.4}, parallel to the one given"));
+        }
+        for (limit, is_finest) in [(coarsest, false), (finest, true)] {
+            let Some(limit) = limit else { continue };
+            let gone = cut(&mut curve, limit, is_finest);
+            let side = if is_finest { "finer" } else { "coarser" };
+            notes.push(format!(
+                "grading: {:.1} % of the mass, {side} than {:.4} mm, is left out and the rest scaled up",
+                1e2 * gone,
+                1e3 * limit
+            ));
+        }
+    }
+    Ok((json!(curve), notes))
+}
+
+fn from_point((at, point): (usize, &Value)) -> Result<[f64; 2], Fault> {
+    let place = format!("{PATH}.points[{at}]");
+    let read = |k: usize, dimension| {
+        let accepted = "[size, share passing], as [\"60 mm\", \"45 %\"]";
+        let value = point.get(k).unwrap_or(&Value::Null);
+        quantity::read(value, dimension)
+            .map_err(|problem| Fault::new(&place, shown(point), problem, accepted))
+    };
+    Ok([read(0, Dimension::Length)?, read(1, Dimension::None)?])
+}
+
+/// Cuts a curve, coarsest first, at a size; the share of the mass that is left out.
+fn cut(curve: &mut Curve, limit: f64, is_finest: bool) -> f64 {
+    let passing = passing_at(curve, limit);
+    curve.retain(|point| if is_finest { point[0] > limit } else { point[0] < limit });
+    let at = if is_finest { curve.len() } else { 0 };
+    curve.insert(at, [limit, passing]);
+    let [low, high] = if is_finest { [passing, 1.0] } else { [0.0, passing] };
+    curve.iter_mut().for_each(|point| point[1] = ((point[1] - low) / (high - low)).clamp(0.0, 1.0));
+    1.0 - (high - low)
+}
+
+fn passing_at(curve: &Curve, size: f64) -> f64 {
+    let pair = curve.windows(2).find(|pair| pair[0][0] >= size && size >= pair[1][0]);
+    match pair {
+        Some([[a, p], [b, q]]) if a > b => q + (p - q) * (size - b) / (a - b),
+        Some(_) | None => curve.last().map_or(0.0, |point| if size < point[0] { 0.0 } else { 1.0 }),
+    }
+}
+
+fn from_file(file: &str, path: &str, folder: &Path) -> Result<Curve, Fault> {
+    let fault = |problem: String| Fault::new(path, shown(&Value::from(file)), problem, OF_FILE);
+    let bytes = std::fs::read(folder.join(file)).map_err(|e| fault(format!("cannot be read: {e}")))?;
+    let text = String::from_utf8(bytes).map_err(|_| fault("is not UTF-8 text".into()))?;
+    table(&text).map_err(fault)
+}
+
+/// The curve of a table's text.
+fn table(text: &str) -> Result<Curve, String> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(at, line)| (at + 1, line.trim()))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    let (_, header) = lines.next().ok_or("is empty")?;
+    let separator =
+        [';', '\t', ','].into_iter().find(|c| header.contains(*c)).ok_or("has a header of one column")?;
+    let cells = |line: &str| -> Vec<String> {
+        line.split(separator).map(|cell| cell.trim().trim_matches('"').trim().to_string()).collect()
+    };
+    let header = cells(header);
+    let unit_in = |cell: &str| -> Option<String> {
+        let from = cell.find(['[', '('])? + 1;
+        Some(cell[from..].trim_end_matches([']', ')']).trim().to_string())
+    };
+    let size_unit = header.first().and_then(|cell| unit_in(cell));
+    let metres =
+        size_unit.as_deref().and_then(|unit| UNITS.iter().zip(METRES).find(|(name, _)| **name == unit));
+    let Some((_, metres)) = metres else {
+        let problem =
+            "has no unit of length behind the name of its first column, the sieve size, as \"sieve [mm]\"";
+        return Err(format!("{problem} (found {:?})", header.first().map_or("", String::as_str)));
+    };
+    let second = header.get(1).map_or(String::new(), |cell| cell.to_lowercase());
+    if second.contains("retain") {
+        return Err("has what is retained in its second column; what passes in all is needed".into());
+    }
+    let mut curve = Curve::new();
+    for (line, row) in lines {
+        let row = cells(row);
+        let number = |k: usize| {
+            let cell = row.get(k).map_or("", String::as_str);
+            let plain = if separator == ',' { cell.to_string() } else { cell.replace(',', ".") };
+            let value =
+                plain.trim_end_matches('%').trim().parse::<f64>().ok().filter(|value| value.is_finite());
+            value.ok_or_else(|| format!("line {line}: {cell:?} is no number"))
+        };
+        if row.len() > header.len() && row[header.len()..].iter().any(|cell| !cell.is_empty()) {
+            return Err(format!(
+                "line {line}: more cells than the header; decimal commas need semicolons between the cells"
+            ));
+        }
+        curve.push([number(0)? * metres, number(1)?]);
+    }
+    if second.contains('%') || curve.iter().any(|point| point[1] > 1.0) {
+        curve.iter_mut().for_each(|point| point[1] *= 0.01);
+    }
+    if let Some(point) = curve.iter().find(|point| point[0] <= 0.0 || !(0.0..=1.0 + 1e-9).contains(&point[1]))
+    {
+        return Err(format!("has the row {} mm, {} passing", 1e3 * point[0], point[1]));
+    }
+    curve.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    Ok(curve)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_of_any_country_are_read() {
+        let expected = vec![[0.06, 1.0], [0.04, 0.625], [0.02, 0.1]];
+        let near = |text: &str| {
+            let found = table(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert_eq!(found.len(), expected.len(), "{text}");
+            for (a, b) in found.iter().zip(&expected) {
+                assert!((a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-12, "{text}: {found:?}");
+            }
+        };
+        near("sieve [mm],passing [%]\n60,100\n40,62.5\n20,10\n");
+        near("\u{feff}# Steinbruch\nSiebweite (mm);Durchgang (%)\n20,0;10,0\n40,0;62,5\n60,0;100\n");
+        near("d [m]\tpassing\n0.06\t1\n0.04\t0.625\n0.02\t0.1\n");
+        near("\"粒径 [mm]\",\"通过率\"\n60,100\n40,62.5 %\n20,10\n");
+        let refused = |text: &str| table(text).expect_err(text);
+        assert!(refused("sieve,passing\n60,1\n").contains("no unit of length"));
+        assert!(refused("sieve [mm],retained [%]\n60,1\n").contains("retained"));
+        assert!(refused("sieve [mm],passing [%]\n60,five\n").contains("line 2: \"five\""));
+        assert!(refused("sieve [mm],passing [%]\n60,0,62,5\n").contains("decimal commas"));
+        assert!(refused("sieve [mm],passing [%]\n60,120\n").contains("1.2 passing"));
+    }
+
+    #[test]
+    fn scalping_keeps_the_shape_of_the_rest() {
+        let mut curve = vec![[0.08, 1.0], [0.04, 0.6], [0.02, 0.2], [0.01, 0.0]];
+        // Half-way between 40 and 80 mm: 0.8 pass.
+        let gone = cut(&mut curve, 0.06, false);
+        assert!((gone - 0.2).abs() < 1e-12);
+        let gone = cut(&mut curve, 0.02, true);
+        assert!((gone - 0.25).abs() < 1e-12);
+        let expected = [[0.06, 1.0], [0.04, (0.75 - 0.25) / 0.75], [0.02, 0.0]];
+        for (a, b) in curve.iter().zip(&expected) {
+            assert!((a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-12, "{curve:?}");
+        }
+    }
+
+    #[test]
+    fn a_parallel_grading_has_the_same_shares() {
+        let given =
+            json!({"points": [["600 mm", 1], ["200 mm", "40 %"], ["100 mm", 0]], "parallel": "60 mm"});
+        let (curve, notes) = grading(&given, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
+        let sizes: Vec<f64> =
+            curve.as_array().expect("a list").iter().filter_map(|point| point[0].as_f64()).collect();
+        assert!(sizes.iter().zip([0.06, 0.02, 0.01]).all(|(a, b)| (a - b).abs() < 1e-15), "{sizes:?}");
+        assert!(notes[0].contains("scaled by 0.1000"), "{notes:?}");
+        let outside = json!({"points": [["60 mm", 1], ["20 mm", 0]], "finest": "90 mm"});
+        assert!(
+            grading(&outside, Path::new("")).is_err_and(|fault| fault.path == "$.specimen.grading.finest")
+        );
+        let wrong = json!({"points": [["60 mm", 1], ["20 mm", 0]], "scalp": "90 mm"});
+        assert!(grading(&wrong, Path::new("")).is_err_and(|fault| fault.problem.contains("unknown key")));
+    }
+}

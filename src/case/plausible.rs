@@ -1,0 +1,177 @@
+//! What is far from any rockfill, mostly by a forgotten unit, and what would be more than a machine can bear.
+
+use super::types::*;
+
+/// Plausible sizes of the coarsest grains [m] and pressures [Pa].
+const SIZES: [f64; 2] = [1e-4, 3.0];
+const PRESSURES: [f64; 2] = [1e3, 2e8];
+/// Times G t / p: the radius of the widest opening that a neo-Hookean sheet bridges (`verify`: a sheet over a hole).
+const INFLATION: f64 = 1.24;
+/// Openings between grains have about this radius over the largest size, at the least.
+const PORE: f64 = 0.1;
+/// Time on one core that is remarked on [s]: 30 days.
+const LONG: f64 = 30.0 * 86400.0;
+
+/// The largest sieve size [m].
+fn first_size(grading: &[[f64; 2]]) -> f64 {
+    grading.first().map_or(0.0, |point| point[0])
+}
+
+impl Case {
+    /// What no rockfill is like: mostly a forgotten unit.
+    pub(super) fn implausible(&self) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut look = |name: &str, value: f64, unit: &str, [low, high]: [f64; 2], instead: &str| {
+            if value < low || value > high {
+                let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+                let shown = format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_string();
+                let shown =
+                    if value.abs() < 1e-5 || value.abs() >= 1e7 { format!("{value:e}") } else { shown };
+                let usual = format!("{low:e} to {high:e}{unit}");
+                found.push(format!(
+                    "{name} is {shown}{unit}, which is far from rockfill's ({usual}): {instead}"
+                ));
+            }
+        };
+        let metres = "a plain number is in metres, \"60 mm\" in millimetres";
+        let pascals = "a plain number is in Pa, \"0.8 MPa\" in MPa";
+        match &self.geometry {
+            Geometry::Specimen(it) => {
+                look("specimen.grading: the largest size", first_size(&it.grading), "m", SIZES, metres);
+                look("specimen.diameter", it.diameter, "m", [1e-3, 1e1], metres);
+            }
+            Geometry::Scene(scene) => {
+                for body in &scene.bodies {
+                    let size = body.shape.smallest_extent().unwrap_or(1.0);
+                    look(
+                        &format!("the smallest extent of the body {:?}", body.name),
+                        size,
+                        "m",
+                        [1e-5, 1e2],
+                        metres,
+                    );
+                }
+            }
+        }
+        let rock = &self.rock;
+        look(
+            "rock.density",
+            rock.density,
+            "kg/m3",
+            [1e3, 8e3],
+            "a plain number is in kg/m3, \"2.65 g/cm3\" is a way to write it",
+        );
+        look("rock.youngs_modulus", rock.youngs_modulus.mean, "Pa", [1e7, 1e12], pascals);
+        for (name, strength) in
+            [("tensile", &rock.tensile_strength), ("compressive", &rock.compressive_strength)]
+        {
+            let mean = strength.as_ref().map_or(1e7, |law| law.mean);
+            look(&format!("rock.{name}_strength"), mean, "Pa", [1e4, 1e10], pascals);
+        }
+        let coefficient = "friction is a coefficient, the tangent of the angle: 0.7 for 35 degrees";
+        look("contact.friction", self.contact.friction, "", [0.0, 2.0], coefficient);
+        look("plates.friction", self.plates.friction, "", [0.0, 2.0], coefficient);
+        for (at, stage) in self.stages.iter().enumerate() {
+            if let Some(pressure) = stage.largest_pressure().filter(|pressure| *pressure > 0.0) {
+                look(&format!("stages[{at}]: the pressure"), pressure, "Pa", PRESSURES, pascals);
+            }
+        }
+        if let (MembraneCase::Rubber { thickness, shear_modulus, .. }, Geometry::Specimen(_)) =
+            (self.membrane, &self.geometry)
+        {
+            look("membrane.thickness", thickness, "m", [5e-5, 5e-2], metres);
+            look("membrane.shear_modulus", shear_modulus, "Pa", [1e4, 1e9], pascals);
+        }
+        found
+    }
+
+    /// A rubber sheet over pores that it cannot bridge at the largest pressure: the run would stop and say so.
+    pub(super) fn too_wide_pores(&self) -> Option<String> {
+        let Geometry::Specimen(specimen) = &self.geometry else { return None };
+        let MembraneCase::Rubber { thickness, shear_modulus, .. } = self.membrane else { return None };
+        let pressure = self.stages.iter().filter_map(StageCase::largest_pressure).fold(0.0, f64::max);
+        let bridged = INFLATION * shear_modulus * thickness / pressure;
+        let grain = first_size(&specimen.grading);
+        (bridged < PORE * grain).then(|| {
+            format!(
+                "the membrane bridges openings up to a radius of {:.1} mm at {:.2} MPa, between grains of up to {:.0} mm: it may bulge in \
+                 without end, and the run would stop; a thicker or stiffer one, or {{\"kind\": \"pressure\"}}, does not",
+                1e3 * bridged,
+                1e-6 * pressure,
+                1e3 * grain
+            )
+        })
+    }
+
+    /// What the estimate comes to on a machine with so much memory [B], where that is known.
+    pub fn burdens(&self, memory: Option<f64>) -> Vec<String> {
+        let estimate = self.estimate();
+        let mut burdens = Vec::new();
+        if let Some(there) = memory.filter(|there| estimate.memory > *there) {
+            burdens.push(format!(
+                "about {:.1} GB are needed and this machine has {:.1} GB: the run would be killed; take fewer grains or fewer cells",
+                estimate.memory / 1e9,
+                there / 1e9
+            ));
+        }
+        if estimate.time > LONG {
+            burdens.push(format!(
+                "about {:.0} days on one core: fewer grains, less strain or larger increments take less",
+                estimate.time / 86400.0
+            ));
+        }
+        burdens
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{RawCase, parse_override};
+
+    /// A forgotten unit each: what the author meant is a thousand or a million times that.
+    #[test]
+    fn forgotten_units_are_remarked_on() {
+        let text = r#"{"specimen": {"grains": 80, "aspect": 2, "void_ratio": 0.5, "grading": [["60 mm", 1], ["40 mm", 0]]},
+            "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": {},
+                     "tensile_strength": "25 MPa", "compressive_strength": "250 MPa"},
+            "contact": {"friction": 0.65}, "membrane": {"kind": "rubber", "thickness": "4 mm", "shear_modulus": "20 MPa"},
+            "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}, {"kind": "shear", "axial_strain": 0.1}]}"#;
+        let remarks = |overrides: &[&str]| {
+            let mut raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
+            raw.set(&overrides.iter().filter_map(|text| parse_override(text).ok()).collect::<Vec<_>>());
+            raw.check().unwrap_or_else(|e| panic!("{e}")).remarks()
+        };
+        let none: [String; 0] = [];
+        assert_eq!(remarks(&["/specimen/grains=2000"]), none);
+        for (given, says) in [
+            ("/specimen/grading=[[60, 1], [40, 0]]", "specimen.grading: the largest size is 60 m"),
+            ("/stages/0/pressure=0.8", "stages[0]: the pressure is 0.8 Pa"),
+            ("/rock/density=2.7", "rock.density is 2.7 kg/m3"),
+            ("/contact/friction=5", "contact.friction is 5,"),
+            ("/rock/tensile_strength=25", "rock.tensile_strength is 25 Pa"),
+            ("/membrane/shear_modulus=20", "membrane.shear_modulus is 20 Pa"),
+        ] {
+            let found = remarks(&["/specimen/grains=2000", given]);
+            assert!(found.iter().any(|remark| remark.starts_with(says)), "{given}: {found:?}");
+        }
+        // 2 mm of 0.45 MPa at 0.8 MPa: 1.4 mm.
+        let thin = remarks(&["/membrane/thickness=2 mm", "/membrane/shear_modulus=0.45 MPa"]);
+        assert!(
+            thin.iter().any(|remark| remark.contains("up to a radius of 1.4 mm at 0.80 MPa")),
+            "{thin:?}"
+        );
+    }
+
+    #[test]
+    fn more_memory_than_there_is_is_said() {
+        let text = r#"{"specimen": {"grains": 5000000, "aspect": 2, "void_ratio": 0.5, "grading": [["60 mm", 1], ["40 mm", 0]]},
+            "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
+            "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]}"#;
+        let raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
+        let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+        let said = case.burdens(Some(24e9)).join("; ");
+        assert!(said.contains("this machine has 24.0 GB") && said.contains("days on one core"), "{said}");
+        assert!(!case.burdens(Some(1e14)).join("; ").contains("this machine"));
+        assert!(!case.burdens(None).join("; ").contains("this machine"));
+    }
+}
