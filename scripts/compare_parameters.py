@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """What each changed parameter does to shear tests, and whether that is more than chance: over the packings of a batch.
 
-    scripts/compare_parameters.py results/parameters/*.h5 --out effects.png --csv runs.csv > table.md
+    scripts/compare_parameters.py results/parameters/*.vtkhdf --out effects.png --csv runs.csv > table.md
     scripts/compare_parameters.py runs.csv --out effects.png > table.md
 
-Files are named as `riprap batch` names members with seeds, NAME_seed=NUMBER.h5; one NAME is the default (--default), and each of the others
+Files are named as `riprap batch` names members with seeds, NAME_seed=NUMBER.vtkhdf; one NAME is the default (--default), and each of the others
 is compared with it packing by packing. The table has means and standard errors of the differences, the chart every packing. Peaks are those of
 a moving mean over 0.2 % of strain; mean q is over the strain, volume strain at the end is over the axial strain there, contraction positive.
 With three packings a difference within about three standard errors is no difference.
@@ -72,7 +72,7 @@ def runs_of(files):
             continue
         name, found, seed = os.path.splitext(os.path.basename(path))[0].rpartition("_seed=")
         if not found:
-            raise ResultsError(f"{path}: is not named NAME_seed=NUMBER.h5")
+            raise ResultsError(f"{path}: is not named NAME_seed=NUMBER.vtkhdf")
         row = measured(path)
         if row is None:
             print(f"compare_parameters: left out: {path} has no shear to measure", file=sys.stderr)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares runs of one specimen that differ in one thing, its cover say: a chart, and a table in Markdown.
 
-    scripts/compare_runs.py pressure.h5 rubber.h5 rigid_wall.h5 --out covers.png --at 0.1 0.2 0.5 1
+    scripts/compare_runs.py pressure.vtkhdf rubber.vtkhdf rigid_wall.vtkhdf --out covers.png --at 0.1 0.2 0.5 1
 
 The first file is the reference of the differences. Strains count from the end of the consolidation.
 """

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fits the hyperbolic model of Duncan & Chang (E-B form) to the shear curves of several confining pressures.
 
-    scripts/fit_duncan_chang.py p0400.h5 p0800.h5 p1600.h5
+    scripts/fit_duncan_chang.py p0400.vtkhdf p0800.vtkhdf p1600.vtkhdf
 
 Source: Duncan & Chang (1970), J. Soil Mech. Found. Div. 96(SM5):1629-1653; bulk modulus and the choice of points after
 Duncan, Byrne, Wong & Mabry (1980), UCB/GT/80-01. Compression positive, SI.
@@ -138,7 +138,7 @@ def fit(found):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="+", help="results files (.h5), one a confining pressure")
+    parser.add_argument("files", nargs="+", help="results files (.vtkhdf, .h5), one a confining pressure")
     options = parser.parse_args()
     try:
         found, reasons = hyperbolas([read_curve(path) for path in options.files])

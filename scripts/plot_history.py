@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Draws the stress-strain and volume-change curves of one or several results files, or their energy shares.
 
-    scripts/plot_history.py results/a.h5 results/b.h5 --out curves.png
-    scripts/plot_history.py results/a.h5 --energy --out energy.svg
+    scripts/plot_history.py results/a.vtkhdf results/b.vtkhdf --out curves.png
+    scripts/plot_history.py results/a.vtkhdf --energy --out energy.svg
 """
 
 import argparse
@@ -190,7 +190,7 @@ def draw_energies(files):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("files", nargs="+", help="results files (.h5)")
+    parser.add_argument("files", nargs="+", help="results files (.vtkhdf, .h5)")
     parser.add_argument("--out", required=True, help="picture to write: .png, .svg or .pdf")
     parser.add_argument("--energy", action="store_true", help="draw the shares of the energies instead")
     options = parser.parse_args()

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Draws a saved state of a results file: the grains where they are, coloured by a quantity.
 
-    scripts/plot_specimen.py results/a.h5 --out specimen.png
-    scripts/plot_specimen.py results/a.h5 --state -1 --colour displacement --cut --out final.png
-    scripts/plot_specimen.py results/a.h5 --state 0 -1 --out before_after.png
+    scripts/plot_specimen.py results/a.vtkhdf --out specimen.png
+    scripts/plot_specimen.py results/a.vtkhdf --state -1 --colour displacement --cut --out final.png
+    scripts/plot_specimen.py results/a.vtkhdf --state 0 -1 --out before_after.png
 
 Needs numpy and matplotlib only: the picture is rasterised here, without a display or a graphics driver.
 """
@@ -250,7 +250,7 @@ def draw(results, states, name, hidden_parts, cut, limits, longer_side):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", help="results file (.h5)")
+    parser.add_argument("file", help="results file (.vtkhdf, .h5)")
     parser.add_argument("--out", required=True, help="picture to write (.png)")
     parser.add_argument("--state", type=int, nargs="+", default=[-1], help="saved states, side by side; -1 is the last")
     parser.add_argument("--colour", choices=QUANTITIES, default="grain", help="what the colours show (default: grain)")

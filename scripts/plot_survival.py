@@ -4,7 +4,7 @@
     scripts/plot_survival.py cases/crushing/results/survival --out survival.png --table survival.csv
 
 Takes the results files of runs of a press (`scene.press`), or a folder of them, groups them by what stands before the
-last underscore of their names (`small_seed3.h5` is of `small`), and for each group ranks the strengths
+last underscore of their names (`small_seed3.vtkhdf` is of `small`), and for each group ranks the strengths
 
     sigma = F_peak / d^2,    d the distance of the plates at the start, F_peak the largest force on the upper plate
 
@@ -86,7 +86,9 @@ def test_of(path):
 def groups_of(paths):
     files = []
     for path in paths:
-        files += sorted(glob.glob(os.path.join(path, "*.h5"))) if os.path.isdir(path) else [path]
+        endings = ("*.vtkhdf", "*.h5")
+        found = [file for ending in endings for file in glob.glob(os.path.join(path, ending))]
+        files += sorted(found) if os.path.isdir(path) else [path]
     groups = {}
     for path in files:
         name = os.path.splitext(os.path.basename(path))[0]

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Reads results files of riprap into pandas and xarray where they are installed, else into dicts of numpy arrays.
 
-    scripts/read_results.py results/quick_start.h5                # what is in it, and the end of its history
+    scripts/read_results.py results/quick_start.vtkhdf                # what is in it, and the end of its history
 
     from read_results import history, bodies, grains, contacts, states
-    table = history("results/quick_start.h5")                     # pandas.DataFrame, one row an increment
+    table = history("results/quick_start.vtkhdf")                     # pandas.DataFrame, one row an increment
     table.plot("axial_strain", "deviatoric_stress"); table.attrs["units"]["deviatoric_stress"]
-    fields = states("results/quick_start.h5")                     # xarray.Dataset over state, point, cell
+    fields = states("results/quick_start.vtkhdf")                     # xarray.Dataset over state, point, cell
     fields["displacement"][-1]                                    # of the last state
 
 SI units; strains, q and p in the history count compression positive, stresses of cells tension positive.
@@ -54,7 +54,7 @@ def grains(path, plain=False):
     """What does not change of each grain: size, volume, shape. Where they are: `states`."""
     with Results(path) as results:
         group = results.file["grains"] if "grains" in results.file else {}
-        fixed = {name: data for name, data in group.items() if data.maxshape[0] is not None}
+        fixed = {name: data for name, data in _measured(group) if data.maxshape[0] is not None}
         columns, units = _columns(fixed)
     return _table(columns, units, plain)
 
@@ -66,7 +66,7 @@ def contacts(path, state=-1, plain=False):
         name = f"contacts/{state if state >= 0 else count + state}"
         if name not in results.file:
             raise ResultsError(f"{path}: has no /{name}; {count} states are saved")
-        columns, units = _columns(results.file[name])
+        columns, units = _columns(dict(_measured(results.file[name])))
     return _table(columns, units, plain)
 
 
@@ -89,13 +89,18 @@ def states(path, plain=False):
                     continue
                 block = numpy.stack([read(name, state) for state in range(count)])
                 arrays[name] = (("state", place, *_last(block)), block)
-        for name, data in results.file["grains"].items() if "grains" in results.file else []:
+        for name, data in _measured(results.file["grains"]) if "grains" in results.file else []:
             if data.maxshape[0] is None:
                 # Cell data has a `damage` of its own; these are of whole grains.
                 arrays[f"grain_{name}"] = (("state", "number", *_last(data)), data[:count])
     if xarray is None or plain:
         return {name: values for name, (_, values) in arrays.items()}
     return xarray.Dataset(arrays, coords={"axis": list(VECTOR), "component": list(TENSOR)})
+
+
+def _measured(group):
+    """Names and datasets of a group without its dimension scales, which only number the others' axes."""
+    return [(name, data) for name, data in group.items() if data.attrs.get("CLASS") != b"DIMENSION_SCALE"]
 
 
 def _last(values):

@@ -34,7 +34,7 @@ for part in "${parts[@]}"; do
         # 3: a member stopped short of its end. The others are worth having; its reason is in the table.
         case $code in 0) ;; 3) stopped=3 ;; *) exit $code ;; esac
     fi
-    mapfile -t files < <(find "$out/$part" -name '*.h5' 2>/dev/null | sort)
+    mapfile -t files < <(find "$out/$part" \( -name '*.vtkhdf' -o -name '*.h5' \) 2>/dev/null | sort)
     [ ${#files[@]} -gt 0 ] || continue
     "$python" "$root/scripts/shuibuya_tables.py" "${files[@]}" > "$out/$part.md" || continue
     "$riprap" report "${files[@]}" --lab "$root/cases/shuibuya/source.csv" --lab "$root/cases/shuibuya/laboratory.csv" --out "$out/report_$part" || true

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures of drained shear tests as a table in Markdown, beside what the source and the laboratory report.
 
-    scripts/shuibuya_tables.py results/p0800_300.h5 results/p1600_300.h5
+    scripts/shuibuya_tables.py results/p0800_300.vtkhdf results/p1600_300.vtkhdf
 
 Strains count from the end of the consolidation, compression and contraction positive. The peak is that of a moving mean over
 0.2 % of strain, since single increments jump where force chains break; the contraction is the largest within the first 2 %; the dilation rate is

@@ -19,11 +19,12 @@ const PRINTING: [&str; 5] = ["print", "println", "eprint", "eprintln", "dbg"];
 const PRINTING_ROOM: &str = "cli";
 
 /// Packages that only one room may name.
-const OWNED_PACKAGES: [(&str, &str); 5] = [
+const OWNED_PACKAGES: [(&str, &str); 6] = [
     ("faer", "linalg"),
     ("sprs", "linalg"),
     ("metis_sys", "linalg"),
     ("hdf5", "results"),
+    ("hdf5_sys", "results"),
     ("clap", PRINTING_ROOM),
 ];
 

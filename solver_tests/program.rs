@@ -77,13 +77,13 @@ fn a_run_writes_a_consistent_file() {
     let place = Place::new();
     let (stdout, stderr) = place.ends_with(0, &["run", "tiny.json", "--progress", "plain", "--profile"]);
     // The default target lies beside the case.
-    assert_eq!(stdout.trim(), "results/tiny.h5", "{stderr}");
+    assert_eq!(stdout.trim(), "results/tiny.vtkhdf", "{stderr}");
     let words: Vec<&str> = stderr.split_whitespace().collect();
     for done in [["consolidate", "1/10"], ["shear", "10/10"]] {
         assert!(words.windows(2).any(|pair| pair == done), "{stderr}");
     }
 
-    let reader = open(&place.path("results/tiny.h5"));
+    let reader = open(&place.path("results/tiny.vtkhdf"));
     let status = reader.status().expect("a status");
     assert_eq!(status.outcome, Outcome::Finished);
 

@@ -362,11 +362,11 @@ fn a_study_finds_the_order_and_goes_on_where_it_was() {
     // First order; three values that are not small see it within a quarter.
     assert!((order - 1.0).abs() < 0.25, "{row}");
     assert!(stdout.contains("| 160 "), "{stdout}");
-    for file in ["study.csv", "speed_accuracy.svg", "speed_accuracy.png", "increment_40.h5"] {
+    for file in ["study.csv", "speed_accuracy.svg", "speed_accuracy.png", "increment_40.vtkhdf"] {
         assert!(folder.path().join("study").join(file).exists(), "{file}");
     }
     // Again: nothing is run, and one that was lost alone is.
-    std::fs::remove_file(folder.path().join("study/increment_80.h5")).expect("a file to lose");
+    std::fs::remove_file(folder.path().join("study/increment_80.vtkhdf")).expect("a file to lose");
     let (_, stderr) = ends_with(0, folder.path(), &study);
     assert_eq!(stderr.matches("is finished: left as it is").count(), 2, "{stderr}");
     // What is left alone is told first.
@@ -439,7 +439,7 @@ fn a_batch_runs_its_members_and_goes_on_where_it_was() {
     assert!(stdout.contains("push_friction=0.65_residual_friction=0.1"), "{stdout}");
     // Less friction, less work: the members are what they are called.
     let work = |peak: &str, residual: &str| {
-        external_work(results.join(format!("push_friction={peak}_residual_friction={residual}.h5")))
+        external_work(results.join(format!("push_friction={peak}_residual_friction={residual}.vtkhdf")))
     };
     assert!(work("0.65", "0.2") > work("0.65", "0.1") && work("0.65", "0.1") > work("0.4", "0.1"));
     // The same number as a run by itself.

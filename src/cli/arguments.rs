@@ -1,18 +1,20 @@
 //! The arguments of the `riprap` command, and the help that teaches them.
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::results::{COMMIT, VERSION};
 use crate::study::vary::Vary;
 
 const EXAMPLES: &str = "\
 Examples:
-  riprap run cases/quick_start.json                 the whole test, into cases/results/quick_start.h5
+  riprap run cases/quick_start.json                 the whole test, into cases/results/quick_start.vtkhdf
   riprap check cases/quick_start.json               what is wrong with a case, or what it would build
-  riprap run my.json --set '/stages/0/pressure=0.4 MPa' --out p0400.h5
-  riprap info cases/results/quick_start.h5          what is in a results file
-  riprap report cases/results/quick_start.h5 --out report
+  riprap run my.json --set '/stages/0/pressure=0.4 MPa' --out p0400.vtkhdf
+  riprap info cases/results/quick_start.vtkhdf          what is in a results file
+  riprap report cases/results/quick_start.vtkhdf --out report
   riprap verify                                     problems with known answers, computed against reference
   riprap schema > riprap.schema.json                for editors that complete and check JSON
 
@@ -21,8 +23,11 @@ Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 stopped short of t
 
 RIPRAP_LOG=debug (error, warn, info, debug, trace) writes what the solver does to standard error.";
 
+/// The version and the commit of the sources.
+static VERSION_LINE: LazyLock<String> = LazyLock::new(|| format!("{VERSION} ({COMMIT})"));
+
 #[derive(Debug, Parser)]
-#[command(name = "riprap", version, about, after_help = EXAMPLES, max_term_width = 110)]
+#[command(name = "riprap", version = VERSION_LINE.as_str(), about, after_help = EXAMPLES, max_term_width = 110)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,
@@ -60,7 +65,7 @@ pub enum Command {
 const RUN_EXAMPLES: &str = "\
 Examples:
   riprap run cases/quick_start.json
-  riprap run cases/quick_start.json --set /seed=7 --out seed7.h5
+  riprap run cases/quick_start.json --set /seed=7 --out seed7.vtkhdf
   riprap run cases/quick_start.json --set '/stages/0/pressure=1.6 MPa' --set /stages/1/axial_strain=0.1 --force
   riprap run cases/quick_start.json --progress json | jq .deviatoric_stress
 
@@ -76,8 +81,8 @@ Examples:
 
 const REPORT_EXAMPLES: &str = "\
 Examples:
-  riprap report run.h5 --out report                 charts (SVG, PNG) and report/report.html
-  riprap report p0400.h5 p0800.h5 --out report --lab measured.csv
+  riprap report run.vtkhdf --out report                 charts (SVG, PNG) and report/report.html
+  riprap report p0400.vtkhdf p0800.vtkhdf --out report --lab measured.csv
 
 The table of --lab has a header line that names its columns, each with its unit:
   curve, axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]
@@ -136,8 +141,8 @@ pub struct Target {
 pub struct Run {
     #[command(flatten)]
     pub input: CaseInput,
-    /// The results file (default: results/<name of the case>.h5 beside the case)
-    #[arg(long, value_name = "FILE.h5")]
+    /// The results file (default: results/<name of the case>.vtkhdf beside the case)
+    #[arg(long, value_name = "FILE.vtkhdf")]
     pub out: Option<PathBuf>,
     /// How grains deform, in place of the case's /solver/fidelity
     #[arg(long, value_name = "LEVEL", value_parser = ["auto", "rigid", "condensed", "full"])]
@@ -171,7 +176,7 @@ pub struct Specimen {
     #[command(flatten)]
     pub input: CaseInput,
     /// The results file: grains, meshes and statistics, no increments
-    #[arg(long, value_name = "FILE.h5")]
+    #[arg(long, value_name = "FILE.vtkhdf")]
     pub out: PathBuf,
     #[command(flatten)]
     pub target: Target,
@@ -180,7 +185,7 @@ pub struct Specimen {
 #[derive(Debug, Args)]
 pub struct Info {
     /// The results file
-    #[arg(value_name = "FILE.h5")]
+    #[arg(value_name = "FILE.vtkhdf")]
     pub file: PathBuf,
     /// For machines
     #[arg(long)]
@@ -190,14 +195,20 @@ pub struct Info {
 #[derive(Debug, Args)]
 pub struct Export {
     /// The results file
-    #[arg(value_name = "FILE.h5")]
+    #[arg(value_name = "FILE.vtkhdf")]
     pub file: PathBuf,
     /// Writes the history, and that of a scene's bodies, as CSV, units in the header, into this directory
-    #[arg(long, value_name = "DIR", required_unless_present = "vtu")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["vtu", "vtp", "stl"])]
     pub csv: Option<PathBuf>,
     /// Writes the saved states as .vtu files and a .pvd that lists them into this directory; points are moved
     #[arg(long, value_name = "DIR")]
     pub vtu: Option<PathBuf>,
+    /// Writes the contacts of the saved states as lines between centres, .vtp files and a .pvd, into this directory
+    #[arg(long, value_name = "DIR")]
+    pub vtp: Option<PathBuf>,
+    /// Writes grains or bodies of the last saved state as .stl files, all in one and each in its own, into this directory; in metres
+    #[arg(long, value_name = "DIR")]
+    pub stl: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -281,7 +292,7 @@ pub struct Verify {
 #[derive(Debug, Args)]
 pub struct Report {
     /// Results files; several are overlaid
-    #[arg(value_name = "FILE.h5", required = true)]
+    #[arg(value_name = "FILE.vtkhdf", required = true)]
     pub files: Vec<PathBuf>,
     /// Where charts and report.html go
     #[arg(long, value_name = "DIR")]

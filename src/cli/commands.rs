@@ -9,7 +9,10 @@ use crate::error::Error;
 use crate::ladder::{Finding, RUNGS, Rung};
 use crate::linalg;
 use crate::report::{duration, write_report};
-use crate::results::{Existing, Reader, Summary, write_bodies_csv, write_history_csv, write_vtu_series};
+use crate::results::{
+    Existing, Reader, Summary, results_file, write_bodies_csv, write_history_csv, write_network, write_stl,
+    write_vtu_series,
+};
 use crate::simulation::{self, End, Options, Outcome, expected_draws, generate_specimen, missing_start};
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
@@ -89,6 +92,7 @@ pub fn check(arguments: &Check) -> Ended {
         say(&format!("{}: sound", arguments.input.case.display()));
         say(&case.estimate().to_string());
         case.remarks().iter().for_each(|remark| say(remark));
+        case.burdens(memory_of_machine()).iter().for_each(|burden| say(burden));
         for drawn in expected_draws(&case).map_err(failed)? {
             say(&drawn.to_string());
         }
@@ -130,6 +134,13 @@ pub fn export(arguments: &Export) -> Ended {
     }
     if let Some(folder) = &arguments.vtu {
         say(&write_vtu_series(&reader, folder, &stem)?.display().to_string());
+    }
+    if let Some(folder) = &arguments.vtp {
+        say(&write_network(&reader, folder, &stem)?.display().to_string());
+    }
+    if let Some(folder) = &arguments.stl {
+        let (all, bodies) = write_stl(&reader, folder, &stem)?;
+        say(&format!("{} ({bodies} bodies, and each in a file of its own)", all.display()));
     }
     Ok(Ending::Done)
 }
@@ -212,12 +223,18 @@ fn checked_with_start(source: &RawCase) -> Result<Case, Error> {
     })
 }
 
-/// `results/<name>.h5` beside the case.
+/// `results/<name>.vtkhdf` beside the case, or an older `.h5` there.
 fn default_target(case: &Path) -> PathBuf {
     let name = case.file_stem().unwrap_or(case.as_os_str());
-    let mut file = name.to_os_string();
-    file.push(".h5");
-    case.parent().unwrap_or(Path::new("")).join("results").join(file)
+    results_file(&case.parent().unwrap_or(Path::new("")).join("results"), name)
+}
+
+/// Memory of this machine [B], where the system tells it in the way of Linux.
+fn memory_of_machine() -> Option<f64> {
+    let table = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = table.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024.0 * kibibytes)
 }
 
 fn options(out: PathBuf, target: &Target, threads: usize) -> Options {

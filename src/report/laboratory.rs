@@ -8,9 +8,9 @@
 //! 1.6 MPa, 0,   0,    0
 //! ```
 //!
-//! The first line names the columns, in any order, each with its unit in brackets: `axial_strain` is needed, and at least
-//! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart. Strains are in `%` or `1`, stresses in
-//! `Pa`, `kPa` or `MPa`; a column without its unit is refused. Compression and contraction count positive. A cell may be empty.
+//! The first line names the columns, in any order, each with its unit in brackets, square or round: `axial_strain` is needed, and at least
+//! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart. Other usual names are known too ([`NAMES`]). Strains are in `%`
+//! or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2` or `N/mm2`; a column without its unit is refused. Compression and contraction count positive. A cell may be empty.
 //! Commas, semicolons or tabs part the cells. Other columns are left out, so that what `riprap export --csv` writes can be
 //! overlaid too.
 
@@ -29,9 +29,45 @@ pub struct LaboratoryCurve {
 }
 
 const COLUMNS: [&str; 4] = ["curve", "axial_strain", "deviatoric_stress", "volumetric_strain"];
+/// What else sheets call the columns: in small letters, without spaces, underscores and hyphens (a minus included).
+const NAMES: [&[&str]; 4] = [
+    &["curve", "test", "specimen", "sample", "versuch", "试样"],
+    &["axialstrain", "eps1", "epsilon1", "ε1", "εa", "epsa", "axialdehnung", "轴向应变", "轴应变"],
+    &[
+        "deviatoricstress",
+        "deviatorstress",
+        "deviatoricstressq",
+        "q",
+        "sigma1sigma3",
+        "σ1σ3",
+        "principalstressdifference",
+        "deviatorspannung",
+        "偏应力",
+        "主应力差",
+    ],
+    &[
+        "volumetricstrain",
+        "volumestrain",
+        "volumechange",
+        "epsv",
+        "epsilonv",
+        "εv",
+        "volumendehnung",
+        "体应变",
+        "体积应变",
+    ],
+];
 /// Units and how many of SI they are.
 const STRAINS: &[(&str, f64)] = &[("%", 0.01), ("1", 1.0), ("-", 1.0)];
-const STRESSES: &[(&str, f64)] = &[("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6)];
+const STRESSES: &[(&str, f64)] = &[
+    ("Pa", 1.0),
+    ("kPa", 1e3),
+    ("MPa", 1e6),
+    ("kN/m2", 1e3),
+    ("kN/m²", 1e3),
+    ("N/mm2", 1e6),
+    ("N/mm²", 1e6),
+];
 /// Faults of a table that are listed; the others are counted.
 const LISTED: usize = 10;
 
@@ -115,9 +151,9 @@ fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
     let (mut places, mut faults): (Places, Vec<String>) = Default::default();
     for (at, cell) in header.iter().enumerate() {
         let (column, unit) = parted(cell);
-        let Some(number) = COLUMNS.iter().position(|known| *known == column) else { continue };
+        let Some(number) = column_of(column) else { continue };
         if places[number].is_some() {
-            faults.push(format!("has two columns {column}"));
+            faults.push(format!("has two columns {}", COLUMNS[number]));
         }
         let factor = factor(number, unit).unwrap_or_else(|fault| {
             faults.push(fault);
@@ -137,11 +173,18 @@ fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
     (places, faults)
 }
 
+/// The number of a column by its name or another usual one.
+fn column_of(name: &str) -> Option<usize> {
+    let plain: String =
+        name.to_lowercase().chars().filter(|c| !matches!(c, ' ' | '_' | '-' | '−' | '–')).collect();
+    NAMES.iter().position(|names| names.contains(&plain.as_str()))
+}
+
 /// A header's cell as the column's name and its unit.
 fn parted(cell: &str) -> (&str, Option<&str>) {
     let cell = cell.trim_matches('"');
-    match cell.split_once('[') {
-        Some((column, unit)) => (column.trim(), Some(unit.trim_end_matches(']').trim())),
+    match cell.split_once(['[', '(']) {
+        Some((column, unit)) => (column.trim(), Some(unit.trim_end_matches([']', ')']).trim())),
         None => (cell, None),
     }
 }
@@ -156,7 +199,7 @@ fn factor(number: usize, unit: Option<&str>) -> Result<f64, String> {
     let known = units.iter().find(|(name, _)| unit == Some(*name));
     known.map(|(_, factor)| *factor).ok_or_else(|| {
         let column = COLUMNS[number];
-        let accepted = if number == 2 { "[Pa], [kPa], [MPa]" } else { "[%], [1]" };
+        let accepted = if number == 2 { "[Pa], [kPa], [MPa], [kN/m2], [N/mm2]" } else { "[%], [1]" };
         match unit {
             None | Some("") => format!("column {column} has no unit (accepted: {accepted} behind its name)"),
             Some(unit) => format!("{column}: unit [{unit}] is unknown (accepted: {accepted})"),
@@ -240,6 +283,23 @@ mod tests {
     }
 
     #[test]
+    fn columns_are_known_by_their_usual_names() {
+        for header in [
+            "Test; Axial strain (%); Deviator stress (kPa); Volume strain (%)",
+            "curve;ε1 [%];σ1-σ3 [kN/m²];εv [%]",
+            "sample;eps_1 (%);sigma1 - sigma3 (kN/m2);eps_v (%)",
+            "试样;轴向应变 (%);主应力差 (kPa);体应变 (%)",
+        ] {
+            let curves = parse(&format!("{header}\nA;2;500;0.5\n"), "file")
+                .unwrap_or_else(|e| panic!("{header}: {e:?}"));
+            assert_eq!(curves[0].label, "A");
+            let row =
+                [curves[0].axial_strain[0], curves[0].deviatoric_stress[0], curves[0].volumetric_strain[0]];
+            assert_eq!(row, [0.02, 5e5, 0.005], "{header}");
+        }
+    }
+
+    #[test]
     fn quoted_cells_may_hold_the_separator() {
         let text = "curve,axial_strain [1],deviatoric_stress [Pa]\n\"a, b\",0.1,2\n\"say \"\"c\"\"\",0.2,3\n\n#, \"open\n";
         let curves = parse(text, "file").unwrap_or_else(|e| panic!("{e:?}"));
@@ -265,6 +325,7 @@ mod tests {
             ("deviatoric_stress [MPa], x\n1,2\n", 1, "no column axial_strain"),
             ("axial_strain [inch], deviatoric_stress [MPa]\n1,2\n", 1, "inch"),
             ("axial_strain [%], deviatoric_stress [psi]\n1,2\n", 1, "psi"),
+            ("axial strain [%], eps1 [%], q [Pa]\n1,2,3\n", 1, "two columns axial_strain"),
             ("axial_strain [1], axial_strain [1], deviatoric_stress [Pa]\n1,2,3\n", 1, "two columns"),
             ("axial_strain [1], deviatoric_stress [Pa]\n", 1, "no rows"),
             ("axial_strain [1], deviatoric_stress [Pa]\n1,2\n1,two\n", 3, "\"two\""),

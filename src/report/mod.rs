@@ -1,5 +1,5 @@
 //! The report of one or several results files: charts as SVG and PNG, pictures as PNG, and one HTML page that holds all of
-//! them and needs nothing else.
+//! them and the specimen to be turned, and needs nothing else.
 //!
 //! [`write_report`] is the whole of it. What is drawn is worked out by one file a subject (`curves`, `energy`, `grading`, `fabric`,
 //! `cost`, `bodies`, `picture`), laid out by `chart` into a `drawing`, and painted by plotters; pictures are rasterised in
@@ -23,6 +23,7 @@ mod picture;
 mod raster;
 mod run;
 mod surface;
+mod viewer;
 
 pub use axis::{Axis, duration, short};
 pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
@@ -123,6 +124,9 @@ impl Output<'_> {
             let png = picture.image.to_png()?;
             self.write(&self.folder.join(format!("{}.png", picture.stem)), &png)?;
             page.sections.push(Section::Picture(png, picture.image.width / 2, picture.caption));
+        }
+        if let Some(view) = viewer::view(run)? {
+            page.sections.push(Section::View(view));
         }
         if run.is_scene() {
             for (stem, chart, left_out) in bodies::charts(run)? {

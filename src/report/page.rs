@@ -8,6 +8,7 @@ use super::axis::{duration, short};
 use super::cost::Cost;
 use super::grading;
 use super::run::{Largest, Run};
+use super::viewer::{SCRIPT, View};
 
 /// A part of the page.
 pub enum Section {
@@ -16,6 +17,8 @@ pub enum Section {
     Chart(String, String),
     /// A PNG, its width on the page [px] and its caption.
     Picture(Vec<u8>, usize, String),
+    /// The specimen or scene, to be turned.
+    View(View),
     /// A case file as given.
     Case(String),
 }
@@ -41,7 +44,10 @@ thead th{border-bottom:1.5px solid #555}tbody th{font-weight:normal;color:#555;w
 .warning{border-left:5px solid #D55E00;background:#fdf1e8;padding:.5em 1em;margin:1em 0}
 details{margin:1em 0}summary{cursor:pointer}pre{font-size:.82em;background:#f6f6f6;padding:1em;overflow-x:auto;white-space:pre-wrap}
 footer{margin-top:3em;color:#777;font-size:.8em}
-@media print{body{max-width:none;margin:0}details{display:none}}";
+figure.viewer canvas{width:100%;height:560px;border:1px solid #e2e2e2;cursor:grab;touch-action:none}
+figure.viewer .controls{display:flex;flex-wrap:wrap;gap:.4em 1.2em;align-items:center;font-size:.88em;margin-bottom:.4em}
+figure.viewer input[type=range]{width:16em}
+@media print{figure.viewer{display:none}body{max-width:none;margin:0}details{display:none}}";
 
 impl Page {
     pub fn new(runs: &[Run]) -> Result<Page> {
@@ -121,6 +127,9 @@ impl Page {
         for section in &self.sections {
             section.write(&mut html);
         }
+        if self.sections.iter().any(|section| matches!(section, Section::View(_))) {
+            let _ = writeln!(html, "<script>\n{SCRIPT}</script>");
+        }
         let version = env!("CARGO_PKG_VERSION");
         let _ = write!(html, "<footer>Written by riprap {version}.</footer>\n</body>\n</html>\n");
         html
@@ -141,6 +150,7 @@ impl Section {
                 base64(png),
                 figcaption(caption)
             ),
+            Section::View(view) => writeln!(html, "{}", viewer(view)),
             Section::Case(text) => writeln!(
                 html,
                 "<details><summary>The case file as given</summary><pre>{}</pre></details>",
@@ -148,6 +158,27 @@ impl Section {
             ),
         };
     }
+}
+
+/// The controls, the canvas and the data of a view; without scripts its caption alone.
+fn viewer(view: &View) -> String {
+    let choice = |name: &str| format!("<option value=\"{name}\">{name}</option>");
+    let damage = if view.has_damage { choice("damage") } else { String::new() };
+    let forces = match view.has_forces {
+        true => "<label><input type=\"checkbox\" name=\"forces\"> forces</label>",
+        false => "",
+    };
+    // Nothing in the data may end the script that holds it.
+    let data = view.data.to_string().replace('<', "\\u003c");
+    format!(
+        "<figure class=\"viewer\"><div class=\"controls\"><label>state <input type=\"range\" name=\"state\" min=\"0\" value=\"0\" \
+         aria-label=\"saved state\"></label><label>colour <select name=\"paint\">{}{}{damage}</select></label>{forces}<span class=\"label\" \
+         aria-live=\"polite\"></span></div><canvas role=\"img\" aria-label=\"the specimen in three dimensions\"></canvas>\
+         <script type=\"application/json\">{data}</script>{}</figure>",
+        choice("rock"),
+        choice("displacement"),
+        figcaption(&view.caption)
+    )
 }
 
 fn figcaption(caption: &str) -> String {
@@ -209,7 +240,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-fn base64(bytes: &[u8]) -> String {
+pub(super) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {

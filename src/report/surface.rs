@@ -10,7 +10,7 @@ use crate::results::{CellKind, SavedCells};
 use crate::tensor::{Pose, Rotation, Vec3};
 
 /// Faces of a tetrahedron, corners counter-clockwise from outside.
-const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+pub const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
 /// A triangle with what colours it.
 #[derive(Debug, Clone, Copy, PartialEq)]

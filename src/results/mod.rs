@@ -4,7 +4,7 @@
 //! - [`Writer`] takes plain data (no solver types), keeps `/VTKHDF` valid after every saved state
 //!   and makes every [`Writer::commit`] all or nothing, whatever kills the process (see [`journal`]).
 //! - [`Reader`] opens a finished, killed or still growing file; [`Summary`] is what `riprap info` prints.
-//! - [`write_history_csv`] exports the history, [`write_vtu_series`] the saved states.
+//! - [`write_history_csv`] exports the history, [`write_vtu_series`] the saved states, [`write_network`] their contacts, [`write_stl`] the bodies.
 //!
 //! SI units. Strains, `deviatoric_stress` and `mean_stress` in `/history` count compression positive;
 //! stresses in `/VTKHDF` count tension positive.
@@ -17,9 +17,11 @@ mod grains;
 mod history;
 pub mod journal;
 mod lock;
+mod network;
 mod reader;
 mod record;
 mod resume;
+mod scales;
 mod states;
 mod store;
 mod summary;
@@ -35,8 +37,9 @@ pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
 pub use grains::{GRAIN_QUANTITIES, GrainRow};
 pub use history::{HISTORY, HistoryRow, Quantity, Value};
 pub use lock::check_unused;
+pub use network::{write_network, write_stl};
 pub use reader::{NumberKind, Reader, Restart};
-pub use record::{COMMIT, CaseRecord, Outcome, Status, VERSION, host};
+pub use record::{COMMIT, CaseRecord, ENDINGS, FORMAT_VERSION, Outcome, Status, VERSION, host, results_file};
 pub use states::{SavedCells, SavedState};
 pub use summary::{Named, Summary};
 pub use table::{Column, ColumnData};

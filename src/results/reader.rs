@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use super::history::{HISTORY, Quantity};
 use super::journal;
 use super::lock::{Access, Lock};
-use super::record::{Outcome, Status};
+use super::record::{FORMAT_VERSION, Outcome, Status};
 use super::store::{explain, failure};
 use super::writer::{CONSOLIDATED, ORIGIN, RESTART_SLOTS};
 
@@ -215,6 +215,16 @@ impl Reader {
         self.named(group, members)
     }
 
+    /// Names of a scene's bodies in the order of their numbers; none of a specimen.
+    pub fn body_order(&self) -> Result<Vec<String>> {
+        if !self.has("bodies") {
+            return Ok(Vec::new());
+        }
+        let order = self.file.group("bodies").and_then(|group| group.attr("order"));
+        let order = order.and_then(|order| order.read_scalar::<VarLenUnicode>());
+        Ok(readable(&self.named("bodies@order", order)?).lines().map(str::to_string).collect())
+    }
+
     /// The columns of `/history` that the file has: all but those that came after the version that wrote it.
     pub fn columns(&self) -> impl Iterator<Item = &'static Quantity> {
         HISTORY.iter().filter(|quantity| self.has(&column(quantity.name)))
@@ -346,5 +356,21 @@ fn open(path: &Path) -> Result<File> {
         let mut options = File::with_options();
         options.set_access_plist(&access)?.open(path)
     });
-    opened.map_err(|e| failure(path, "/", explain(&e)))
+    let file = opened.map_err(|e| failure(path, "/", explain(&e)))?;
+    check_format(path, &file)?;
+    Ok(file)
+}
+
+/// Refuses files of a later layout. Those of the first versions have no number.
+fn check_format(path: &Path, file: &File) -> Result<()> {
+    let Ok(attribute) = file.attr("format_version") else { return Ok(()) };
+    let found = attribute.read_scalar::<u64>();
+    match found.map_err(|e| failure(path, "/@format_version", explain(&e)))? {
+        found if found > FORMAT_VERSION => {
+            let problem =
+                format!("is {found}, written by a later riprap; this one reads up to {FORMAT_VERSION}");
+            Err(failure(path, "/@format_version", problem))
+        }
+        _ => Ok(()),
+    }
 }

@@ -1,5 +1,8 @@
 //! `/case` and `/status`: what was run, by what, and how it ended.
 
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
 /// What `/case` keeps, so that a results file can be understood and repeated by itself.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CaseRecord {
@@ -13,6 +16,26 @@ pub struct CaseRecord {
     /// Kinds of the stages in order, so that `stage` in `/history` can be named.
     pub stages: Vec<String>,
 }
+
+/// Endings of a results file's name, the usual one first: the one by which ParaView and PyVista know its format, and the one that riprap gave
+/// before.
+pub const ENDINGS: [&str; 2] = ["vtkhdf", "h5"];
+
+/// The results file `name` in `folder`: the one with an older ending where it is there and the usual one is not.
+pub fn results_file(folder: &Path, name: &OsStr) -> PathBuf {
+    let ending = |ending: &str| {
+        let mut file = name.to_os_string();
+        file.push(".");
+        file.push(ending);
+        folder.join(file)
+    };
+    let [usual, older] = ENDINGS.map(ending);
+    if older.exists() && !usual.exists() { older } else { usual }
+}
+
+/// The layout of results files that this riprap writes, and the newest that it reads: attribute `format_version` of the root. It grows when what
+/// is there changes its name, shape or meaning, not when something is added.
+pub const FORMAT_VERSION: u64 = 1;
 
 /// riprap's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -71,4 +94,23 @@ pub struct Status {
     pub reason: String,
     /// The last increment that was accepted and written; 0 before the first.
     pub last_good_increment: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_with_the_older_ending_is_gone_on_with() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let name = || {
+            let file = results_file(folder.path(), "dam 1.5".as_ref());
+            file.file_name().map(|name| name.to_string_lossy().into_owned())
+        };
+        assert_eq!(name().as_deref(), Some("dam 1.5.vtkhdf"));
+        std::fs::write(folder.path().join("dam 1.5.h5"), "older").expect("a file");
+        assert_eq!(name().as_deref(), Some("dam 1.5.h5"));
+        std::fs::write(folder.path().join("dam 1.5.vtkhdf"), "newer").expect("a file");
+        assert_eq!(name().as_deref(), Some("dam 1.5.vtkhdf"));
+    }
 }

@@ -111,6 +111,11 @@ impl Writer {
                 column.resize(&self.store, restart.states)?;
                 self.grains.push(column);
             }
+            if self.store.file.link_exists("grains/state") {
+                let states = self.store.grown("grains/state")?;
+                states.resize(&self.store, restart.states)?;
+                self.grain_states = Some(states);
+            }
         }
         if self.store.file.link_exists("contacts") {
             let contacts = self.store.group("contacts")?;

@@ -100,6 +100,15 @@ const STATIC_FIELDS: [Field; 3] = [
     on_cells("youngs_modulus", "Pa", "Young's modulus of the intact cell", &[], NumberKind::Float32),
 ];
 
+/// Names of the components of a vector or a symmetric tensor, in VTK's order; none of anything else.
+pub(super) fn component_names(components: usize) -> Option<&'static [&'static str]> {
+    match components {
+        3 => Some(&["x", "y", "z"]),
+        6 => Some(&["xx", "yy", "zz", "xy", "yz", "xz"]),
+        _ => None,
+    }
+}
+
 /// Per-step numbers that a reader needs: name and axes after the first.
 const STEP_OFFSETS: [(&str, &[usize]); 5] = [
     ("PartOffsets", &[]),
@@ -166,6 +175,12 @@ impl VtkHdf {
         let names: Vec<String> =
             mesh.parts.iter().enumerate().map(|(at, name)| format!("{at} {name}")).collect();
         store.text_attribute(&datasets[1].1, "names", &names.join("; "))?;
+        // What ParaView and VTK work with unless told otherwise: the displacement warps, the stress is a tensor.
+        for (group, kind, field) in
+            [("PointData", "Vectors", &DISPLACEMENT), ("CellData", "Tensors", &STRESS)]
+        {
+            store.fixed_text_attribute(&*store.group(&format!("VTKHDF/{group}"))?, kind, field.name)?;
+        }
         for field in FIELDS {
             let rows = if field.on_points { mesh.points() } else { mesh.cells() };
             let layout = Layout::Blocks { rows };
@@ -177,6 +192,9 @@ impl VtkHdf {
                 NumberKind::Int64 => store.growing::<i64>(&field.path(), field.width, layout)?,
             };
             store.describe(&made.dataset, field.units, field.long_name)?;
+            if let Some(names) = component_names(field.width.first().copied().unwrap_or(1)) {
+                store.text_attribute(&made.dataset, "component_names", &names.join(" "))?;
+            }
         }
         let times = store.growing::<f64>("VTKHDF/Steps/Values", &[], Layout::Rows(STEP_ROWS))?;
         store.describe(

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 
 use super::reader::{NumberKind, Reader};
 use super::store::failure;
+use super::vtkhdf::component_names;
 
 /// One array of a piece: its tag's attributes, and its bytes.
 struct Array {
@@ -102,8 +103,12 @@ fn field(reader: &Reader, on: &str, name: &str, state: usize, rows: usize) -> Re
 fn array(name: &str, kind: NumberKind, values: &[f64], rows: usize) -> Array {
     let components = values.len().checked_div(rows).unwrap_or(1).max(1);
     let name = escaped(name);
-    let attributes =
+    let mut attributes =
         format!("type=\"{}\" Name=\"{name}\" NumberOfComponents=\"{components}\"", kind.vtk_name());
+    for (at, component) in component_names(components).into_iter().flatten().enumerate() {
+        // Writing to a String cannot fail.
+        let _ = write!(attributes, " ComponentName{at}=\"{component}\"");
+    }
     let mut bytes = Vec::with_capacity(8 * values.len());
     // The numbers come from a dataset of that kind, so nothing is lost on the way back to it.
     for &value in values {

@@ -15,7 +15,7 @@ use super::grains::{GRAIN_QUANTITIES, GrainRow};
 use super::history::{HISTORY, HistoryRow, Value};
 use super::journal;
 use super::lock::Lock;
-use super::record::{COMMIT, CaseRecord, Outcome, VERSION, host};
+use super::record::{COMMIT, CaseRecord, FORMAT_VERSION, Outcome, VERSION, host};
 use super::store::{Growing, Layout, Store, explain, failure};
 use super::table::{Column, ColumnData};
 use super::vtkhdf::VtkHdf;
@@ -55,6 +55,8 @@ pub struct Writer {
     mesh: Option<FieldMesh>,
     pub(super) fields: Option<VtkHdf>,
     pub(super) grains: Vec<Growing>,
+    /// Numbers of the saved states: the scale of the first axis of `grains`.
+    pub(super) grain_states: Option<Growing>,
     status: Dataset,
     pub(super) rows: usize,
     pub(super) restarts: usize,
@@ -119,6 +121,17 @@ impl Writer {
     }
 
     fn lay_out(store: Store, lock: Lock, case: &CaseRecord) -> Result<Self> {
+        let root = store.group("/")?;
+        store.number_attribute(&root, "format_version", FORMAT_VERSION)?;
+        for (name, value) in [
+            ("format", "riprap results"),
+            ("title", case.title.as_str()),
+            ("riprap_version", VERSION),
+            ("riprap_commit", COMMIT),
+            ("units", "SI; in /history compression positive, in /VTKHDF tension positive"),
+        ] {
+            store.text_attribute(&root, name, value)?;
+        }
         store.group("case")?;
         for (name, value) in [
             ("title", case.title.as_str()),
@@ -141,6 +154,10 @@ impl Writer {
         for quantity in HISTORY {
             history.push(store.column("history", quantity, None, Layout::Rows(HISTORY_ROWS))?);
         }
+        let increment = store.open("history/increment")?;
+        store.make_scale(&increment, "increment")?;
+        let others = history.iter().zip(HISTORY).filter(|(_, quantity)| quantity.name != "increment");
+        store.measure_by(&[&increment], &others.map(|(column, _)| &column.dataset).collect::<Vec<_>>())?;
         Ok(Self::over(store, lock, history, status))
     }
 
@@ -152,6 +169,7 @@ impl Writer {
             mesh: None,
             fields: None,
             grains: Vec::new(),
+            grain_states: None,
             status,
             rows: 0,
             restarts: 0,
@@ -183,6 +201,7 @@ impl Writer {
         self.dirty = true;
         self.store.group(group)?;
         let rows = columns.first().map_or(0, Column::rows);
+        let mut written = Vec::new();
         for column in columns {
             let name = format!("{group}/{}", column.name);
             if column.rows() != rows {
@@ -194,9 +213,30 @@ impl Writer {
                 ColumnData::Vectors(values) => self.store.whole(&name, values.as_flattened(), &[3])?,
             };
             self.store.describe(&dataset, &column.units, &column.long_name)?;
-            self.fixed.push(dataset);
+            written.push(dataset);
         }
+        let item = match group {
+            "grains" => Some("grain"),
+            group if group.starts_with("contacts/") => Some("contact"),
+            _ => None,
+        };
+        if let Some(item) = item.filter(|_| rows > 0) {
+            self.scale_table(group, item, rows, &written)?;
+        }
+        self.fixed.extend(written);
         self.fixed_changed = true;
+        Ok(())
+    }
+
+    /// Scales for the axes of a table that was just written: its rows, which are `item`s, and space.
+    fn scale_table(&mut self, group: &str, item: &str, rows: usize, columns: &[Dataset]) -> Result<()> {
+        let count = |name: &str, count: usize, what: &str| {
+            self.store.count_scale(&format!("{group}/{name}"), count, what)
+        };
+        let items = count(item, rows, &format!("number of the {item}, counted from 0"))?;
+        let axes = count("axis", 3, "axes of space: 0 x, 1 y, 2 z")?;
+        self.store.measure_by(&[&items, &axes], &columns.iter().collect::<Vec<_>>())?;
+        self.fixed.extend([items, axes]);
         Ok(())
     }
 
@@ -281,6 +321,10 @@ impl Writer {
                 let layout = Layout::Blocks { rows: 1 };
                 self.grains.push(self.store.column("grains", quantity, Some(grains.len()), layout)?);
             }
+            self.scale_grains()?;
+        }
+        if let Some(states) = &self.grain_states {
+            states.append(&self.store, &[states.rows() as i64])?;
         }
         let [
             position,
@@ -313,6 +357,30 @@ impl Writer {
         turn.append(&self.store, &numbers(|g| g.turn))?;
         level.append(&self.store, &grains.iter().map(|g| g.level).collect::<Vec<i64>>())?;
         self.fixed_changed = true;
+        Ok(())
+    }
+
+    /// Scales for the axes of the datasets of `/grains` that grow with the saved states, where the table of grains has brought its own.
+    fn scale_grains(&mut self) -> Result<()> {
+        if !self.store.file.link_exists("grains/grain") {
+            return Ok(());
+        }
+        let states = self.store.growing::<i64>("grains/state", &[], Layout::Rows(HISTORY_ROWS))?;
+        self.store.describe(
+            &states.dataset,
+            "1",
+            "number of the saved state, as in /VTKHDF and /contacts",
+        )?;
+        self.store.make_scale(&states.dataset, "state")?;
+        let [grain, axis] = [self.store.open("grains/grain")?, self.store.open("grains/axis")?];
+        let what = "components of a symmetric tensor: 0 xx, 1 yy, 2 zz, 3 xy, 4 yz, 5 xz";
+        let component = self.store.count_scale("grains/component", 6, what)?;
+        for (column, quantity) in self.grains.iter().zip(&GRAIN_QUANTITIES) {
+            let last = if quantity.width == 6 { &component } else { &axis };
+            self.store.measure_by(&[&states.dataset, &grain, last], &[&column.dataset])?;
+        }
+        self.fixed.push(component);
+        self.grain_states = Some(states);
         Ok(())
     }
 

@@ -21,6 +21,7 @@ use serde_json::Value;
 use crate::case::{RawCase, unsupported};
 use crate::error::{Error, Fault};
 use crate::report;
+use crate::results::results_file;
 
 /// One run of a series.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +72,7 @@ impl Member {
             return Err(Refusal::Unsupported(faults));
         }
         let name = safe(name);
-        let results = folder.join(format!("{name}.h5"));
+        let results = results_file(folder, name.as_ref());
         Ok(Member { name, case: source.file.clone(), overrides, completed: case.completed(), results })
     }
 

@@ -1,0 +1,182 @@
+//! Meshes as VTK writes them, in every encoding, and what riprap itself exports, read as bodies.
+
+use std::path::Path;
+
+use riprap::mesh::file::read_mesh;
+use riprap::mesh::formats::read_points;
+use riprap::results::{
+    CellKind, Column, Existing, FieldMesh, Reader, Writer, write_network, write_stl, write_vtu_series,
+};
+use riprap::tensor::Vec3;
+
+use crate::two_grains::*;
+
+/// ParaView, VTK, meshio and PyVista write binary by default.
+#[test]
+fn every_encoding_of_vtk_is_the_same_body() {
+    let Some(python) = python() else { return };
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let program = r#"
+import sys, itertools
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+folder = sys.argv[1]
+points = vtkPoints()
+points.SetDataTypeToDouble()
+for k in range(8):
+    points.InsertNextPoint(0.03 * (k & 1), 0.02 * (k >> 1 & 1), 0.01 * (k >> 2 & 1))
+grid = vtkUnstructuredGrid()
+grid.SetPoints(points)
+for cell in [[0, 1, 3, 7], [0, 5, 1, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 6, 4, 7]]:
+    grid.InsertNextCell(10, 4, cell)
+grid.InsertNextCell(5, 3, [0, 1, 3])
+writer = vtkXMLUnstructuredGridWriter()
+writer.SetInputData(grid)
+modes = {'ascii': writer.SetDataModeToAscii, 'binary': writer.SetDataModeToBinary, 'appended': writer.SetDataModeToAppended}
+for mode, packed, wide, base64 in itertools.product(modes, (False, True), (False, True), (False, True)):
+    modes[mode]()
+    writer.SetCompressorTypeToZLib() if packed else writer.SetCompressorTypeToNone()
+    writer.SetHeaderTypeToUInt64() if wide else writer.SetHeaderTypeToUInt32()
+    writer.SetEncodeAppendedData(base64)
+    name = f'{folder}/{mode}_{int(packed)}{int(wide)}{int(base64)}.vtu'
+    writer.SetFileName(name)
+    assert writer.Write() == 1
+    print(name)
+"#;
+    let names = run_python(&python, program, &[dir.path().to_str().expect("path")]);
+    assert_eq!(names.lines().count(), 24);
+    for name in names.lines() {
+        let mesh = read_mesh(Path::new(name)).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((mesh.cells.len(), mesh.surface.len()), (6, 12), "{name}");
+        assert!((mesh.volume() / 6e-6 - 1.0).abs() < 1e-12, "{name}: {}", mesh.volume());
+    }
+}
+
+/// `riprap export --vtu` of one body is a body again, where its state has moved it to.
+#[test]
+fn riprap_reads_what_it_exports() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("one.vtkhdf");
+    let mut mesh = FieldMesh::new();
+    let part = mesh.add_part("block");
+    let corner = |k: usize| Vec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2 & 1) as f64) * 0.02;
+    let mut places: Vec<Vec3> = (0..8).map(corner).collect();
+    for cell in KUHN {
+        let mut nodes = cell.to_vec();
+        for (a, b) in MIDSIDES {
+            let middle = (corner(cell[a]) + corner(cell[b])) * 0.5;
+            let at = places.iter().position(|p| (p - middle).norm() < 1e-12).unwrap_or_else(|| {
+                places.push(middle);
+                places.len() - 1
+            });
+            nodes.push(at);
+        }
+        if mesh.points() < places.len() {
+            (mesh.points()..places.len()).for_each(|at| {
+                mesh.add_point(&places[at]);
+            });
+        }
+        mesh.add_cell(CellKind::Tet10, &nodes, part, Some(0), 1e9).expect("a good cell");
+    }
+    let mut writer = Writer::create(&path, &case_record(), Existing::Refuse).expect("a new file");
+    writer.set_mesh(mesh.clone()).expect("mesh");
+    let moved = vec![Vec3::new(0.1, 0.0, -0.3); mesh.points()];
+    let fields = Fields::new(&mesh, 0);
+    let state = riprap::results::FieldState { displacement: &moved, ..fields.at(1) };
+    writer.save_state(&state).expect("state");
+    writer.commit().expect("commit");
+    drop(writer);
+    let reader = Reader::open(&path).expect("opens");
+    write_vtu_series(&reader, dir.path(), "one").expect("exported");
+    let body = read_mesh(&dir.path().join("one_00000.vtu")).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(body.cells.len(), 6);
+    assert!((body.volume() / 8e-6 - 1.0).abs() < 1e-12);
+    let lowest = body.nodes.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    assert!((lowest + 0.3).abs() < 1e-15, "{lowest}");
+}
+
+/// Two grains and the plate below them, with the contacts of one state.
+fn file_with_contacts(path: &Path) {
+    let mesh = block_of_grains([2, 1, 1]);
+    let mut writer = Writer::create(path, &case_record(), Existing::Refuse).expect("a new file");
+    writer.set_mesh(mesh.clone()).expect("mesh");
+    writer
+        .write_table("grains", &[Column::floats("volume", "m3", "volume", vec![1e-6; 2])])
+        .expect("a table of grains");
+    writer.save_state(&Fields::new(&mesh, 0).at(1)).expect("state");
+    writer.save_grains(&[grain_row(0, 0), grain_row(1, 0)]).expect("grains");
+    let numbers = |name: &str, values: [f64; 3]| Column::floats(name, "N", "a number", values.to_vec());
+    let vectors = |name: &str| {
+        Column::vectors(name, "N", "a vector", vec![[0.5, 0.0, 0.1], [0.5, 0.0, -0.1], [0.0, 0.0, -0.2]])
+    };
+    let table = [
+        Column::integers("body_a", "a body", vec![0, 1, -1]),
+        Column::integers("body_b", "a body", vec![1, 0, 0]),
+        vectors("point"),
+        vectors("normal"),
+        vectors("force"),
+        numbers("normal_force", [3.0, 4.0, 5.0]),
+        vectors("friction_force"),
+        numbers("slip", [0.0, 1e-6, 2e-6]),
+        numbers("mobilised", [0.1, f64::NAN, 1.0]),
+    ];
+    writer.write_table("contacts/0", &table).expect("contacts");
+    writer.commit().expect("commit");
+}
+
+#[test]
+fn vtk_reads_the_contact_network() {
+    let Some(python) = python() else { return };
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("two.vtkhdf");
+    file_with_contacts(&path);
+    let reader = Reader::open(&path).expect("opens");
+    write_network(&reader, dir.path(), "two").expect("exported");
+    let program = r#"
+import sys, pyvista, numpy
+lines = pyvista.read(sys.argv[1])
+assert lines.n_lines == 3 and lines.n_points == 6, lines
+# From centre to centre, whichever of the two is named first; from the plate's contact point to the grain.
+assert numpy.allclose(lines.points, [[0, 0, 0], [1, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, -0.2], [0, 0, 0]]), lines.points
+data = lines.cell_data
+assert list(data['normal_force']) == [3, 4, 5] and list(data['pair_force']) == [7, 7, 5]
+# The mean of the two pairs is 6.
+assert list(data['strong']) == [1, 1, 0] and list(data['body_a']) == [0, 1, -1]
+assert data['force'].shape == (3, 3) and numpy.isnan(data['mobilised'][1])
+print('read')
+"#;
+    let file = dir.path().join("two_contacts_00000.vtp");
+    assert_eq!(run_python(&python, program, &[file.to_str().expect("path")]).trim(), "read");
+}
+
+/// Cubes of 10 mm, side by side, each twelve triangles: as points they come back as they are.
+#[test]
+fn grains_go_out_as_stl_and_come_back() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("two.vtkhdf");
+    let mesh = block_of_grains([2, 1, 1]);
+    let mut writer = Writer::create(&path, &case_record(), Existing::Refuse).expect("a new file");
+    writer.set_mesh(mesh.clone()).expect("mesh");
+    let still = vec![Vec3::zeros(); mesh.points()];
+    let grain: Vec<i32> = (0..mesh.cells()).map(|cell| (cell / 6) as i32).collect();
+    let whole = vec![false; mesh.cells()];
+    let fields = Fields::new(&mesh, 0);
+    let state = riprap::results::FieldState {
+        displacement: &still,
+        fragment: &grain,
+        failed: &whole,
+        ..fields.at(1)
+    };
+    writer.save_state(&state).expect("state");
+    writer.commit().expect("commit");
+    drop(writer);
+    let reader = Reader::open(&path).expect("opens");
+    let (all, bodies) = write_stl(&reader, dir.path(), "two").expect("exported");
+    assert_eq!(bodies, 2);
+    assert_eq!(std::fs::metadata(&all).expect("a file").len(), 84 + 24 * 50);
+    let points = read_points(&dir.path().join("two_00001.stl")).unwrap_or_else(|e| panic!("{e}"));
+    let hull = riprap::geometry::Polyhedron::convex_hull(&points).expect("a hull");
+    assert!((hull.volume() / 1e-6 - 1.0).abs() < 1e-6, "{}", hull.volume());
+    assert!((hull.centroid() - Vec3::new(0.0152, 0.005, 0.005)).norm() < 1e-7, "{}", hull.centroid());
+}

@@ -1,0 +1,233 @@
+//! The specimen in three dimensions on the page: what it is made of, state by state, as the script beside it ([`SCRIPT`]) wants it.
+//!
+//! Shown are the facets that one cell of a piece alone has, so a grain that came apart shows its faces of fracture between pieces that moved apart.
+//! Places are 16-bit shares of the box that holds all states: 2 um in a specimen of 130 mm. Forces are those between grains, pair by pair, over
+//! their mean; those below it are left out.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use crate::error::Result;
+use crate::results::{CellKind, SavedCells};
+use crate::tensor::Vec3;
+
+use super::axis::short;
+use super::page::base64;
+use super::run::Run;
+use super::surface::FACES;
+
+pub const SCRIPT: &str = include_str!("viewer.js");
+/// Most bytes of places in a page, coded: with more, states are left out evenly.
+const MOST: usize = 12_000_000;
+
+/// A view: the script's data, its caption, and whether there are forces and damage to show.
+pub struct View {
+    pub data: Value,
+    pub caption: String,
+    pub has_forces: bool,
+    pub has_damage: bool,
+}
+
+/// What is seen of the cells: the same in all states.
+struct Outside {
+    /// Nodes whose places are kept.
+    nodes: Vec<usize>,
+    /// Three corners a triangle, in `nodes`.
+    corners: Vec<u32>,
+    owners: Vec<i32>,
+    /// The cell of each triangle.
+    cells: Vec<usize>,
+}
+
+/// The view of a run; `None` where no state was saved or nothing has a surface.
+pub fn view(run: &Run) -> Result<Option<View>> {
+    let all = run.reader.saved_states()?;
+    let Some(last) = all.len().checked_sub(1) else { return Ok(None) };
+    let cells = run.reader.saved_cells()?;
+    let pieces = run.reader.saved_field("CellData", "fragment", last)?;
+    let outside = Outside::of(&cells, &pieces);
+    if outside.corners.is_empty() {
+        return Ok(None);
+    }
+    let bytes = outside.nodes.len() * 6 * 4 / 3;
+    let most = (MOST / bytes.max(1)).clamp(2, all.len().max(2));
+    let step = last.div_ceil(most - 1).max(1);
+    // The last state always.
+    let states: Vec<usize> = (0..all.len()).filter(|state| (last - state).is_multiple_of(step)).collect();
+    let (mut places, mut damage, mut labels) = (Vec::new(), Vec::new(), Vec::new());
+    for &state in &states {
+        let displacement = run.reader.saved_field("PointData", "displacement", state)?;
+        places.extend(outside.nodes.iter().map(|&node| {
+            let by = displacement.get(3 * node..3 * node + 3).map_or(Vec3::zeros(), Vec3::from_column_slice);
+            cells.points[node] + by
+        }));
+        let values = run.reader.saved_field("CellData", "damage", state)?;
+        let share =
+            |cell: &usize| values.get(*cell).copied().filter(|value| value.is_finite()).unwrap_or(0.0);
+        damage.extend(outside.cells.iter().map(|cell| (255.0 * share(cell).clamp(0.0, 1.0)).round() as u8));
+        labels.push(label(run, all[state].increment)?);
+    }
+    let (low, high) = places.iter().fold((places[0], places[0]), |(low, high), p| (low.inf(p), high.sup(p)));
+    let quantised = places.iter().flat_map(|p| {
+        [0, 1, 2].map(|k| (65535.0 * (p[k] - low[k]) / (high[k] - low[k]).max(1e-30)).round() as u16)
+    });
+    let coded = |bytes: Vec<u8>| base64(&bytes);
+    let (lines, forces) = lines(run, &states)?;
+    let leading = run.leading_consolidations() as f64;
+    let reference = states.iter().position(|&state| all[state].time >= leading - 1e-9);
+    let reference = reference.filter(|&at| at + 1 < states.len()).unwrap_or(0);
+    let has_forces = forces.iter().any(|forces| !forces.is_empty());
+    let has_damage = damage.iter().any(|&value| value > 0);
+    let data = json!({
+        "corner_count": outside.nodes.len(),
+        "low": <[f64; 3]>::from(low), "high": <[f64; 3]>::from(high),
+        "places": coded(quantised.flat_map(u16::to_le_bytes).collect()),
+        "corners": coded(outside.corners.iter().flat_map(|c| c.to_le_bytes()).collect()),
+        "owners": coded(outside.owners.iter().flat_map(|o| o.to_le_bytes()).collect()),
+        "damage": coded(damage),
+        "labels": labels, "reference": reference, "lines": lines, "forces": forces,
+    });
+    let mut caption =
+        "Drag to turn, shift and wheel to zoom; the slider goes through the saved states".to_string();
+    if step > 1 {
+        caption += &format!(" ({} of {}, to keep the page small)", states.len(), all.len());
+    }
+    caption += ". Displacement counts from ";
+    caption += if reference > 0 { "the end of the consolidation." } else { "the first state shown." };
+    if has_forces {
+        caption += " Forces: between the centres of grains that touch, those above the mean of their state, as thick as they are large.";
+    }
+    if has_damage {
+        caption += " Cells that failed stay in sight, at damage 1.";
+    }
+    Ok(Some(View { data, caption, has_forces, has_damage }))
+}
+
+impl Outside {
+    /// `pieces`: the number of the body that each cell is on in the end.
+    fn of(cells: &SavedCells, pieces: &[f64]) -> Outside {
+        // Cells of grains that can break share no points: the same place in the same piece is the same corner.
+        let size = cells.points.iter().map(|p| p.amax()).fold(0.0, f64::max).max(1e-30);
+        let piece = |cell: usize| pieces.get(cell).map_or(-1, |piece| *piece as i64);
+        let key = |cell: usize, node: usize| {
+            let p = cells.points[node] / size * 1e7;
+            (cells.grain[cell], piece(cell), [0, 1, 2].map(|k| p[k].round() as i64))
+        };
+        let mut numbers = BTreeMap::new();
+        let mut kept = Outside { nodes: vec![], corners: vec![], owners: vec![], cells: vec![] };
+        let mut faces: BTreeMap<[u32; 3], ([u32; 3], usize, usize)> = BTreeMap::new();
+        for cell in (0..cells.cells()).filter(|&cell| cells.grain[cell] >= 0) {
+            let nodes = cells.nodes(cell);
+            let mut corner = |k: usize| {
+                *numbers.entry(key(cell, nodes[k])).or_insert_with(|| {
+                    kept.nodes.push(nodes[k]);
+                    kept.nodes.len() as u32 - 1
+                })
+            };
+            let kind = cells.types[cell];
+            let solid = kind == CellKind::Tet10 as i64 || kind == CellKind::Tetrahedron as i64;
+            let facets: Vec<[u32; 3]> = match nodes.len() {
+                4.. if solid => FACES.map(|face| face.map(&mut corner)).to_vec(),
+                3 => vec![[0, 1, 2].map(&mut corner)],
+                4 => vec![[0, 1, 2].map(&mut corner), [0, 2, 3].map(&mut corner)],
+                _ => Vec::new(),
+            };
+            for facet in facets {
+                let mut sorted = facet;
+                sorted.sort_unstable();
+                faces.entry(sorted).or_insert((facet, cell, 0)).2 += 1;
+            }
+        }
+        for (facet, cell, count) in faces.into_values() {
+            if count == 1 {
+                kept.corners.extend(facet);
+                kept.owners.push(cells.grain[cell] as i32);
+                kept.cells.push(cell);
+            }
+        }
+        kept
+    }
+}
+
+/// Ends [m] of the bars of each state, and their forces over the mean.
+type Bars = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+
+fn lines(run: &Run, states: &[usize]) -> Result<Bars> {
+    let (mut ends, mut sizes) = (Vec::new(), Vec::new());
+    let places = match run.reader.has("grains/position") {
+        true => run.reader.floats("grains/position")?,
+        false => Vec::new(),
+    };
+    let grains = run.summary.grains;
+    for &state in states {
+        let group = format!("contacts/{state}");
+        let (mut line, mut force) = (Vec::new(), Vec::new());
+        if !places.is_empty() && run.reader.has(&format!("{group}/normal_force")) {
+            let bodies = |name: &str| run.reader.integers(&format!("{group}/{name}"));
+            let (a, b) = (bodies("body_a")?, bodies("body_b")?);
+            let normal = run.reader.floats(&format!("{group}/normal_force"))?;
+            let mut pairs: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+            for ((a, b), force) in a.iter().zip(&b).zip(&normal) {
+                // Plates are below zero; parts of broken grains have no place of their own in the table of grains.
+                let numbers = [*a, *b].map(|n| usize::try_from(n).ok().filter(|n| *n < grains));
+                if let [Some(a), Some(b)] = numbers {
+                    *pairs.entry([a.min(b), a.max(b)]).or_default() += force;
+                }
+            }
+            let mean = pairs.values().sum::<f64>() / pairs.len().max(1) as f64;
+            for ([a, b], size) in pairs.into_iter().filter(|(_, size)| *size > mean) {
+                let place =
+                    |grain: usize| places.get(3 * (state * grains + grain)..).and_then(|p| p.get(..3));
+                if let (Some(from), Some(to)) = (place(a), place(b)) {
+                    // Tenths of a millimetre are enough for a bar.
+                    line.extend(from.iter().chain(to).map(|x| (x * 1e5).round() / 1e5));
+                    force.push((size / mean * 100.0).round() / 100.0);
+                }
+            }
+        }
+        ends.push(line);
+        sizes.push(force);
+    }
+    Ok((ends, sizes))
+}
+
+/// What is said of a state.
+fn label(run: &Run, increment: u64) -> Result<String> {
+    let increments = run.column("increment")?;
+    let Some(row) = increments.iter().position(|&n| n as u64 == increment) else { return Ok("start".into()) };
+    let at = |name: &str| -> Result<f64> { Ok(run.column(name)?.get(row).copied().unwrap_or(f64::NAN)) };
+    let (stage, strain, q) = (at("stage")?, at("axial_strain")?, at("deviatoric_stress")?);
+    let kind = run.summary.stages.get(stage as usize).map_or("", String::as_str);
+    Ok(match strain.is_finite() && q.is_finite() {
+        true => format!("{kind}, axial strain {} %, q {} MPa", short(100.0 * strain), short(1e-6 * q)),
+        false => format!("{kind}, increment {increment}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tetrahedra with a face in common, their points apart: one outside of six facets while they are one piece, eight when they came apart.
+    #[test]
+    fn the_outside_is_that_of_the_pieces() {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]]
+            .map(Vec3::from);
+        let of = [[0, 1, 2, 3], [1, 2, 3, 4]];
+        let cells = SavedCells {
+            points: of.iter().flatten().map(|&k| corners[k]).collect(),
+            types: vec![CellKind::Tetrahedron as i64; 2],
+            connectivity: (0..8).collect(),
+            offsets: vec![0, 4, 8],
+            grain: vec![0, 0],
+            part: vec![0, 0],
+            parts: vec!["grains".into()],
+        };
+        let whole = Outside::of(&cells, &[0.0, 0.0]);
+        assert_eq!((whole.nodes.len(), whole.owners.len()), (5, 6));
+        let apart = Outside::of(&cells, &[0.0, 7.0]);
+        assert_eq!((apart.nodes.len(), apart.owners.len()), (8, 8));
+        assert_eq!(apart.cells.iter().filter(|cell| **cell == 1).count(), 4);
+    }
+}

@@ -1,0 +1,213 @@
+//! Exports the contact network as lines, and the grains of a state as STL.
+//!
+//! Sources: VTK file formats (Kitware), XML PolyData, ASCII; STL, binary. A line goes from one body's centre to the other's; what has no centre in the
+//! file (a plate, a part that came off) is met at the contact point.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::tensor::Vec3;
+
+use super::fields::CellKind;
+use super::reader::Reader;
+use super::store::failure;
+
+/// Faces of a tetrahedron, corners counter-clockwise from outside.
+const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+
+/// Writes `<stem>_contacts.pvd` and a `<stem>_contacts_<state>.vtp` for each saved state that has contacts. Returns the `.pvd`.
+///
+/// # Errors
+/// No state has contacts; what cannot be read or written.
+pub fn write_network(reader: &Reader, folder: &Path, stem: &str) -> Result<PathBuf> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+    let mut list = String::new();
+    for (state, saved) in reader.saved_states()?.iter().enumerate() {
+        if !reader.has(&format!("contacts/{state}/point")) {
+            continue;
+        }
+        let name = format!("{stem}_contacts_{state:05}.vtp");
+        let path = folder.join(&name);
+        std::fs::write(&path, network(reader, state)?).map_err(|e| Error::io("write", &path, e))?;
+        let file = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+        // Writing to a String cannot fail.
+        let _ = writeln!(list, "    <DataSet timestep=\"{:?}\" part=\"0\" file=\"{file}\"/>", saved.time);
+    }
+    if list.is_empty() {
+        return Err(failure(reader.path(), "contacts", "has no contacts to export"));
+    }
+    let series = folder.join(format!("{stem}_contacts.pvd"));
+    let text = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  \
+         <Collection>\n{list}  </Collection>\n</VTKFile>\n"
+    );
+    std::fs::write(&series, text).map_err(|e| Error::io("write", &series, e))?;
+    Ok(series)
+}
+
+/// The contact points of a state as PolyData.
+fn network(reader: &Reader, state: usize) -> Result<String> {
+    let table = |name: &str| format!("contacts/{state}/{name}");
+    let (a, b) = (reader.integers(&table("body_a"))?, reader.integers(&table("body_b"))?);
+    let points = vectors(&reader.floats(&table("point"))?);
+    let centres = centres(reader, state)?;
+    let rows = a.len().min(b.len()).min(points.len());
+    let mut ends = String::new();
+    for row in 0..rows {
+        for body in [a[row], b[row]] {
+            let centre =
+                usize::try_from(body).ok().and_then(|body| centres.get(body)).unwrap_or(&points[row]);
+            let _ = writeln!(ends, "{:e} {:e} {:e}", centre.x, centre.y, centre.z);
+        }
+    }
+    let numbers = |name: &str| -> Result<Vec<f64>> { reader.floats(&table(name)) };
+    let normal = numbers("normal_force")?;
+    let mut pairs: BTreeMap<[i64; 2], f64> = BTreeMap::new();
+    for row in 0..rows {
+        *pairs.entry([a[row].min(b[row]), a[row].max(b[row])]).or_default() += normal[row];
+    }
+    let mean = pairs.values().sum::<f64>() / pairs.len().max(1) as f64;
+    let of_pair = |row: usize| pairs.get(&[a[row].min(b[row]), a[row].max(b[row])]).copied().unwrap_or(0.0);
+    let mut text = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n\
+         <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{rows}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
+         <Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n{ends}</DataArray></Points>\n<Lines>\n",
+        2 * rows
+    );
+    let integers = |values: &mut dyn Iterator<Item = usize>| -> String {
+        values.map(|value| value.to_string()).collect::<Vec<_>>().join(" ")
+    };
+    for (name, values) in [
+        ("connectivity", integers(&mut (0..2 * rows))),
+        ("offsets", integers(&mut (1..=rows).map(|row| 2 * row))),
+    ] {
+        let _ =
+            writeln!(text, "<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>");
+    }
+    text += "</Lines>\n<CellData>\n";
+    let mut array = |name: &str, components: usize, values: Vec<f64>| {
+        // NaN is how VTK writes it, too.
+        let words: Vec<String> = values.iter().map(|value| format!("{value:e}")).collect();
+        let _ = writeln!(
+            text,
+            "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">{}</DataArray>",
+            words.join(" ")
+        );
+    };
+    array("body_a", 1, a.iter().map(|n| *n as f64).collect());
+    array("body_b", 1, b.iter().map(|n| *n as f64).collect());
+    array("pair_force", 1, (0..rows).map(of_pair).collect());
+    array("strong", 1, (0..rows).map(|row| f64::from(u8::from(of_pair(row) > mean))).collect());
+    array("normal_force", 1, normal.clone());
+    for name in ["force", "normal", "friction_force", "point"] {
+        array(name, 3, numbers(name)?);
+    }
+    for name in ["slip", "mobilised"] {
+        array(name, 1, numbers(name)?);
+    }
+    Ok(text + "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n")
+}
+
+/// Centres of the grains, or of a scene's bodies, in a state [m].
+fn centres(reader: &Reader, state: usize) -> Result<Vec<Vec3>> {
+    if reader.has("grains/position") {
+        let grains = reader.shape("grains/position")?.get(1).copied().unwrap_or(0);
+        return Ok(vectors(&reader.floats_in("grains/position", state, 1)?)
+            .into_iter()
+            .take(grains)
+            .collect());
+    }
+    if !reader.has("bodies") {
+        return Ok(Vec::new());
+    }
+    let increment = reader.saved_states()?.get(state).map_or(0, |saved| saved.increment);
+    // Row i is increment i + 1; of the start there is none.
+    let Some(row) = usize::try_from(increment).ok().and_then(|n| n.checked_sub(1)) else {
+        return Ok(Vec::new());
+    };
+    let place = |name: String| Ok(vectors(&reader.floats_in(&format!("bodies/{name}/position"), row, 1)?)[0]);
+    reader.body_order()?.into_iter().map(place).collect()
+}
+
+fn vectors(numbers: &[f64]) -> Vec<Vec3> {
+    numbers.chunks_exact(3).map(Vec3::from_column_slice).collect()
+}
+
+/// Writes the bodies of the last saved state as binary STL [m], where they are in it: `<stem>.stl` of all, and `<stem>_<body>.stl` of each. Cells that failed are
+/// left out, plates and membrane too. Returns the file of all, and how many bodies there are.
+///
+/// # Errors
+/// No saved state; what cannot be read or written.
+pub fn write_stl(reader: &Reader, folder: &Path, stem: &str) -> Result<(PathBuf, usize)> {
+    let Some(state) = reader.saved_states()?.len().checked_sub(1) else {
+        return Err(failure(reader.path(), "VTKHDF", "has no saved states to export"));
+    };
+    let cells = reader.saved_cells()?;
+    let moved: Vec<Vec3> = {
+        let by = vectors(&reader.saved_field("PointData", "displacement", state)?);
+        cells.points.iter().zip(by).map(|(x, u)| x + u).collect()
+    };
+    let failed = reader.saved_field("CellData", "failed", state)?;
+    let owner = reader.saved_field("CellData", "fragment", state)?;
+    // The same place in the same body is the same corner: cells of grains that can break share no points.
+    let size = cells.points.iter().map(|p| p.amax()).fold(0.0, f64::max).max(1e-30);
+    let place = |node: usize| {
+        let p = cells.points[node] / size * 1e7;
+        [0, 1, 2].map(|k| p[k].round() as i64)
+    };
+    let mut outside: BTreeMap<(i64, [[i64; 3]; 3]), ([Vec3; 3], usize)> = BTreeMap::new();
+    for cell in (0..cells.cells()).filter(|&cell| cells.grain[cell] >= 0 && failed[cell] < 0.5) {
+        let nodes = cells.nodes(cell);
+        let kind = cells.types[cell];
+        let solid = kind == CellKind::Tet10 as i64 || kind == CellKind::Tetrahedron as i64;
+        let facets: Vec<[usize; 3]> = match nodes.len() {
+            4.. if solid => FACES.map(|face| face.map(|k| nodes[k])).to_vec(),
+            3 => vec![[nodes[0], nodes[1], nodes[2]]],
+            4 => vec![[nodes[0], nodes[1], nodes[2]], [nodes[0], nodes[2], nodes[3]]],
+            _ => Vec::new(),
+        };
+        for facet in facets {
+            let mut key = facet.map(place);
+            key.sort_unstable();
+            outside.entry((owner[cell] as i64, key)).or_insert((facet.map(|node| moved[node]), 0)).1 += 1;
+        }
+    }
+    let mut bodies: BTreeMap<i64, Vec<[Vec3; 3]>> = BTreeMap::new();
+    for ((body, _), (corners, count)) in outside {
+        if count == 1 {
+            bodies.entry(body).or_default().push(corners);
+        }
+    }
+    std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+    for (body, facets) in &bodies {
+        put_stl(&folder.join(format!("{stem}_{body:05}.stl")), facets)?;
+    }
+    let all = folder.join(format!("{stem}.stl"));
+    put_stl(&all, &bodies.values().flatten().copied().collect::<Vec<_>>())?;
+    Ok((all, bodies.len()))
+}
+
+fn put_stl(path: &Path, facets: &[[Vec3; 3]]) -> Result<()> {
+    let write = || -> std::io::Result<()> {
+        let mut output = BufWriter::new(File::create(path)?);
+        let mut head = [b' '; 80];
+        head[..16].copy_from_slice(b"riprap, in metre");
+        output.write_all(&head)?;
+        output.write_all(&(facets.len() as u32).to_le_bytes())?;
+        for [a, b, c] in facets {
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+            for vector in [&normal, a, b, c] {
+                for k in 0..3 {
+                    output.write_all(&(vector[k] as f32).to_le_bytes())?;
+                }
+            }
+            output.write_all(&[0; 2])?;
+        }
+        output.flush()
+    };
+    write().map_err(|e| Error::io("write", path, e))
+}
