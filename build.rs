@@ -1,5 +1,5 @@
 //! Tells the program which commit its sources are of, as `RIPRAP_COMMIT`: the last one that touched them, with
-//! `+changes` where they differ from it.
+//! `+changes` where they differ from it. Warns where cmake is missing or too old for the HDF5 that is built along.
 //!
 //! Runs again only when sources change, when they are compiled anew in any case: a commit of something else rebuilds
 //! nothing. A `RIPRAP_COMMIT` in the environment (a packager's) goes before; outside a git checkout there is none.
@@ -9,7 +9,11 @@ use std::process::Command;
 
 const SOURCES: [&str; 4] = ["src", "build.rs", "Cargo.toml", "Cargo.lock"];
 
+/// The oldest cmake that builds the bundled HDF5.
+const CMAKE: [u32; 2] = [3, 26];
+
 fn main() {
+    check_cmake();
     for source in SOURCES {
         println!("cargo::rerun-if-changed={source}");
     }
@@ -20,6 +24,33 @@ fn main() {
     if let Some(commit) = commit() {
         println!("cargo::rustc-env=RIPRAP_COMMIT={commit}");
     }
+}
+
+/// Warns of a cmake that will not do. In the checkout `.cargo/config.toml` names one that will; a build from another folder does not see that file.
+/// Cargo runs this beside the builds of the dependencies, so all that can be done here is to say what to do.
+fn check_cmake() {
+    println!("cargo::rerun-if-env-changed=CMAKE");
+    if std::env::var_os("CMAKE").is_some() {
+        return;
+    }
+    let found = Command::new("cmake").arg("--version").output().ok().filter(|output| output.status.success());
+    let version = found.and_then(|output| version_in(&String::from_utf8_lossy(&output.stdout)));
+    if version.is_some_and(|version| version >= CMAKE) {
+        return;
+    }
+    let found =
+        version.map_or("none was found".to_string(), |[major, minor]| format!("{major}.{minor} was found"));
+    println!(
+        "cargo::warning=HDF5 is built along and needs cmake {}.{} or newer; {found}. Ways out: `pip install 'cmake>=3.26'`, or build in riprap's own \
+         folder, where scripts/cmake gets one, or set CMAKE to the path of one (docs/install.md)",
+        CMAKE[0], CMAKE[1]
+    );
+}
+
+/// The numbers in `cmake version 3.31.6`.
+fn version_in(text: &str) -> Option<[u32; 2]> {
+    let mut numbers = text.split_whitespace().nth(2)?.split('.').map(|part| part.parse().ok());
+    Some([numbers.next()??, numbers.next()??])
 }
 
 fn commit() -> Option<String> {
