@@ -49,8 +49,8 @@ const WRITING: f64 = 0.015;
 const GENERATION: f64 = 0.08;
 /// CPU seconds a cell and increment of a scene's bodies that deform.
 const SCENE_CELL: f64 = 1e-3;
-/// Of a rubber membrane: factorisations of an increment, and CPU seconds of one a node (measured: 62 and 100 at 24 and 100 grains; 12 us).
-const RUBBER: [f64; 2] = [85.0, 12e-6];
+/// Of a rubber membrane: factorisations of an increment, and CPU seconds of one a node (measured: 62 and 100 at 24 and 100 grains; 31 us).
+const RUBBER: [f64; 2] = [80.0, 31e-6];
 /// Edge of a membrane's triangles over the middle of the grading's sizes, where the case gives none.
 const RUBBER_MESH: f64 = 0.25;
 
@@ -250,7 +250,7 @@ mod tests {
     #[test]
     fn estimates_are_within_a_factor_of_two_of_timed_runs() {
         let timed = [
-            // benchmarks/runs/2026-11-21-quick-start (34 s) and a later build (14.5 s): between the two.
+            // benchmarks/runs/2026-11-21-quick-start took 34 s, a later build 14.5 s: between the two.
             ("quick_start.json", &[][..], 22.0, Some(58e6)),
             // benchmarks/runs/2026-11-21-hundred-grains.
             ("stages/hundred_grains.json", &[], 37.0, None),

@@ -29,7 +29,7 @@ void main() {
 
   function view(figure) {
     const canvas = figure.querySelector('canvas'), part = name => figure.querySelector('[name=' + name + ']');
-    const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
+    const gl = canvas.getContext('webgl2', { alpha: false, antialias: true, preserveDrawingBuffer: true });
     if (!gl) { figure.querySelector('.label').textContent = 'this view needs WebGL 2'; return; }
     const data = JSON.parse(figure.querySelector('script').textContent);
     const places = new Uint16Array(bytes(data.places)), corners = new Uint32Array(bytes(data.corners));
