@@ -175,12 +175,6 @@ impl VtkHdf {
         let names: Vec<String> =
             mesh.parts.iter().enumerate().map(|(at, name)| format!("{at} {name}")).collect();
         store.text_attribute(&datasets[1].1, "names", &names.join("; "))?;
-        // What ParaView and VTK work with unless told otherwise: the displacement warps, the stress is a tensor.
-        for (group, kind, field) in
-            [("PointData", "Vectors", &DISPLACEMENT), ("CellData", "Tensors", &STRESS)]
-        {
-            store.fixed_text_attribute(&*store.group(&format!("VTKHDF/{group}"))?, kind, field.name)?;
-        }
         for field in FIELDS {
             let rows = if field.on_points { mesh.points() } else { mesh.cells() };
             let layout = Layout::Blocks { rows };
