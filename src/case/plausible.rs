@@ -148,7 +148,7 @@ mod tests {
             ("/stages/0/pressure=0.8", "stages[0]: the pressure is 0.8 Pa"),
             ("/rock/density=2.7", "rock.density is 2.7 kg/m3"),
             ("/contact/friction=5", "contact.friction is 5,"),
-            ("/rock/tensile_strength=25", "rock.tensile_strength is 25 Pa"),
+            ("/rock/tensile_strength=2500", "rock.tensile_strength is 2500 Pa"),
             ("/membrane/shear_modulus=20", "membrane.shear_modulus is 20 Pa"),
         ] {
             let found = remarks(&["/specimen/grains=2000", given]);
