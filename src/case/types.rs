@@ -315,7 +315,7 @@ pub enum Scatter {
     Exponential,
 }
 
-/// Damage softening after Ma et al. (2011), eqs. 6-10 as corrected in ARCHITECTURE.md.
+/// Damage softening after Ma et al. (2011), eqs. 6-10 as corrected in `material::damage`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DamageCase {

@@ -44,7 +44,7 @@ const EXPECTED_UNLOADING: f64 = 1e-3;
 const MOST_UNLOADING: f64 = 0.05;
 
 /// Largest axial strain of a driven increment over the accuracy asked for. Condensed grains were off by 0.8 % of q at 1e-4 and 2.2 % at 2e-4, whatever
-/// else was set (ARCHITECTURE.md, work against precision).
+/// else was set (docs/decisions/0118-default-fidelity-rigid.md).
 const INCREMENT_OF_ACCURACY: f64 = 5e-3;
 
 /// The stages of a case that [`crate::case::unsupported`] lets through.
@@ -203,12 +203,12 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
 }
 
 /// In a specimen of so many grains the part that is far out of balance is solved for by itself, after so many augmentations of all
-/// (`solver::local`); with 300 grains that saves nothing (ARCHITECTURE.md).
+/// (`solver::local`); with 300 grains that saves nothing (docs/decisions/0152-parts-by-themselves.md).
 const LOCAL_FROM: usize = 1000;
 const LOCAL_AFTER: usize = 2;
 
 /// First hold of an increment of a specimen. Most of its increments have snaps in them, and weaker holds then stall one after the other
-/// (ARCHITECTURE.md, *The first hold*).
+/// (docs/decisions/0151-first-proximal-weight.md).
 const FIRST_HOLD: f64 = 1e-2;
 
 /// Solver settings of a case; what it does not mention is as usual.

@@ -41,7 +41,7 @@ pub enum StepStatus {
     },
 }
 
-/// A steady increment balances within this many augmentations (ARCHITECTURE.md has the counts).
+/// A steady increment balances within this many augmentations (docs/decisions/0172-stabilisation-by-balance.md).
 const SNAP_AUGMENTATIONS: usize = 8;
 
 /// The outcome of an attempt; nothing is committed yet.
