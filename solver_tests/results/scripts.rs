@@ -36,30 +36,24 @@ fn python_reader_rolls_back_as_riprap_does() {
 }
 
 #[test]
-fn scripts_draw_their_pictures() {
+fn runs_are_compared_in_a_chart() {
     let Some(python) = python() else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("two.h5");
     write_small_file(&path);
-    let draw = |script: &str, options: &[&str], picture: &str| {
-        let picture = dir.path().join(picture);
-        let output = Command::new(&python)
-            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts").join(script))
-            .arg(&path)
-            .args(options)
-            .arg("--out")
-            .arg(&picture)
-            .output()
-            .expect("python runs");
-        assert!(output.status.success(), "{script}: {}", String::from_utf8_lossy(&output.stderr));
-        let bytes = std::fs::read(&picture).expect("picture");
-        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 5000, "{script}: {} bytes", bytes.len());
-    };
-    draw("plot_history.py", &[], "curves.png");
-    draw("plot_history.py", &["--energy"], "energies.png");
-    draw("plot_specimen.py", &["--state", "0", "-1", "--colour", "damage", "--size", "200"], "specimen.png");
+    let picture = dir.path().join("runs.png");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/compare_runs.py");
+    let output = Command::new(&python)
+        .args([&script, &path])
+        .arg("--out")
+        .arg(&picture)
+        .output()
+        .expect("python runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let bytes = std::fs::read(&picture).expect("picture");
+    assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 5000, "{} bytes", bytes.len());
     let missing = Command::new(&python)
-        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/plot_history.py"))
+        .arg(&script)
         .args(["nowhere.h5", "--out", "x.png"])
         .output()
         .expect("python runs");
