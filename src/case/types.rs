@@ -8,7 +8,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::face::FaceContact;
+use crate::crushing::Grip;
+use crate::model::Thickness;
 use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
+use crate::triaxial::Rims;
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
 const CELLS_ACROSS: f64 = 3.0;
@@ -139,19 +142,10 @@ pub struct PressCase {
     pub bottom: String,
     /// The plate above, driven along z.
     pub top: String,
-    pub grip: GripCase,
+    pub grip: Grip,
     /// Radius of the patch of surface by which a node meets a plate [m]; `None`: the node alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<f64>,
-}
-
-/// How plates hold the nodes that they touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GripCase {
-    Rough,
-    Frictionless,
-    Tied,
 }
 
 /// A body set by hand.
@@ -371,14 +365,6 @@ pub struct PlatesCase {
     pub tilting: Tilting,
 }
 
-/// How thick a rubber membrane is where it lies on grains.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ThicknessCase {
-    Constant,
-    Stretched,
-}
-
 /// Whether the top plate stays level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -393,7 +379,7 @@ pub enum MembraneCase {
     Rubber {
         /// [m]
         thickness: f64,
-        thickness_law: ThicknessCase,
+        thickness_law: Thickness,
         /// At small strain [Pa].
         shear_modulus: f64,
         law: RubberLawCase,
@@ -410,17 +396,9 @@ pub enum MembraneCase {
     Pressure {
         /// `None`: sliding where the plates have no friction, else bonded.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        rims: Option<RimsCase>,
+        rims: Option<Rims>,
     },
     RigidWall,
-}
-
-/// How the rims of a pressure cover go with the plates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RimsCase {
-    Bonded,
-    Sliding,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,13 +1,11 @@
 //! From the checked case to what the rig takes.
 
 use crate::case::{
-    Case, GateCase, Geometry, MembraneCase, RimsCase, RubberLawCase, SolverCase, StageCase, ThicknessCase,
-    Tilting, UntilCase,
+    Case, GateCase, Geometry, MembraneCase, RubberLawCase, SolverCase, StageCase, Tilting, UntilCase,
 };
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
-use crate::model::Thickness;
 use crate::solver::{DamageSettings, Settings};
 use crate::triaxial::{
     Cover, EnergyGate, Lateral, Path, RigParameters, Rims, RubberSheet, Stage, Steps, Until,
@@ -143,11 +141,8 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
 fn cover(case: &Case, pressure: f64) -> Result<Cover> {
     let (thickness, on_bodies, shear_modulus, law, mesh_size, refinement) = match case.membrane {
         MembraneCase::Pressure { rims } => {
-            let by_friction = if case.plates.friction == 0.0 { RimsCase::Sliding } else { RimsCase::Bonded };
-            return Ok(Cover::Pressure(match rims.unwrap_or(by_friction) {
-                RimsCase::Bonded => Rims::Bonded,
-                RimsCase::Sliding => Rims::Sliding,
-            }));
+            let by_friction = if case.plates.friction == 0.0 { Rims::Sliding } else { Rims::Bonded };
+            return Ok(Cover::Pressure(rims.unwrap_or(by_friction)));
         }
         MembraneCase::RigidWall => return Ok(Cover::RigidWall),
         MembraneCase::Rubber {
@@ -165,11 +160,7 @@ fn cover(case: &Case, pressure: f64) -> Result<Cover> {
                 RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
                 RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
             };
-            let on_bodies = match thickness_law {
-                ThicknessCase::Constant => Thickness::Constant,
-                ThicknessCase::Stretched => Thickness::Stretched,
-            };
-            (thickness, on_bodies, shear_modulus, law, mesh_size, refinement)
+            (thickness, thickness_law, shear_modulus, law, mesh_size, refinement)
         }
     };
     let rubber =

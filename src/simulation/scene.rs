@@ -4,11 +4,8 @@
 
 use std::path::Path;
 
-use crate::case::{
-    BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, StageCase,
-};
+use crate::case::{BodyCase, Case, Fidelity, Geometry, PressCase, RockCase, SceneCase, ShapeCase, StageCase};
 use crate::contact::law::Friction;
-use crate::crushing::Grip;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::Mesh;
@@ -160,16 +157,11 @@ fn press_of(scene: &SceneCase, press: &PressCase) -> Result<PressParameters> {
         let found = scene.bodies.iter().position(|body| body.name == name);
         found.ok_or_else(|| Error::Usage(format!("the press names {name:?}, which is no body")))
     };
-    let grip = match press.grip {
-        GripCase::Rough => Grip::Rough,
-        GripCase::Frictionless => Grip::Frictionless,
-        GripCase::Tied => Grip::Tied,
-    };
     Ok(PressParameters {
         body: number(&press.body)?,
         bottom: number(&press.bottom)?,
         top: number(&press.top)?,
-        grip,
+        grip: press.grip,
         patch: press.patch,
     })
 }
