@@ -23,6 +23,7 @@ mod types;
 mod walk;
 
 pub use estimate::Estimate;
+pub use remarks::Squeeze;
 pub use schema::schema;
 pub use source::{RawCase, parse_override, read};
 pub use support::unsupported;

@@ -14,7 +14,7 @@
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::specimen::random::{Purpose, Stream};
-use crate::tensor::Vec3;
+use crate::tensor::{Rotation, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -204,6 +204,33 @@ fn perpendicular(direction: &Vec3) -> (Vec3, Vec3) {
     (u, direction.cross(&u))
 }
 
+/// Vertices of a single grain and their least distance: the defaults of specimens.
+const SINGLE_VERTICES: [usize; 2] = [8, 16];
+const SINGLE_SEPARATION: f64 = 0.45;
+
+/// The nominal shape of grain number `index` of the size class between `sizes` [m], as it lies on a plate: on its lowest facet, its centroid
+/// at the origin. `rounding` is over the sieve size.
+///
+/// # Errors
+/// As [`grain`].
+pub fn lying_grain(sizes: [f64; 2], rounding: f64, seed: u64, index: u64) -> Result<Polyhedron> {
+    let law = ShapeLaw { vertices: SINGLE_VERTICES, vertex_separation: SINGLE_SEPARATION, rounding };
+    laid(&grain(&law, sizes, 0, seed, index)?.nominal)
+}
+
+/// A polyhedron turned to lie on the facet nearest to its centroid, as it would on a plate: none is more stable.
+fn laid(shape: &Polyhedron) -> Result<Polyhedron> {
+    let centroid = shape.centroid();
+    let height = |(facet, normal): (&[usize; 3], &Vec3)| normal.dot(&(shape.vertices[facet[0]] - centroid));
+    let lowest = shape.facets.iter().zip(&shape.normals).min_by(|a, b| height(*a).total_cmp(&height(*b)));
+    let Some((_, normal)) = lowest else { return Ok(shape.clone()) };
+    let down = -Vec3::z();
+    let turn = Rotation::rotation_between(normal, &down)
+        .unwrap_or_else(|| Rotation::from_scaled_axis(Vec3::new(std::f64::consts::PI, 0.0, 0.0)));
+    let turned: Vec<Vec3> = shape.vertices.iter().map(|v| turn * (v - centroid)).collect();
+    Polyhedron::convex_hull(&turned)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -274,5 +301,21 @@ mod tests {
         let law = ShapeLaw { vertex_separation: 1.4, ..law() };
         assert!(grain(&law, [1.0, 2.0], 0, 1, 1).is_err());
         assert!(mean_unit_volume(&law).is_err());
+    }
+
+    #[test]
+    fn laid_polyhedron_stands_on_its_lowest_facet() {
+        let points = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.5], [0.0, 2.0, 0.2], [0.3, 0.4, 1.0]].map(Vec3::from);
+        let shape = Polyhedron::convex_hull(&points).expect("a hull");
+        let lying = laid(&shape).expect("a hull");
+        assert!(lying.centroid().norm() < 1e-12 && (lying.volume() / shape.volume() - 1.0).abs() < 1e-12);
+        let low = lying.vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+        assert_eq!(lying.vertices.iter().filter(|v| v.z < low + 1e-12).count(), 3);
+        let nearest = |shape: &Polyhedron| {
+            let centroid = shape.centroid();
+            let heights = shape.facets.iter().zip(&shape.normals);
+            heights.map(|(f, n)| n.dot(&(shape.vertices[f[0]] - centroid))).fold(f64::INFINITY, f64::min)
+        };
+        assert!((nearest(&shape) + low).abs() < 1e-12);
     }
 }
