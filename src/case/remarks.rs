@@ -16,6 +16,9 @@ const COARSEST: f64 = 0.2;
 /// Moduli and sizes of bodies that differ by more make systems badly conditioned.
 const UNLIKE: [f64; 2] = [1e5, 20.0];
 
+/// Share of the mass of a specimen by which a class may have too little below its middle without a word.
+const OFF_THE_CURVE: f64 = 0.1;
+
 /// Largest extent of a body that is taken for metres without a word [m]; a grain given in millimetres spans more.
 const LARGEST_BODY: f64 = 10.0;
 
@@ -48,6 +51,7 @@ impl Case {
         if let Geometry::Specimen(specimen) = &self.geometry {
             let largest = specimen.grading.first().map_or(0.0, |point| point[0]);
             let ratio = largest / specimen.diameter;
+            remarks.extend(specimen.grading.windows(2).filter_map(|sieves| off_the_curve(sieves, specimen)));
             if ratio > COARSEST {
                 remarks.push(format!(
                     "the largest grain is {ratio:.2} of the diameter; laboratories keep to {COARSEST}"
@@ -170,6 +174,19 @@ impl Case {
     }
 }
 
+/// What a class between two sieves lacks below its middle, where that is much.
+fn off_the_curve(sieves: &[[f64; 2]], specimen: &SpecimenCase) -> Option<String> {
+    let [high, low] = [sieves[0][0], sieves[1][0]];
+    let finer = specimen.within_class.passing([low, high], 0.5 * (low + high));
+    ((0.5 - finer) * (sieves[0][1] - sieves[1][1]) > OFF_THE_CURVE).then(|| {
+        format!(
+            "between the sieves {low} and {high} m {:.0} % of the mass is finer than the middle, where a straight line has 50 %: sizes are uniform \
+             by number there; give more sieves, or specimen.within_class \"mass\"",
+            100.0 * finer
+        )
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use crate::case::{RawCase, parse_override};
@@ -194,6 +211,13 @@ mod tests {
         );
         assert!(remarks(&["/specimen/diameter=0.15"]).contains("0.40 of the diameter"));
         assert!(remarks(&["/specimen/grading=[[0.06, 1], [0.002, 0]]"]).contains("a factor of 30"));
+        assert!(
+            remarks(&["/specimen/grading=[[0.06, 1], [0.015, 0]]"]).contains("28 % of the mass is finer")
+        );
+        assert_eq!(
+            remarks(&["/specimen/grading=[[0.06, 1], [0.015, 0]]", "/specimen/within_class=mass"]),
+            ""
+        );
     }
 
     /// Scene 17 of the ladder.

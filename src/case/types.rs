@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::face::FaceContact;
-use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
+use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, WithinClass};
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
 const CELLS_ACROSS: f64 = 3.0;
@@ -90,6 +90,8 @@ pub struct SpecimenCase {
     pub grains: usize,
     /// Sieve size [m] and mass fraction passing, from the largest size (1) down to the smallest (0).
     pub grading: Vec<[f64; 2]>,
+    /// How sizes are drawn between neighbouring sieves.
+    pub within_class: WithinClass,
     /// Volume of voids over volume of solids, after compaction.
     pub void_ratio: f64,
     /// Fewest and most vertices of a grain.
@@ -114,6 +116,7 @@ impl SpecimenCase {
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
             rounding,
+            within_class: self.within_class,
             seed,
         }
     }

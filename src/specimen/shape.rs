@@ -19,6 +19,62 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+/// How sieve sizes are drawn between two neighbouring sieves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WithinClass {
+    /// Semi-axes uniform by number, as in the source: less of the mass lies below the middle of a wide class than above it.
+    #[default]
+    Number,
+    /// So that the mass follows a straight line between the two points of the curve: sizes D with a number density as `D^-3`, ellipsoids of
+    /// the source's proportions scaled to them.
+    Mass,
+}
+
+impl WithinClass {
+    /// Share of the mass of a class between the sieves `low` and `high` that is finer than `size`, on average.
+    ///
+    /// By number: three uniform semi-axes with the middle one at m have the mean product `(m^2 - l^2)(h^2 - m^2) m` over a density, a
+    /// polynomial in `m^2`.
+    pub fn passing(self, [low, high]: [f64; 2], size: f64) -> f64 {
+        match self {
+            WithinClass::Number => {
+                let t = (size.powi(2) - low.powi(2)) / (high.powi(2) - low.powi(2));
+                t * t * (3.0 - 2.0 * t)
+            }
+            WithinClass::Mass => (size - low) / (high - low),
+        }
+    }
+
+    /// Mean of the product of the semi-axes of a grain between two sieves [m^3].
+    pub(super) fn mean_product(self, [low, high]: [f64; 2]) -> f64 {
+        match self {
+            WithinClass::Number => (0.25 * (low + high)).powi(3),
+            WithinClass::Mass => {
+                // Of D^3 with that density, and of the outer two axes over the square of the middle one.
+                let cube = 2.0 * (low * high).powi(2) / (low + high);
+                0.125 * cube * mean_proportion(low, high)
+            }
+        }
+    }
+}
+
+/// Steps of the integral in [`mean_proportion`], even.
+const STEPS: usize = 200;
+
+/// Mean of `a c / b^2` of three semi-axes `a >= b >= c` uniform between two limits: given b the others are uniform on either side of it. By
+/// Simpson's rule over the density `6 (b - l)(h - b) / (h - l)^3` of b.
+fn mean_proportion(low: f64, high: f64) -> f64 {
+    let width = high - low;
+    let at = |k: usize| {
+        let b = low + width * k as f64 / STEPS as f64;
+        let density = 6.0 * (b - low) * (high - b) / width.powi(3);
+        let weight = if k == 0 || k == STEPS { 1.0 } else { [2.0, 4.0][k % 2] };
+        weight * density * 0.25 * (low + b) * (b + high) / (b * b)
+    };
+    (0..=STEPS).map(at).sum::<f64>() * width / (3.0 * STEPS as f64)
+}
+
 /// The law of grain shapes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeLaw {
@@ -28,6 +84,7 @@ pub struct ShapeLaw {
     pub vertex_separation: f64,
     /// Rounding radius over sieve size.
     pub rounding: f64,
+    pub within_class: WithinClass,
 }
 
 /// A grain's shape in body coordinates: origin at the centroid of the nominal polyhedron.
@@ -78,7 +135,14 @@ pub fn grain(
     let mut stream = Stream::new(seed, Purpose::Shape, index);
     let mut reason = String::new();
     for _ in 0..DRAWS {
-        let semi_axes = [(); 3].map(|_| 0.5 * stream.between(class_sizes[0], class_sizes[1]));
+        let mut semi_axes = [(); 3].map(|_| 0.5 * stream.between(class_sizes[0], class_sizes[1]));
+        if law.within_class == WithinClass::Mass {
+            let [fine, coarse] = class_sizes.map(|size| size.powi(-2));
+            let size = stream.between(fine, coarse).powf(-0.5);
+            let mut sorted = semi_axes;
+            sorted.sort_by(f64::total_cmp);
+            semi_axes = semi_axes.map(|axis| axis * 0.5 * size / sorted[1]);
+        }
         let count = stream.integer(law.vertices[0], law.vertices[1]);
         let Some(directions) = directions(&mut stream, count, law.vertex_separation) else {
             reason = format!("{count} vertices {} apart do not fit on a sphere", law.vertex_separation);
@@ -214,7 +278,12 @@ const SINGLE_SEPARATION: f64 = 0.45;
 /// # Errors
 /// As [`grain`].
 pub fn lying_grain(sizes: [f64; 2], rounding: f64, seed: u64, index: u64) -> Result<Polyhedron> {
-    let law = ShapeLaw { vertices: SINGLE_VERTICES, vertex_separation: SINGLE_SEPARATION, rounding };
+    let law = ShapeLaw {
+        vertices: SINGLE_VERTICES,
+        vertex_separation: SINGLE_SEPARATION,
+        rounding,
+        within_class: WithinClass::Number,
+    };
     laid(&grain(&law, sizes, 0, seed, index)?.nominal)
 }
 
@@ -236,7 +305,12 @@ mod tests {
     use super::*;
 
     fn law() -> ShapeLaw {
-        ShapeLaw { vertices: [8, 16], vertex_separation: 0.45, rounding: 0.02 }
+        ShapeLaw {
+            vertices: [8, 16],
+            vertex_separation: 0.45,
+            rounding: 0.02,
+            within_class: WithinClass::Number,
+        }
     }
 
     #[test]
