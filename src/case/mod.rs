@@ -23,6 +23,7 @@ mod types;
 mod walk;
 
 pub use estimate::Estimate;
+pub use remarks::Squeeze;
 pub use schema::schema;
 pub use source::{RawCase, parse_override, read};
 pub use support::unsupported;
@@ -144,7 +145,8 @@ mod tests {
     /// The table and the types name the same keys: whatever the table lets through fits the types.
     #[test]
     fn every_key_of_the_table_is_in_the_types() {
-        let grains = size::MeanGrains::new(&[[0.06, 1.0], [0.04, 0.0]], [8, 16], 0.45).expect("grains");
+        let grains = size::MeanGrains::new(&[[0.06, 1.0], [0.04, 0.0]], Default::default(), [8, 16], 0.45)
+            .expect("grains");
         let examples = examples(&table::CASE);
         assert!(examples.len() > 1);
         for example in examples {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::face::FaceContact;
 use crate::crushing::Grip;
 use crate::model::Thickness;
-use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
+use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, WithinClass};
 use crate::triaxial::Rims;
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
@@ -93,6 +93,8 @@ pub struct SpecimenCase {
     pub grains: usize,
     /// Sieve size [m] and mass fraction passing, from the largest size (1) down to the smallest (0).
     pub grading: Vec<[f64; 2]>,
+    /// How sizes are drawn between neighbouring sieves.
+    pub within_class: WithinClass,
     /// Volume of voids over volume of solids, after compaction.
     pub void_ratio: f64,
     /// Fewest and most vertices of a grain.
@@ -117,6 +119,7 @@ impl SpecimenCase {
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
             rounding,
+            within_class: self.within_class,
             seed,
         }
     }

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::mesh::tet10::{EDGES, Mesh};
+use crate::geometry::Polyhedron;
+use crate::mesh::tet10::{EDGES, Mesh, NodeId, SurfaceFacet};
 use crate::tensor::Vec3;
 
 /// Largest distance of a mid-side node from the middle of its edge, over the length of the edge.
@@ -23,8 +24,9 @@ const CONVEX: f64 = 1e-6;
 /// not an ASCII .vtu of tetrahedra, a cell is flat or curved, the cells do not form one part, or the
 /// body is not convex (contact needs convex bodies for now).
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
-    let text = std::fs::read_to_string(path).map_err(|source| Error::io("read", path, source))?;
-    parse_mesh(&path.display().to_string(), &text)
+    let bytes = std::fs::read(path).map_err(|source| Error::io("read", path, source))?;
+    // Numbers and tags are ASCII. What is not even text comes behind a tag that says so, and is refused there.
+    parse_mesh(&path.display().to_string(), &String::from_utf8_lossy(&bytes))
 }
 
 /// [`read_mesh`] from text; `name` is what errors call it.
@@ -38,14 +40,64 @@ pub fn parse_mesh(name: &str, text: &str) -> Result<Mesh> {
             "falls into {parts} parts that share no facet; merge coincident nodes or use one file a body"
         )));
     }
-    let (hull, volume) = (mesh.convex_hull()?.volume(), mesh.volume());
-    if hull > volume * (1.0 + CONVEX) {
+    let hull = mesh.convex_hull()?;
+    let (filled, volume) = (hull.volume(), mesh.volume());
+    if filled > volume * (1.0 + CONVEX) {
         return Err(fail(format!(
-            "is not convex (its convex hull has {hull:.6e} m^3, the cells {volume:.6e} m^3); \
+            "is not convex (its convex hull has {filled:.6e} m^3, the cells {volume:.6e} m^3); \
              contact needs convex bodies: split it into convex parts"
         )));
     }
+    if volume > filled * (1.0 + CONVEX) {
+        return Err(fail(format!(
+            "has cells that overlap: they hold {volume:.6e} m^3, their convex hull {filled:.6e} m^3"
+        )));
+    }
+    if let Some(problem) = hidden_crack(&mesh, &hull) {
+        return Err(fail(problem));
+    }
     Ok(mesh)
+}
+
+/// Facets further below the hull than this share of their own size lie inside the body.
+const INSIDE: f64 = 0.05;
+/// Nodes nearer to each other than this share of the body's size lie at the same place.
+const SAME: f64 = 1e-6;
+
+/// What lets a body open or slide inside, though it is in one piece: nodes at the same place that are not one, or surface inside of its convex
+/// hull, where two meshes meet and share no nodes.
+fn hidden_crack(mesh: &Mesh, hull: &Polyhedron) -> Option<String> {
+    let place = |node: NodeId| mesh.nodes[node.index()];
+    let size = hull.vertices.iter().map(|v| (v - hull.vertices[0]).norm()).fold(0.0, f64::max);
+    let mut nodes = mesh.surface_nodes();
+    nodes.sort_by(|a, b| place(*a).x.total_cmp(&place(*b).x));
+    let near = |(k, node): (usize, &NodeId)| {
+        let next = nodes[k + 1..].iter().take_while(|other| place(**other).x - place(*node).x < SAME * size);
+        next.copied().find(|other| (place(*other) - place(*node)).norm() < SAME * size)
+    };
+    let doubled: Vec<NodeId> = nodes.iter().enumerate().filter_map(near).collect();
+    if let Some(first) = doubled.first() {
+        let [x, y, z] = place(*first).into();
+        return Some(format!(
+            "has {} nodes at places where it has another one, the first at ({x:.4e}, {y:.4e}, {z:.4e}) m: a hidden crack; merge coincident nodes",
+            doubled.len()
+        ));
+    }
+    let inside = |facet: &&SurfaceFacet| {
+        let [a, b, c] = [0, 1, 2].map(|k| place(facet.nodes[k]));
+        let (middle, extent) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)).norm().sqrt());
+        let heights = hull.facets.iter().zip(&hull.normals);
+        let highest =
+            heights.map(|(f, n)| n.dot(&(middle - hull.vertices[f[0]]))).fold(f64::NEG_INFINITY, f64::max);
+        highest < -INSIDE * extent
+    };
+    let count = mesh.surface.iter().filter(inside).count();
+    (count > 0).then(|| {
+        format!(
+            "has {count} facets of its surface inside, where two meshes meet and share no nodes: a hidden crack; mesh both sides of it alike \
+             and merge coincident nodes"
+        )
+    })
 }
 
 type Corners = (Vec<Vec3>, Vec<[u32; 4]>);
@@ -154,6 +206,9 @@ impl<'a> Arrays<'a> {
                 "DataArray" if section == "Points" || section == "Cells" => {
                     let name = attribute(attributes, "Name").unwrap_or_default();
                     let format = attribute(attributes, "format").unwrap_or_default();
+                    if format == "appended" {
+                        return Err("holds appended binary data; save it as ASCII .vtu".into());
+                    }
                     if format != "ascii" {
                         return Err(format!(
                             "the array {name:?} of {section} has the format {format:?}; save it as ASCII .vtu"
@@ -272,9 +327,60 @@ mod tests {
         }
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("body.vtu");
+        // As VTK and ParaView save by default: raw bytes behind the tags.
+        let mut raw =
+            b"<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece></Piece></UnstructuredGrid>\n"
+                .to_vec();
+        raw.extend(b"<AppendedData encoding=\"raw\">_\xff\xfe\x00<\x80</AppendedData></VTKFile>");
+        std::fs::write(&path, raw).expect("written");
+        let refused = read_mesh(&path).expect_err("raw").to_string();
+        assert!(refused.contains("appended binary data; save it as ASCII .vtu"), "{refused}");
         std::fs::write(&path, box_file(true).1).expect("written");
         assert_eq!(read_mesh(&path).expect("a mesh").cells.len(), 12);
         assert!(matches!(read_mesh(&directory.path().join("none.vtu")), Err(Error::Io { .. })));
+    }
+
+    /// A cuboid whose mid-plane is cut but for its rim, its nodes `apart` [m] on one side.
+    fn cracked(apart: f64) -> String {
+        let mesh = cuboid_mesh([0.3, 0.2, 0.2], 0.05).expect("a mesh");
+        let mut nodes = mesh.nodes.clone();
+        let mut cells: Vec<Vec<u32>> =
+            mesh.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
+        let plane = |p: &Vec3| p.z.abs() < 1e-9 && p.x.abs() < 0.14 && p.y.abs() < 0.09;
+        let mut twins = std::collections::BTreeMap::new();
+        for cell in &mut cells {
+            let above = cell.iter().map(|n| mesh.nodes[*n as usize].z).sum::<f64>() > 0.0;
+            for node in cell.iter_mut().filter(|n| above && plane(&mesh.nodes[**n as usize])) {
+                *node = *twins.entry(*node).or_insert_with(|| {
+                    let place = mesh.nodes[*node as usize];
+                    nodes.push(place + Vec3::new(apart, 0.0, 0.0));
+                    nodes.len() as u32 - 1
+                });
+            }
+        }
+        assert_eq!(twins.len(), 15);
+        vtu(&nodes, &cells)
+    }
+
+    #[test]
+    fn cracks_hidden_inside_are_refused() {
+        let same = message(&cracked(0.0));
+        assert!(same.contains("merge coincident nodes") && same.contains("hidden crack"), "{same}");
+        // Nodes that do not lie on each other, as where both sides were meshed apart.
+        let unlike = message(&cracked(1e-3));
+        assert!(unlike.contains("facets of its surface inside"), "{unlike}");
+        let whole = cuboid_mesh([0.3, 0.2, 0.2], 0.05).expect("a mesh");
+        // A node inside that is moved past its neighbours folds cells over others.
+        let mut folded = whole.nodes.clone();
+        let inner =
+            folded.iter().position(|p| (p - Vec3::new(0.05, 0.0, 0.05)).norm() < 1e-9).expect("a node");
+        folded[inner].x += 0.083;
+        let corners: Vec<Vec<u32>> =
+            whole.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
+        assert!(message(&vtu(&folded, &corners)).contains("cells that overlap"));
+        let cells: Vec<Vec<u32>> =
+            whole.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
+        assert!(parse_mesh("body.vtu", &vtu(&whole.nodes, &cells)).is_ok());
     }
 
     #[test]

@@ -300,7 +300,7 @@ fn triaxial_test(
         recorder.write_breakage(&rig)?;
         recorder.write_pieces(&rig.model)?;
     }
-    let (end, outcome, reason) = ending(end);
+    let (end, outcome, reason) = ending(squeezed(end, case));
     let dossier = rig.dossier.take().filter(|_| matches!(end, End::Stopped { .. })).map(Box::new);
     profile.finish(rig.contacts.timings);
     // A continued run would have to add to what it finds: it is told, not kept.
@@ -312,6 +312,16 @@ fn triaxial_test(
     }
     recorder.finish(outcome, &reason)?;
     Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile, dossier })
+}
+
+/// A stop told with what the pressure has to do with it first, where rock is soft for it.
+fn squeezed(end: StageEnd, case: &Case) -> StageEnd {
+    match (end, case.squeeze()) {
+        (StageEnd::Stopped { reason }, Some(squeeze)) => {
+            StageEnd::Stopped { reason: format!("{squeeze}; {reason}") }
+        }
+        (end, _) => end,
+    }
 }
 
 /// A new test: its specimen, its rig, and a results file with a first restart point.

@@ -596,6 +596,7 @@ impl Recorder {
             stress_ratio: m.deviatoric_stress / m.mean_stress,
             void_ratio: m.void_ratio,
             void_ratio_nominal: m.void_ratio_nominal,
+            cover_volume_ratio: m.cover_volume_ratio,
             axial_stress_contacts: picture.contact_stress.axial,
             radial_stress_contacts: picture.contact_stress.radial,
             end_friction: picture.contact_stress.end_friction,

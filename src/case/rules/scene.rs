@@ -5,13 +5,19 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::error::Fault;
-use crate::geometry::RoundedBody;
+use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::file::read_mesh;
+use crate::specimen::shape::lying_grain;
 
 use super::super::overlap::Placed;
 use super::super::types::{BodyCase, ShapeCase};
 use super::super::walk::{Walker, child, shown};
 use super::material;
+
+/// How far from the point that it is placed by, over its size, a body may lie that stages move or load about that point.
+const FARTHEST_REFERENCE: f64 = 1e3;
+/// How far from the origin bodies may lie, over the size of the smallest that moves: beyond, rounding of positions is what contacts see.
+const FARTHEST_ORIGIN: f64 = 5e6;
 
 /// Overlapping pairs that are listed one by one.
 const LISTED: usize = 20;
@@ -28,9 +34,10 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
         if !body["rock"].is_null() && walker.is_clean("$.rock") {
             material::check(&body["rock"], &format!("{path}.rock"), walker);
         }
-        if let Some(file) = body["shape"]["mesh"].as_str() {
-            check_mesh(file, folder, &format!("{path}.shape.mesh"), walker);
-        }
+        let made = match body["shape"]["mesh"].as_str() {
+            Some(file) => check_mesh(file, folder, &format!("{path}.shape.mesh"), walker),
+            None => random_grain(case, i),
+        };
         // A body's own rock is complete only where the case's rock is; shapes do not need it.
         let mut bare = body.clone();
         if let Some(bare) = bare.as_object_mut() {
@@ -39,10 +46,15 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
         if walker.is_clean(&path)
             && let Ok(body) = serde_json::from_value::<BodyCase>(bare)
         {
-            match Placed::new(&body) {
+            // A press sets its body on the plate and the other plate on it.
+            let is_pressed = case["scene"]["press"]["body"].as_str() == Some(name) && made.is_some();
+            match Placed::new(&body, made) {
                 Ok(Some(it)) => {
                     check_sizes(&body, &it, &case["contact"]["rounding"], &path, walker);
-                    placed.push((i, name, it));
+                    check_reference(case, &it, name, &path, walker);
+                    if !is_pressed {
+                        placed.push((i, name, it));
+                    }
                 }
                 Ok(None) => {}
                 Err(problem) => {
@@ -54,7 +66,49 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
             }
         }
     }
+    check_origin(bodies, &placed, walker);
     check_overlaps(&placed, walker);
+}
+
+/// Refuses a body that stages move or load about a point far from it.
+fn check_reference(case: &Value, body: &Placed, name: &str, path: &str, walker: &mut Walker) {
+    let stages = case["stages"].as_array().map_or(&[][..], Vec::as_slice);
+    let is_mentioned = stages.iter().any(|stage| !stage["bodies"][name].is_null());
+    let Some(middle) = body.shape.far_middle().filter(|_| is_mentioned) else { return };
+    let ratio = middle.norm() / body.size();
+    if ratio > FARTHEST_REFERENCE {
+        let [x, y, z] = middle.into();
+        walker.fault(Fault::new(
+            format!("{path}.position"),
+            format!("\"{name}\""),
+            format!(
+                "is the reference point of its motion and loads, but lies {:.3e} m from the body, {ratio:.0} times its size",
+                middle.norm()
+            ),
+            format!("a position at the body, ({x:.3e}, {y:.3e}, {z:.3e}) further, and its vertices or nodes relative to that"),
+        ));
+    }
+}
+
+/// Refuses bodies so far from the origin that double precision does not tell their gaps.
+fn check_origin(bodies: &[Value], placed: &[(usize, &str, Placed)], walker: &mut Walker) {
+    let moving = placed.iter().filter(|(i, ..)| bodies[*i]["fixed"].as_bool() != Some(true));
+    let smallest = moving.map(|(_, _, body)| body.size()).fold(f64::INFINITY, f64::min);
+    for (i, name, body) in placed {
+        let (middle, far) = (body.middle(), body.middle().norm() / smallest);
+        if far > FARTHEST_ORIGIN {
+            let [x, y, z] = middle.into();
+            walker.fault(Fault::new(
+                format!("$.scene.bodies[{i}].position"),
+                format!("\"{name}\""),
+                format!(
+                    "lies {:.3e} m from the origin, {far:.1e} times the size of the smallest body that moves: rounding hides gaps there",
+                    middle.norm()
+                ),
+                format!("positions from a point near the bodies: ({x:.3e}, {y:.3e}, {z:.3e}) less for all"),
+            ));
+        }
+    }
 }
 
 fn check_name(name: &str, before: &[&str], path: &str, walker: &mut Walker) {
@@ -71,7 +125,16 @@ fn check_name(name: &str, before: &[&str], path: &str, walker: &mut Walker) {
     walker.fault(Fault::new(format!("{path}.name"), shown(&Value::from(name)), problem, accepted));
 }
 
-fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker) {
+/// The random grain that body number `index` is, as it lies; `None` where it is none, or the case is not sound so far.
+fn random_grain(case: &Value, index: usize) -> Option<Polyhedron> {
+    let sizes = case["scene"]["bodies"][index]["shape"]["grain"].as_array()?;
+    let sizes = [sizes.first()?.as_f64()?, sizes.get(1)?.as_f64()?];
+    let (seed, rounding) = (case["seed"].as_u64()?, case["contact"]["rounding"].as_f64()?);
+    lying_grain(sizes, rounding, seed, index as u64).ok()
+}
+
+/// Checks a mesh file; its hull where it makes a body.
+fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker) -> Option<Polyhedron> {
     let accepted = "a .vtu file, its path relative to the case file";
     if Path::new(file).extension().is_none_or(|e| !e.eq_ignore_ascii_case("vtu")) {
         walker.fault(Fault::new(path, shown(&Value::from(file)), "is not a .vtu file", accepted));
@@ -79,18 +142,32 @@ fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker
         && !folder.join(file).is_file()
     {
         walker.fault(Fault::new(path, shown(&Value::from(file)), "is not there", accepted));
-    } else if let Some(folder) = folder
-        && let Err(error) = read_mesh(&folder.join(file))
-    {
-        let problem = format!("makes no body: {error}");
-        let accepted = "an ASCII .vtu file of tetrahedra that fill one convex body";
-        walker.fault(Fault::new(path, shown(&Value::from(file)), problem, accepted));
+    } else if let Some(folder) = folder {
+        match read_mesh(&folder.join(file)).and_then(|mesh| mesh.convex_hull()) {
+            Ok(hull) => return Some(hull),
+            Err(error) => {
+                let problem = format!("makes no body: {error}");
+                let accepted = "an ASCII .vtu file of tetrahedra that fill one convex body";
+                walker.fault(Fault::new(path, shown(&Value::from(file)), problem, accepted));
+            }
+        }
     }
+    None
 }
 
 fn check_sizes(body: &BodyCase, placed: &Placed, ratio: &Value, path: &str, walker: &mut Walker) {
-    let Some(extent) = body.shape.smallest_extent() else { return };
-    if let Some(mesh_size) = body.mesh_size
+    let extent = match body.shape {
+        ShapeCase::Mesh(_) | ShapeCase::Grain(_) => {
+            placed.extents().into_iter().fold(f64::INFINITY, f64::min)
+        }
+        ShapeCase::Box(_) | ShapeCase::Sphere(_) | ShapeCase::Cylinder { .. } | ShapeCase::Polyhedron(_) => {
+            body.shape.smallest_extent().unwrap_or(0.0)
+        }
+    };
+    if let (Some(mesh_size), ShapeCase::Mesh(_)) = (body.mesh_size, &body.shape) {
+        let problem = "sizes the cells of a mesh file, which has its own";
+        walker.fault(Fault::new(format!("{path}.mesh_size"), mesh_size, problem, "no mesh_size"));
+    } else if let Some(mesh_size) = body.mesh_size
         && mesh_size < extent / 1000.0
     {
         let problem = format!("would make cells a thousand times smaller than the body ({extent} m)");
