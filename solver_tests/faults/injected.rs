@@ -219,6 +219,7 @@ fn a_loss_of_power_leaves_the_last_commit() {
 
 /// A run killed within a commit, with its journal.
 fn killed_in_commit(place: &Place) -> PathBuf {
+    clear(place);
     let operations = operations(place);
     let synced = operations.iter().enumerate().filter(|(_, o)| o.on_journal && o.what == "fsync");
     for at in synced.map(|(at, _)| at).collect::<Vec<_>>().into_iter().rev() {

@@ -324,7 +324,7 @@ impl Reader {
     }
 
     /// Bytes with a checksum beside them.
-    pub(super) fn checked_bytes(&self, name: &str) -> Result<Vec<u8>> {
+    fn checked_bytes(&self, name: &str) -> Result<Vec<u8>> {
         let bytes = self.named(name, self.dataset(name)?.read_raw::<u8>())?;
         match self.count_attribute(name, "crc32")? == u64::from(crc32(&bytes)) {
             true => Ok(bytes),

@@ -570,10 +570,11 @@ impl Drop for Writer {
         let (snapshot, ours) = match self.is_ours() {
             true => (self.snapshot(), true),
             false => {
-                // Somebody wrote to it: what is there now stays, all of it.
+                // Somebody wrote to it: what is there now stays, all of it, its head included.
+                let nobody = Owner { identity: Identity([0; 16]), commit: 0 };
                 let length = self.lock.file.metadata().map_or(0, |found| found.len());
                 let path = &self.store.path;
-                (journal::snapshot(&self.lock.file, path, self.owner, length, &[]), false)
+                (journal::snapshot(&self.lock.file, path, nobody, length, &[]), false)
             }
         };
         // A file that cannot be read now cannot be put back either.
