@@ -233,3 +233,59 @@ fn a_run_does_not_write_over_what_it_reads() {
         assert_eq!(std::fs::read_to_string(place.path(case_file)).expect("there"), case);
     }
 }
+
+/// What only a run refused, behind the specimen or without a path.
+#[test]
+fn check_refuses_what_run_would() {
+    let place = Place::new();
+    let case = |shape: &str, more: &str| {
+        format!(
+            r#"{{"scene": {{"bodies": [{{"name": "b", "shape": {shape}{more}}}]}},
+            "rock": {{"density": 2700, "youngs_modulus": 3e10, "poissons_ratio": 0.2}}, "contact": {{"friction": 0.5}},
+            "stages": [{{"kind": "load", "increments": 1}}]}}"#
+        )
+    };
+    let around = |count: usize| {
+        let corner = |k: usize| {
+            let angle = std::f64::consts::TAU * (k / 2) as f64 / (count / 2) as f64;
+            format!("[{}, {}, {}]", angle.cos(), angle.sin(), k % 2)
+        };
+        format!(r#"{{"polyhedron": [{}]}}"#, (0..count).map(corner).collect::<Vec<_>>().join(", "))
+    };
+    let fine = r#", "fidelity": "condensed", "mesh_size": 0.012"#;
+    let weibull = r#"/rock/poissons_ratio={"mean": 0, "weibull_shape": 50}"#;
+    for (text, set, path, says) in [
+        (case(r#"{"box": [1, 1, 1]}"#, fine), "/seed=1", "$.scene.bodies[0].mesh_size", "at most 2000000"),
+        (case(&around(1002), ""), "/seed=1", "$.scene.bodies[0].shape.polyhedron", "at most 1000"),
+        (case(r#"{"box": [1, 1, 1]}"#, ""), weibull, "$.rock.poissons_ratio.mean", "a mean above 0"),
+    ] {
+        std::fs::write(place.path("c.json"), text).expect("a case");
+        for (command, code) in [(&["check", "c.json"][..], 1), (&["run", "c.json", "--out", "x.h5"], 2)] {
+            let told = place.ends_with(code, &[command, &["--set", set]].concat());
+            assert!(told.contains(path) && told.contains(says), "{command:?}: {told}");
+        }
+        assert!(!place.path("x.h5").exists());
+    }
+    std::fs::write(place.path("c.json"), case(&around(24), "")).expect("a case");
+    place.ends_with(0, &["check", "c.json"]);
+}
+
+/// A plan's text that became a command of the cluster's shell.
+#[test]
+fn no_text_of_a_plan_becomes_a_command() {
+    let place = Place::new();
+    for (out, code) in [("r\\ntouch PWNED\\n#", 2), ("r'; touch PWNED; '", 0)] {
+        std::fs::write(place.path("plan.json"), format!(r#"{{"case": "scene.json", "out": "{out}"}}"#))
+            .expect("a plan");
+        // Where sbatch is not found, the script is written and not submitted.
+        let ended =
+            place.command(&["batch", "plan.json", "--slurm"]).env("PATH", "").output().expect("starts");
+        assert_eq!(ended.status.code(), Some(code), "{}", String::from_utf8_lossy(&ended.stderr));
+        if code == 0 {
+            let script = std::fs::read_to_string(place.path(out).join("array.sh")).expect("a script");
+            let comments = script.lines().skip(1).take_while(|line| line.is_empty() || line.starts_with('#'));
+            assert!(comments.filter(|line| line.contains("PWNED")).all(|line| line.starts_with("#SBATCH")));
+        }
+    }
+    assert!(!place.path("PWNED").exists());
+}
