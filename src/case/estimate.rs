@@ -51,6 +51,8 @@ const REST_TIME: f64 = 1e-4;
 /// Memory of the program and of a grain without its cells [B].
 const BASE_MEMORY: f64 = 5e7;
 const GRAIN_MEMORY: f64 = 2e4;
+/// Memory of a body of a scene besides, for its columns in the results file, which are open as long as it is (measured: 2000 boxes 0.68 GB) [B].
+const BODY_MEMORY: f64 = 3e5;
 
 impl Case {
     /// What the case would build. `auto` fidelity counts as rigid, or as condensed where an accuracy is asked; `full` as condensed, too,
@@ -79,13 +81,17 @@ impl Case {
         let own = if level == 1 && grains > 0 { n * (3.0 * nodes / n).powi(2) / 4.0 } else { 0.0 };
         let increments = self.stages.iter().map(StageCase::increments).sum::<f64>();
         let factor = FACTOR_TIME[level] * (n / REFERENCE).powf(WORK_POWER);
+        let one = match &self.geometry {
+            Geometry::Specimen(_) => GRAIN_MEMORY,
+            Geometry::Scene(_) => GRAIN_MEMORY + BODY_MEMORY,
+        };
         Estimate {
             grains,
             cells,
             contacts: contacts as usize,
             degrees_of_freedom: unknowns as usize,
             increments: increments as usize,
-            memory: BASE_MEMORY + GRAIN_MEMORY * n + 8.0 * (own + FILL * unknowns.powf(MEMORY_POWER)),
+            memory: BASE_MEMORY + one * n + 8.0 * (own + FILL * unknowns.powf(MEMORY_POWER)),
             time: increments * FACTORISATIONS * (factor + REST_TIME * n),
             size,
         }

@@ -25,7 +25,7 @@ mod walk;
 pub use estimate::Estimate;
 pub use remarks::Squeeze;
 pub use schema::schema;
-pub use source::{RawCase, parse_override, read};
+pub use source::{RawCase, fault_of_pointer, parse_override, read, shortened};
 pub use support::unsupported;
 pub use types::*;
 pub use walk::{child as path_of_key, nearest, shown};

@@ -68,6 +68,12 @@ impl Placed {
         })
     }
 
+    /// Where the body lies at most along a space axis [m].
+    pub fn span(&self, axis: usize) -> [f64; 2] {
+        let centre = self.pose.position[axis];
+        [centre - self.reach, centre + self.reach]
+    }
+
     /// Depth of the overlap [m]; `None` if the bodies are apart or touch.
     pub fn overlap(&self, other: &Placed) -> Option<f64> {
         let apart = (self.pose.position - other.pose.position).norm();

@@ -50,6 +50,22 @@ impl Case {
         self.settled(body.fidelity.unwrap_or(self.solver.fidelity))
     }
 
+    /// Mesh files that the case reads, as it names them: relative to itself.
+    pub fn mesh_files(&self) -> Vec<&str> {
+        let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
+        fn named(body: &BodyCase) -> Option<&str> {
+            match &body.shape {
+                ShapeCase::Mesh(file) => Some(file),
+                ShapeCase::Box(_)
+                | ShapeCase::Sphere(_)
+                | ShapeCase::Cylinder { .. }
+                | ShapeCase::Grain(_)
+                | ShapeCase::Polyhedron(_) => None,
+            }
+        }
+        scene.bodies.iter().filter_map(named).collect()
+    }
+
     /// Whether anything depends on the meshes of grains or bodies, whose cells have values of their own then: not where all are rigid and none
     /// can break.
     pub fn meshes_act(&self) -> bool {

@@ -104,7 +104,9 @@ pub fn check(arguments: &Check) -> Ended {
 
 pub fn info(arguments: &Info) -> Ended {
     let reader = Reader::open(&arguments.file)?;
-    let summary = Summary::of(&reader)?;
+    // Before its numbers are shown.
+    let verified = arguments.verify.then(|| reader.verify()).transpose()?;
+    let summary = Summary { verified, ..Summary::of(&reader)? };
     match arguments.json {
         true => say(&summary.to_json()),
         false => say(summary.to_string().trim_end()),

@@ -11,10 +11,13 @@
 
 mod bodies;
 mod breakage;
+mod checksum;
 mod export;
 mod fields;
 mod grains;
+mod head;
 mod history;
+mod inspect;
 pub mod journal;
 mod lock;
 mod reader;
@@ -24,13 +27,14 @@ mod states;
 mod store;
 mod summary;
 mod table;
+mod verify;
 mod vtkhdf;
 mod vtu;
 mod writer;
 
 pub use bodies::{BODY_QUANTITIES, BodyRow};
 pub use breakage::breakage_tables;
-pub use export::{write_bodies_csv, write_history_csv};
+pub use export::{plain_cell, write_bodies_csv, write_history_csv};
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
 pub use grains::{GRAIN_QUANTITIES, GrainRow};
 pub use history::{HISTORY, HistoryRow, Quantity, Value};
@@ -40,5 +44,6 @@ pub use record::{COMMIT, CaseRecord, Outcome, Status, VERSION, host};
 pub use states::{SavedCells, SavedState};
 pub use summary::{Named, Summary};
 pub use table::{Column, ColumnData};
+pub use verify::Verified;
 pub use vtu::write_vtu_series;
 pub use writer::{Existing, Writer};

@@ -1,4 +1,4 @@
-//! `/case` and `/status`: what was run, by what, and how it ended.
+//! `/case` and `/status`: what was run, by what, and how it ended; names in `/restart`.
 
 /// What `/case` keeps, so that a results file can be understood and repeated by itself.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -13,6 +13,13 @@ pub struct CaseRecord {
     /// Kinds of the stages in order, so that `stage` in `/history` can be named.
     pub stages: Vec<String>,
 }
+
+/// The two restart slots, written in turn, so that one of them is always whole.
+pub(super) const RESTART_SLOTS: [&str; 2] = ["restart/a", "restart/b"];
+/// What all restart points have in common.
+pub(super) const ORIGIN: &str = "restart/origin";
+/// The state that other runs can start from.
+pub(super) const CONSOLIDATED: &str = "restart/consolidated";
 
 /// riprap's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -143,7 +143,9 @@ pub fn check_start(case: &Case, source: &RawCase) -> Result<()> {
 fn aimed(case: &Case, source: &RawCase, options: &Options) -> Result<Options> {
     let options = Options { out: recorder::followed(&options.out), ..options.clone() };
     let start = start::file_of(case, source);
-    let inputs: Vec<PathBuf> = std::iter::once(source.file.clone()).chain(start).collect();
+    let folder = source.file.parent().unwrap_or(Path::new(""));
+    let meshes = case.mesh_files().into_iter().map(|name| folder.join(name));
+    let inputs: Vec<PathBuf> = std::iter::once(source.file.clone()).chain(start).chain(meshes).collect();
     recorder::check_target(&options.out, options.existing, &inputs)?;
     Ok(options)
 }

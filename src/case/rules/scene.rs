@@ -1,5 +1,6 @@
 //! Rules of a scene: names, shapes, meshes, overlaps.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use serde_json::Value;
@@ -18,19 +19,27 @@ use super::material;
 const FARTHEST_REFERENCE: f64 = 1e3;
 /// How far from the origin bodies may lie, over the size of the smallest that moves: beyond, rounding of positions is what contacts see.
 const FARTHEST_ORIGIN: f64 = 5e6;
-
+/// Vertices of a polyhedron at most: hull and rounding look at every vertex from every facet.
+const MOST_VERTICES: usize = 1000;
 /// Overlapping pairs that are listed one by one.
 const LISTED: usize = 20;
 
 pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
     let Some(bodies) = case["scene"]["bodies"].as_array() else { return };
     let mut placed: Vec<(usize, &str, Placed)> = vec![];
-    let mut names: Vec<&str> = vec![];
+    let mut names: HashSet<&str> = HashSet::new();
     for (i, body) in bodies.iter().enumerate() {
         let path = format!("$.scene.bodies[{i}]");
         let Some(name) = body["name"].as_str() else { continue };
         check_name(name, &names, &path, walker);
-        names.push(name);
+        names.insert(name);
+        if let Some(count) = body["shape"]["polyhedron"].as_array().map(Vec::len)
+            && count > MOST_VERTICES
+        {
+            let place = format!("{path}.shape.polyhedron");
+            let accepted = format!("at most {MOST_VERTICES}; finer bodies are meshes");
+            walker.fault(Fault::new(place, format!("{count} vertices"), "are too many", accepted));
+        }
         if !body["rock"].is_null() && walker.is_clean("$.rock") {
             material::check(&body["rock"], &format!("{path}.rock"), walker);
         }
@@ -111,8 +120,8 @@ fn check_origin(bodies: &[Value], placed: &[(usize, &str, Placed)], walker: &mut
     }
 }
 
-fn check_name(name: &str, before: &[&str], path: &str, walker: &mut Walker) {
-    let problem = if before.contains(&name) {
+fn check_name(name: &str, before: &HashSet<&str>, path: &str, walker: &mut Walker) {
+    let problem = if before.contains(name) {
         "names a second body"
     } else if name.trim().is_empty() {
         "is empty"
@@ -191,29 +200,48 @@ fn check_sizes(body: &BodyCase, placed: &Placed, ratio: &Value, path: &str, walk
 }
 
 fn check_overlaps(placed: &[(usize, &str, Placed)], walker: &mut Walker) {
-    let mut found = 0;
-    for (k, (_, left, a)) in placed.iter().enumerate() {
-        for (i, right, b) in &placed[k + 1..] {
-            let Some(depth) = a.overlap(b) else { continue };
-            found += 1;
-            if found > LISTED {
-                let problem =
-                    format!("more than {LISTED} pairs of bodies overlap; the others are not listed");
-                walker.fault(Fault::new(
-                    "$.scene.bodies",
-                    "overlaps",
-                    problem,
-                    "bodies that touch or keep apart",
-                ));
-                return;
+    let pairs = overlapping(placed);
+    for &(left, right, depth) in pairs.iter().take(LISTED) {
+        let ((_, left, _), (i, right, _)) = (&placed[left], &placed[right]);
+        // Past the walker's one fault a place: a body may be in several overlaps.
+        walker.faults.push(Fault::new(
+            format!("$.scene.bodies[{i}]"),
+            format!("\"{right}\""),
+            format!("overlaps \"{left}\" by {depth:.3e} m"),
+            "bodies that touch or keep apart",
+        ));
+    }
+    if pairs.len() > LISTED {
+        let problem = format!("more than {LISTED} pairs of bodies overlap; the others are not listed");
+        walker.fault(Fault::new("$.scene.bodies", "overlaps", problem, "bodies that touch or keep apart"));
+    }
+}
+
+/// Pairs that overlap and by how much [m], in order; no more than one behind those that are listed. Along the axis on which the bodies
+/// are spread most, only those are compared whose spans meet.
+fn overlapping(placed: &[(usize, &str, Placed)]) -> Vec<(usize, usize, f64)> {
+    let spans = |axis: usize| -> Vec<[f64; 2]> { placed.iter().map(|(_, _, it)| it.span(axis)).collect() };
+    let spread = |axis: usize| {
+        let ends = spans(axis);
+        let low = ends.iter().map(|span| span[0]).fold(f64::INFINITY, f64::min);
+        ends.iter().map(|span| span[0] - low).fold(0.0, f64::max)
+    };
+    let axis = (0..3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0);
+    let spans = spans(axis);
+    let mut order: Vec<usize> = (0..placed.len()).collect();
+    order.sort_by(|&a, &b| spans[a][0].total_cmp(&spans[b][0]));
+    let mut pairs = Vec::new();
+    'bodies: for (at, &body) in order.iter().enumerate() {
+        for &other in order[at + 1..].iter().take_while(|&&other| spans[other][0] <= spans[body][1]) {
+            let (left, right) = (body.min(other), body.max(other));
+            if let Some(depth) = placed[left].2.overlap(&placed[right].2) {
+                pairs.push((left, right, depth));
+                if pairs.len() > LISTED {
+                    break 'bodies;
+                }
             }
-            // Past the walker's one fault a place: a body may be in several overlaps.
-            walker.faults.push(Fault::new(
-                format!("$.scene.bodies[{i}]"),
-                format!("\"{right}\""),
-                format!("overlaps \"{left}\" by {depth:.3e} m"),
-                "bodies that touch or keep apart",
-            ));
         }
     }
+    pairs.sort_by_key(|&(left, right, _)| (left, right));
+    pairs
 }
