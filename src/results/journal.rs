@@ -237,7 +237,7 @@ fn is_same_file(file: &File, journal: &Path) -> bool {
         use std::os::unix::fs::MetadataExt;
         let named = std::fs::symlink_metadata(journal.with_extension(""));
         let place = |found: std::fs::Metadata| (found.dev(), found.ino());
-        return file.metadata().is_ok_and(|own| named.is_ok_and(|named| place(own) == place(named)));
+        file.metadata().is_ok_and(|own| named.is_ok_and(|named| place(own) == place(named)))
     }
     #[cfg(not(unix))]
     {
