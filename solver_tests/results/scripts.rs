@@ -58,22 +58,22 @@ fn python_reader_rolls_back_as_riprap_does() {
 }
 
 #[test]
-fn runs_are_compared_in_a_chart() {
+fn what_cannot_be_compared_is_said() {
     let Some(python) = python() else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("two.h5");
     write_small_file(&path);
-    let picture = dir.path().join("runs.png");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/compare_runs.py");
+    // Two rows of one stage are nothing to compare.
     let output = Command::new(&python)
         .args([&script, &path])
-        .arg("--out")
-        .arg(&picture)
+        .args(["--out", "x.png"])
+        .current_dir(dir.path())
         .output()
         .expect("python runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let bytes = std::fs::read(&picture).expect("picture");
-    assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 5000, "{} bytes", bytes.len());
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && message.contains("has no consolidation"), "{message}");
+    assert!(!message.contains("Traceback"), "{message}");
     let missing = Command::new(&python)
         .arg(&script)
         .args(["nowhere.h5", "--out", "x.png"])

@@ -433,7 +433,9 @@ fn break_on(kind: Kind) -> Rig {
         let m = &row.measures;
         (1.0 + m.void_ratio) / ((1.0 - m.volumetric_strain) * m.cover_volume_ratio)
     };
-    assert!(rows.iter().all(|row| (volume(row) / volume(&rows[0]) - 1.0).abs() < 1e-12));
+    // Strains count anew once, behind the consolidation.
+    let breaks = rows.windows(2).filter(|two| (volume(&two[1]) / volume(&two[0]) - 1.0).abs() > 1e-12);
+    assert!(breaks.count() <= 1);
     assert!(last.ledger.error().abs() < CLOSED * last.ledger.external.abs(), "{:?}", last.ledger);
     assert!(last.ledger.damage > 0.0, "{:?}", last.ledger);
 

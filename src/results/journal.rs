@@ -7,7 +7,7 @@
 //! the journal, puts the old bytes back and cuts the file to its old length.
 //!
 //! A journal belongs to one file at one commit: it holds the file's identity and the number of the commit that the file was at, and
-//! the file's [`Head`](super::head) holds the same in a place that no flush touches. A journal that does not fit is never
+//! the file's head holds the same in a place that no flush touches. A journal that does not fit is never
 //! rolled back, whatever its name. A file whose head says that a commit was under way is not read without its journal.
 //!
 //! The order covers loss of power as well as kills: the journal is on the disk, its name included, before the head and the flush are written;
