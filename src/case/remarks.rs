@@ -86,19 +86,9 @@ impl Case {
     /// `p d^2` by the spring `0.5 k E d` of two of them, and can overlap by its two roundings.
     pub fn squeeze(&self) -> Option<Squeeze> {
         let Geometry::Specimen(_) = &self.geometry else { return None };
-        let of_stage = |stage: &StageCase| match stage {
-            StageCase::Consolidate { axial_pressure, radial_pressure, .. } => {
-                axial_pressure.max(*radial_pressure)
-            }
-            StageCase::Shear { pressure, .. }
-            | StageCase::StressShear { pressure, .. }
-            | StageCase::Unload { pressure, .. }
-            | StageCase::Reload { pressure, .. } => pressure.unwrap_or(0.0),
-            StageCase::Oedometer { .. }
-            | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. }
-            | StageCase::Hold { .. }
-            | StageCase::Load { .. } => 0.0,
+        let of_stage = |stage: &StageCase| match *stage {
+            StageCase::Consolidate { axial_pressure, .. } => axial_pressure.max(stage.radial_pressure()),
+            ref other => other.radial_pressure(),
         };
         let pressure = self.stages.iter().map(of_stage).fold(0.0, f64::max);
         let over_modulus = pressure / self.rock.youngs_modulus.mean;

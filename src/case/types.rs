@@ -528,6 +528,22 @@ pub struct UntilCase {
 }
 
 impl StageCase {
+    /// Confining pressure that the stage names [Pa]; zero where it names none.
+    pub fn radial_pressure(&self) -> f64 {
+        match self {
+            StageCase::Consolidate { radial_pressure, .. } => *radial_pressure,
+            StageCase::Shear { pressure, .. }
+            | StageCase::StressShear { pressure, .. }
+            | StageCase::Unload { pressure, .. }
+            | StageCase::Reload { pressure, .. } => pressure.unwrap_or(0.0),
+            StageCase::Oedometer { .. }
+            | StageCase::ConstantVolume { .. }
+            | StageCase::ConstantP { .. }
+            | StageCase::Hold { .. }
+            | StageCase::Load { .. } => 0.0,
+        }
+    }
+
     /// The word for it in the case file.
     pub fn kind(&self) -> &'static str {
         match self {

@@ -170,19 +170,7 @@ fn cover(case: &Case, pressure: f64) -> Result<Cover> {
 
 /// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it names.
 pub fn largest_pressure(case: &Case) -> f64 {
-    let pressures = case.stages.iter().map(|stage| match stage {
-        StageCase::Consolidate { radial_pressure, .. } => *radial_pressure,
-        StageCase::Shear { pressure, .. }
-        | StageCase::StressShear { pressure, .. }
-        | StageCase::Unload { pressure, .. }
-        | StageCase::Reload { pressure, .. } => pressure.unwrap_or(0.0),
-        StageCase::Oedometer { .. }
-        | StageCase::ConstantVolume { .. }
-        | StageCase::ConstantP { .. }
-        | StageCase::Hold { .. }
-        | StageCase::Load { .. } => 0.0,
-    });
-    pressures.fold(0.0, f64::max)
+    case.stages.iter().map(StageCase::radial_pressure).fold(0.0, f64::max)
 }
 
 pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
