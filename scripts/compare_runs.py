@@ -16,7 +16,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy
 
-from plot_history import COLOURS, STYLE, STYLES
+from chart_style import COLOURS, STYLE, STYLES
 from riprap_results import Results, ResultsError
 
 

@@ -14,7 +14,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from plot_history import COLOURS, STYLE, STYLES
+from chart_style import COLOURS, STYLE, STYLES
 
 
 def read(stream):

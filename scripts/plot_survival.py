@@ -30,7 +30,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy
 
-from plot_history import COLOURS, STYLE
+from chart_style import COLOURS, STYLE
 from riprap_results import Results, ResultsError
 
 BOOTSTRAP = 2000

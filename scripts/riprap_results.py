@@ -25,13 +25,50 @@ class ResultsError(Exception):
     """A file that is missing, damaged, or not of riprap; the message says which."""
 
 
-def recover(path):
-    """Puts a file back to its last commit if a killed writer left a journal beside it; tells whether it had to.
+HEAD = 4096
 
-    The layout of the journal is described in src/results/journal.rs.
+
+def _head(path):
+    """Identity, commits done and begun, and the name that its run knew, of a file; None of an older one."""
+    with open(path, "rb") as file:
+        head = file.read(HEAD)
+    if len(head) < HEAD or not head.startswith(b"riprap results\n\0"):
+        return None
+    commit, begun = struct.unpack_from("<QQ", head, 48)
+    (length,) = struct.unpack_from("<H", head, 126)
+    return head[24:40], commit, begun, head[128 : 128 + length].decode("utf-8", "replace")
+
+
+def _journal(path, identity, commit):
+    """The blocks of a journal of this file at this commit, and the file's length; None of any other."""
+    try:
+        with open(path, "rb") as source:
+            data = source.read()
+    except OSError:
+        return None
+    body, checksum = data[:-4], data[-4:]
+    if len(data) < 52 or body[:8] != b"RIPRAPJ2" or struct.pack("<I", zlib.crc32(body)) != checksum:
+        return None
+    of, length, count = struct.unpack_from("<QQQ", body, 24)
+    if body[8:24] != identity or of != commit:
+        return None
+    blocks, at = [], 48
+    for _ in range(count):
+        offset, size = struct.unpack_from("<QQ", body, at)
+        blocks.append((offset, body[at + 16 : at + 16 + size]))
+        at += 16 + size
+    return length, blocks
+
+
+def recover(path):
+    """Puts a file back to its last commit if a killed writer left it within the next one; tells whether it had to.
+
+    The layouts of head and journal are described in src/results/head.rs and journal.rs. A journal of another file, or of this file
+    at another commit, is left alone.
     """
-    journal = f"{path}.journal"
-    if not os.path.exists(journal):
+    path = os.path.realpath(path)
+    head = _head(path)
+    if head is None or (head[2] <= head[1] and not os.path.exists(f"{path}.journal")):
         return False
     with open(path, "r+b") as file:
         try:
@@ -42,25 +79,31 @@ def recover(path):
             pass  # Windows: no flock
         except OSError:
             return False  # a live writer: its journal is its own
-        try:
-            with open(journal, "rb") as source:
-                data = source.read()
-        except FileNotFoundError:
+        identity, commit, begun, name = _head(path)
+        found = None
+        for journal in [f"{path}.journal"] + [f"{name}.journal"] * (begun > commit and name != ""):
+            found = _journal(journal, identity, commit)
+            if found:
+                break
+        if not found:
+            if begun > commit:
+                raise ResultsError(f"{path}: its run was killed within a commit; {name}.journal is not beside it")
             return False
-        body, checksum = data[:-4], data[-4:]
-        whole = len(data) > 28 and body[:8] == b"RIPRAPJ1" and struct.pack("<I", zlib.crc32(body)) == checksum
-        if whole:
-            length, count = struct.unpack_from("<QQ", body, 8)
-            at = 24
-            for _ in range(count):
-                offset, size = struct.unpack_from("<QQ", body, at)
-                file.seek(offset)
-                file.write(body[at + 16 : at + 16 + size])
-                at += 16 + size
-            file.truncate(length)
+        length, blocks = found
+        for offset, data in blocks:
+            file.seek(offset)
+            file.write(data)
+        file.truncate(length)
         file.flush()
-        os.remove(journal)
-        return whole
+        os.fsync(file.fileno())
+        file.seek(48)
+        file.write(struct.pack("<QQQ", commit, 0, 0))
+        file.flush()
+        os.fsync(file.fileno())
+        # This may be a copy, and the file beside the journal still in need of it.
+        if journal == f"{path}.journal" or (os.path.exists(name) and os.path.samefile(name, path)):
+            os.remove(journal)
+        return True
 
 
 class History:

@@ -2,7 +2,7 @@
 //!
 //! `src/lib.rs` lists the rooms in layer order; a room refers only to rooms listed above it. The
 //! scan reads tokens, not text, so that comments, doc links and strings never count. ARCHITECTURE.md
-//! has the reasons. The scanner's own tests below show that each rule can fail.
+//! has the table of rooms. The scanner's own tests below show that each rule can fail.
 
 use std::path::{Path, PathBuf};
 

@@ -97,6 +97,85 @@ fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
     assert_eq!(refused(SPECIMEN, &[area, whole, ("/solver/accuracy", json!(0.05))]), 1);
 }
 
+/// A random grain and a mesh file are bodies like others: what they overlap is refused, with the depth.
+#[test]
+fn bodies_of_any_shape_are_checked_for_overlap() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // A tetrahedron of 0.2 m with its corner at its position and a facet in z = 0.
+    let vtu = |scale: f64| {
+        let points = [[0.0; 3], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.2]];
+        let points: Vec<String> = points.iter().flatten().map(|x| format!("{}", x * scale)).collect();
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece><Points><DataArray format=\"ascii\">{}</DataArray></Points>\
+             <Cells><DataArray Name=\"connectivity\" format=\"ascii\">0 1 2 3</DataArray><DataArray Name=\"offsets\" format=\"ascii\">4\
+             </DataArray><DataArray Name=\"types\" format=\"ascii\">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>",
+            points.join(" ")
+        )
+    };
+    std::fs::write(folder.path().join("tip.vtu"), vtu(1.0)).expect("written");
+    std::fs::write(folder.path().join("mm.vtu"), vtu(1000.0)).expect("written");
+    let faults = |shape: Value, height: f64| {
+        let mut raw = RawCase::parse(&folder.path().join("a.json"), SCENE).unwrap_or_else(|e| panic!("{e}"));
+        raw.set(&[
+            ("/scene/bodies/1/shape".into(), shape),
+            ("/scene/bodies/1/position".into(), json!([-0.2, 0, height])),
+        ]);
+        match raw.check() {
+            Err(Error::Case { faults, .. }) => faults,
+            _ => vec![],
+        }
+    };
+    assert_eq!(faults(json!({"mesh": "tip.vtu"}), 0.0), []);
+    let found = faults(json!({"mesh": "tip.vtu"}), -3e-3);
+    assert!(found.len() == 1 && found[0].problem.contains("overlaps \"plane\" by 3.000e-3 m"), "{found:?}");
+    assert!(!faults(json!({"mesh": "mm.vtu"}), -1e-3).is_empty());
+    let found = faults(json!({"grain": [0.05, 0.06]}), 2e-3);
+    assert!(found.len() == 1 && found[0].problem.contains("overlaps \"plane\""), "{found:?}");
+    assert_eq!(faults(json!({"grain": [0.05, 0.06]}), 0.05), []);
+    // Millimetres taken for metres, where nothing is in the way.
+    let text = SCENE.replace(
+        "{\"box\": [0.1, 0.1, 0.1]}, \"position\": [0, 0, 0.05]",
+        "{\"mesh\": \"mm.vtu\"}, \"position\": [3, 3, 9]",
+    );
+    let raw = RawCase::parse(&folder.path().join("a.json"), &text).unwrap_or_else(|e| panic!("{e}"));
+    let remarks = raw.check().unwrap_or_else(|e| panic!("{e}")).remarks_on_meshes(folder.path());
+    assert!(remarks.len() == 1 && remarks[0].contains("millimetres"), "{remarks:?}");
+}
+
+/// Where double precision does not resolve what is asked for, the message says what to give instead.
+#[test]
+fn bodies_far_from_origin_or_reference_point_are_refused() {
+    let corners = |x: f64| json!([[x, 0, 0], [x + 0.1, 0, 0], [x, 0.1, 0], [x, 0, 0.1]]);
+    let moved = |x: f64, position: f64| {
+        let set = [
+            ("/scene/bodies/1/shape".to_string(), json!({"polyhedron": corners(x)})),
+            ("/scene/bodies/1/position".to_string(), json!([position, 0, 0])),
+        ];
+        faults_of(SCENE, &set)
+    };
+    assert_eq!(moved(50.0, -50.0), []);
+    let far = moved(400.0, -400.0);
+    assert!(far.len() == 1 && far[0].path == "$.scene.bodies[1].position", "{far:?}");
+    assert!(far[0].problem.contains("reference point") && far[0].accepted.contains("4.000e2"), "{far:?}");
+    let far = moved(0.0, 9.5e5);
+    assert!(far.len() == 1 && far[0].problem.contains("from the origin"), "{far:?}");
+    assert!(far[0].accepted.contains("9.500e5"), "{far:?}");
+}
+
+/// Pressure that uses up the roundings of contacts is remarked on: p / E over a tenth of the rounding.
+#[test]
+fn rock_too_soft_for_its_pressure_is_remarked_on() {
+    let squeeze = |modulus: &str| {
+        let mut raw = RawCase::parse(Path::new("a.json"), SPECIMEN).unwrap_or_else(|e| panic!("{e}"));
+        raw.set(&[("/rock/youngs_modulus".into(), json!(modulus))]);
+        raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze()
+    };
+    assert_eq!(squeeze("30 GPa"), None);
+    assert_eq!(squeeze("0.45 GPa"), None);
+    let soft = squeeze("40 MPa").expect("soft");
+    assert!((soft.over_modulus - 0.02).abs() < 1e-12 && (soft.over_roundings - 10.0).abs() < 1e-9, "{soft}");
+}
+
 /// What would be left unused without a word.
 #[test]
 fn scenes_refuse_what_they_have_no_use_for() {

@@ -113,6 +113,22 @@ fn a_kind_that_needs_no_other_key_may_be_a_word() {
     }
 }
 
+/// What stands for the pores of a specimen is one of two keys, not both and not none.
+#[test]
+fn void_ratio_or_porosity_conforms_to_the_schema() {
+    let schema = riprap::case::schema();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/quick_start.json");
+    let mut case = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}")).value;
+    let conforms_with = |case: &Value| conforms(&schema, case, "$").is_ok();
+    case["specimen"]["porosity"] = "40 %".into();
+    assert!(!conforms_with(&case), "both");
+    let specimen = case["specimen"].as_object_mut().expect("a specimen");
+    specimen.shift_remove("void_ratio").expect("a void ratio");
+    assert!(conforms_with(&case), "{:?}", conforms(&schema, &case, "$"));
+    case["specimen"].as_object_mut().expect("a specimen").shift_remove("porosity");
+    assert!(!conforms_with(&case), "none");
+}
+
 #[test]
 fn the_committed_schema_is_current() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/riprap.schema.json");
@@ -231,6 +247,8 @@ fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
                 true
             }
             "$schema" | "title" | "description" | "default" | "examples" | "pattern" => true,
+            // Of editors.
+            "allowComments" | "allowTrailingCommas" => true,
             other => return Err(format!("the schema uses the unknown word {other}")),
         };
         if !sound {

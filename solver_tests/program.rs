@@ -116,8 +116,8 @@ fn a_run_writes_a_consistent_file() {
     }
     assert!(column(&reader, "out_of_balance").iter().all(|&unbalanced| unbalanced < 1e-3));
 
-    // The external work is the sum of the energies to 1e-2, FORMULATION's bound. The case ends before
-    // a snap at 0.14 %, in which friction is booked 5 % of the work too high (ARCHITECTURE, energy).
+    // The external work is the sum of the energies to 1e-2. The case ends before
+    // a snap at 0.14 %, in which friction is booked 5 % of the work too high (slip times the mean force of both ends).
     let parts = ["elastic", "friction", "damage", "stabilisation", "membrane", "error"];
     let last = |name: &str| column(&reader, &format!("energy_{name}"))[increments - 1];
     let (external, sum) = (last("external"), parts.iter().map(|part| last(part)).sum::<f64>());

@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use riprap::case::RawCase;
 use riprap::results::{Existing, Reader};
+use riprap::scene::Scene;
 use riprap::simulation::{End, Observer, Options, run, scene};
 use riprap::triaxial::StageEnd;
+use serde_json::{Value, json};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/scenes")
@@ -34,4 +37,74 @@ fn results_hold_every_body() {
     assert_eq!(read.iter().step_by(3).copied().collect::<Vec<_>>(), pushes);
     assert_eq!(reader.increments().unwrap_or_default(), 105);
     assert_eq!(reader.members("bodies").unwrap_or_default(), ["plane", "block"]);
+}
+
+/// The scene of a case in text, its files relative to `folder`.
+fn scene_of(text: &Value, folder: &Path) -> Scene {
+    let raw = RawCase::parse(Path::new("a.json"), &text.to_string()).unwrap_or_else(|e| panic!("{e}"));
+    let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+    let parameters = scene::parameters(&case, folder).unwrap_or_else(|e| panic!("{e}"));
+    Scene::new(&parameters).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn case_of(bodies: Value, stages: Value) -> Value {
+    json!({"title": "a scene", "scene": {"bodies": bodies}, "stages": stages,
+        "rock": {"density": 2600, "youngs_modulus": "20 GPa", "poissons_ratio": 0.25}, "contact": {"friction": 0.5}})
+}
+
+/// Whatever it is meshed with. Tolerance: rounding over some thousand cells.
+#[test]
+fn balls_weigh_what_balls_weigh() {
+    let radius: f64 = 0.013;
+    let weight = 2600.0 * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    for (fidelity, size) in [("rigid", 0.01), ("condensed", 0.01), ("condensed", 4e-3), ("full", 0.01)] {
+        let ball =
+            json!([{"name": "ball", "shape": {"sphere": radius}, "fidelity": fidelity, "mesh_size": size}]);
+        let scene = scene_of(&case_of(ball, json!([{"kind": "load"}])), Path::new(""));
+        let mass = scene.model.bodies[0].mass;
+        assert!((mass / weight - 1.0).abs() < 1e-12, "{fidelity} {size}: {mass} of {weight}");
+        if let Some(grain) = &scene.model.bodies[0].grain {
+            let own = grain.mass_properties().mass;
+            assert!((own / weight - 1.0).abs() < 1e-12, "{fidelity} {size}: its cells {own} of {weight}");
+        }
+    }
+}
+
+/// Vertices of a box about `centre`, which the case gives in site coordinates, its position at their origin.
+fn site_box(centre: [f64; 3], half: [f64; 3]) -> Value {
+    let corner = |k: usize| -> Vec<f64> {
+        (0..3).map(|i| centre[i] + if k >> i & 1 == 1 { half[i] } else { -half[i] }).collect()
+    };
+    json!((0..8).map(corner).collect::<Vec<_>>())
+}
+
+/// Statics: a block on a floor carries its weight, wherever the two lie. Motion and place are told about the point that the case names.
+#[test]
+fn rigid_bodies_far_from_their_reference_points_rest() {
+    let [x, y] = [2400.0, -1700.0];
+    let floor = site_box([x, y, -0.05], [0.3, 0.3, 0.05]);
+    let block = site_box([x, y, 0.03], [0.04, 0.02, 0.03]);
+    let bodies = json!([
+        {"name": "floor", "shape": {"polyhedron": floor}, "fixed": true, "fidelity": "rigid"},
+        {"name": "block", "shape": {"polyhedron": block}, "fidelity": "rigid"}]);
+    let mut scene = scene_of(
+        &case_of(bodies, json!([{"kind": "load", "increments": 3, "gravity": [0, 0, -9.81]}])),
+        Path::new(""),
+    );
+    let weight = 2600.0 * 0.08 * 0.04 * 0.06 * 9.81;
+    let mut rows = vec![];
+    let end = scene.run(|_, row| {
+        rows.push(row.clone());
+        true
+    });
+    assert_eq!(end, StageEnd::Finished);
+    assert_eq!(rows.len(), 3);
+    let block = &rows[2].bodies[1];
+    assert!((block.contact_force.z / weight - 1.0).abs() < 1e-3, "{}", block.contact_force);
+    // Placed at the origin, moved by the overlap of a contact; the moment of its weight about there.
+    assert!(block.position.norm() < 1e-3 && block.displacement.norm() < 1e-3, "{}", block.position);
+    let moment = [y * block.contact_force.z, -x * block.contact_force.z];
+    for (found, expected) in [block.contact_moment.x, block.contact_moment.y].iter().zip(moment) {
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+    }
 }

@@ -17,7 +17,7 @@ use riprap::ladder::arrays::cubic;
 use riprap::ladder::bodies::{body, scene};
 use riprap::model::Committed;
 use riprap::scene::{Scene, SceneShape};
-use riprap::specimen::shape::{ShapeLaw, grain};
+use riprap::specimen::shape::{ShapeLaw, WithinClass, grain};
 
 const REPETITIONS: usize = 3;
 const SIZES: [f64; 2] = [0.02, 0.04];
@@ -46,7 +46,12 @@ fn cpu() -> f64 {
 }
 
 fn grains(n: usize, repetition: usize) {
-    let law = ShapeLaw { vertices: [8, 16], vertex_separation: 0.45, rounding: 0.02 };
+    let law = ShapeLaw {
+        vertices: [8, 16],
+        vertex_separation: 0.45,
+        rounding: 0.02,
+        within_class: WithinClass::Number,
+    };
     let spacing = SPACING * 0.5 * (SIZES[0] + SIZES[1]);
     let bodies = (0..n.pow(3))
         .map(|k| {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws runs of one specimen in its three covers from their records, and prints what the README quotes.
 
-    benchmarks/covers/chart.py benchmarks/runs/2026-11-21-covers-100
+    benchmarks/covers/chart.py benchmarks/runs/2026-11-21-covers-100-closed
 
 The folder holds `history.csv` of each cover as `<cover>.csv` (`riprap export FILE --csv`), and `cost.csv`: cover, CPU seconds, how far it came.
 """

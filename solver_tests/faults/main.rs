@@ -6,6 +6,9 @@
 #![cfg(unix)]
 
 mod damage;
+mod hostile;
+#[cfg(target_os = "linux")]
+mod injected;
 mod kills;
 mod place;
 mod start;

@@ -66,7 +66,7 @@ assert list(file['grains/state']) == [0, 1, 2] and list(file['grains/grain']) ==
 uses = file['grains/grain'].attrs['REFERENCE_LIST']
 assert ('/grains/stress', 1) in [(file[use[0]].name, int(use[1])) for use in uses], uses
 assert file['VTKHDF/CellData/stress'].attrs['component_names'] == 'xx yy zz xy yz xz'
-assert file.attrs['format'] == 'riprap results' and file.attrs['format_version'] == 1
+assert file.attrs['format'] == 'riprap results' and file.attrs['format_version'] == 2 and len(file.attrs['identity']) == 32
 print('read')
 "#;
     assert_eq!(run_python(&python, program, &[path.to_str().expect("path")]).trim(), "read");

@@ -16,50 +16,66 @@ fn python_reader_rolls_back_as_riprap_does() {
     let good = std::fs::read(&path).expect("file");
     let program = "import sys, riprap_results\n\
         with riprap_results.Results(sys.argv[1]) as results: print(len(results.history), len(results.states))";
-    for whole_journal in [true, false] {
-        let snapshot = journal::snapshot(&path, good.len() as u64, &[(4096, 1000)]).expect("snapshot");
-        journal::write(&path, &snapshot, false).expect("journal");
-        if whole_journal {
-            let mut torn = good.clone();
-            torn[..2000].fill(0);
-            torn.extend_from_slice(b"half of a chunk");
-            std::fs::write(&path, &torn).expect("file");
-        } else {
-            let journal = std::fs::read(journal::path_of(&path)).expect("journal");
-            std::fs::write(journal::path_of(&path), &journal[..journal.len() / 2]).expect("journal");
+    let number = |at: usize| u64::from_le_bytes(good[at..at + 8].try_into().expect("eight bytes"));
+    let commit = number(48);
+    // By its layout: magic, identity, commit, old length, blocks with offset and length, CRC-32.
+    let journal = |identity: &[u8], commit: u64| {
+        let mut bytes = b"RIPRAPJ2".to_vec();
+        bytes.extend_from_slice(identity);
+        let (from, to) = (4096, good.len() - 5000);
+        for number in [commit, good.len() as u64, 1, from as u64, (to - from) as u64] {
+            bytes.extend_from_slice(&number.to_le_bytes());
         }
+        bytes.extend_from_slice(&good[from..to]);
+        bytes.extend_from_slice(&crc32fast::hash(&bytes).to_le_bytes());
+        bytes
+    };
+    let own = journal(&good[24..40], commit);
+    let mut torn = good.clone();
+    torn[4096..6000].fill(0);
+    torn[56..64].copy_from_slice(&(commit + 1).to_le_bytes());
+    torn.extend_from_slice(b"half of a chunk");
+    let beside = journal::path_of(&path);
+    // Its own: rolled back. Half of one, one of another file or commit: left alone, and so is the file.
+    for (file, kept, rolled_back) in [
+        (&torn, own.clone(), true),
+        (&good, own[..own.len() / 2].to_vec(), false),
+        (&good, journal(&[7; 16], commit), false),
+        (&good, journal(&good[24..40], commit - 1), false),
+    ] {
+        std::fs::write(&path, file).expect("file");
+        std::fs::write(&beside, &kept).expect("journal");
         let printed = run_python(&python, program, &[path.to_str().expect("path")]);
         assert_eq!(printed.trim(), "12 3");
-        assert_eq!(std::fs::read(&path).expect("file"), good);
-        assert!(!journal::path_of(&path).exists());
+        // Rolled back, no commit is under way, and it is no longer known to be as its run closed it.
+        let mut expected = good.clone();
+        if rolled_back {
+            expected[56..72].fill(0);
+        }
+        assert!(std::fs::read(&path).expect("file") == expected);
+        assert_eq!(beside.exists(), !rolled_back);
     }
 }
 
 #[test]
-fn scripts_draw_their_pictures() {
+fn what_cannot_be_compared_is_said() {
     let Some(python) = python() else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("two.h5");
     write_small_file(&path);
-    let draw = |script: &str, options: &[&str], picture: &str| {
-        let picture = dir.path().join(picture);
-        let output = Command::new(&python)
-            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts").join(script))
-            .arg(&path)
-            .args(options)
-            .arg("--out")
-            .arg(&picture)
-            .output()
-            .expect("python runs");
-        assert!(output.status.success(), "{script}: {}", String::from_utf8_lossy(&output.stderr));
-        let bytes = std::fs::read(&picture).expect("picture");
-        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 5000, "{script}: {} bytes", bytes.len());
-    };
-    draw("plot_history.py", &[], "curves.png");
-    draw("plot_history.py", &["--energy"], "energies.png");
-    draw("plot_specimen.py", &["--state", "0", "-1", "--colour", "damage", "--size", "200"], "specimen.png");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/compare_runs.py");
+    // Two rows of one stage are nothing to compare.
+    let output = Command::new(&python)
+        .args([&script, &path])
+        .args(["--out", "x.png"])
+        .current_dir(dir.path())
+        .output()
+        .expect("python runs");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && message.contains("has no consolidation"), "{message}");
+    assert!(!message.contains("Traceback"), "{message}");
     let missing = Command::new(&python)
-        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/plot_history.py"))
+        .arg(&script)
         .args(["nowhere.h5", "--out", "x.png"])
         .output()
         .expect("python runs");

@@ -7,7 +7,9 @@ use riprap::contact::law::Friction;
 use riprap::material::{Rubber, RubberLaw};
 use riprap::model::Thickness;
 use riprap::solver::Settings;
-use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
+use riprap::specimen::{
+    SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, WithinClass, generate,
+};
 use riprap::triaxial::{
     Cover, Lateral, Path, Rig, RigParameters, Rims, Row, RubberSheet, Stage, StageEnd, Steps, Test, Until,
 };
@@ -30,6 +32,7 @@ pub fn specimen() -> &'static Specimen {
             vertices: [8, 16],
             vertex_separation: 0.45,
             rounding: 0.02,
+            within_class: WithinClass::Number,
             seed: 4,
         };
         generate(&specimen, &mut |_, _| {}).expect("a specimen")

@@ -9,6 +9,7 @@ mod cut_leaves_no_trace;
 mod falls_across_a_gap;
 mod force_curve_is_continuous;
 mod huge_increment;
+mod light_and_heavy;
 mod random_scenes;
 mod rolling_over_an_edge;
 mod scale_does_not_matter;

@@ -187,6 +187,18 @@ impl Dofs {
         components.map(|i| forces[*i as usize].powi(2)).sum::<f64>().sqrt()
     }
 
+    /// The size of a wrench [N, N m] on what is free of a body [N], moments divided by the rotation scale.
+    pub fn free_norm(&self, body: usize, wrench: &Vector6<f64>) -> f64 {
+        let free = self.index[body].iter().enumerate().filter(|(_, component)| component.is_some());
+        free.map(|(k, _)| (wrench[k] / self.factor(body, k)).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The carrier that a block is of: itself, or the body whose node, multiplier or contact it is.
+    pub fn owner(&self, block: usize) -> usize {
+        let inner = block.checked_sub(self.carriers).and_then(|inner| self.owner.get(inner));
+        inner.map_or(block, |owner| *owner as usize)
+    }
+
     /// The largest force on a body [N], as [`Self::force_on`], or the first that is no number. Returns the body with it, of a full grain's nodes the
     /// grain.
     pub fn largest_force(&self, forces: &[f64]) -> (f64, usize) {
@@ -201,9 +213,6 @@ impl Dofs {
                 largest = (force, body);
             }
         }
-        if let Some(&owner) = largest.1.checked_sub(self.carriers).and_then(|inner| self.owner.get(inner)) {
-            largest.1 = owner as usize;
-        }
-        largest
+        (largest.0, self.owner(largest.1))
     }
 }

@@ -122,6 +122,11 @@ impl Network {
         self.knots.iter().map(|knot| knot.key.1)
     }
 
+    /// The two bodies of each knot.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.knots.iter().map(|knot| [knot.key.0 as usize, knot.key.1 as usize])
+    }
+
     /// Forgets all forces.
     pub(super) fn clear(&mut self) {
         let generation = self.generation + 1;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::specimen::{SpecimenSize, Unreachable};
+use crate::specimen::{SpecimenSize, Unreachable, WithinClass};
 
 use super::size::MeanGrains;
 use super::types::*;
@@ -43,6 +43,7 @@ struct Specimen {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     aspect: Option<f64>,
     grading: Vec<[f64; 2]>,
+    within_class: WithinClass,
     void_ratio: f64,
     vertices: [usize; 2],
     vertex_separation: f64,
@@ -81,6 +82,7 @@ pub fn to_case(value: Value, grains: Option<&MeanGrains>) -> Result<Case, String
         solver: document.solver,
         output: document.output,
         notes: Vec::new(),
+        brought: Vec::new(),
     })
 }
 
@@ -98,6 +100,7 @@ impl Specimen {
             height: plan.height,
             grains: plan.numbers.iter().sum(),
             grading: self.grading.clone(),
+            within_class: self.within_class,
             void_ratio: self.void_ratio,
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
@@ -120,6 +123,7 @@ impl Specimen {
             grains,
             aspect,
             grading: case.grading.clone(),
+            within_class: case.within_class,
             void_ratio: case.void_ratio,
             vertices: case.vertices,
             vertex_separation: case.vertex_separation,

@@ -57,6 +57,8 @@ const RUBBER_MESH: f64 = 0.25;
 /// Memory of the program, of a rigid grain with its mesh, and more of a cell that can break [B].
 const BASE_MEMORY: f64 = 5e7;
 const GRAIN_MEMORY: f64 = 1.5e5;
+/// Memory of a body of a scene besides, for its columns in the results file, which are open as long as it is (measured: 2000 boxes 0.68 GB) [B].
+const BODY_MEMORY: f64 = 1.65e5;
 const BREAKING_MEMORY: f64 = 2.5e4;
 /// Memory of what a grain that deforms keeps, over a dense half of its stiffness: its factor, flexibilities and what they are made of.
 const OWN_MEMORY: f64 = 3.0;
@@ -106,16 +108,17 @@ impl Case {
         };
         let is_generated = size.is_some() && self.start_from.is_none();
         let generation = if is_generated { GENERATION * n } else { 0.0 };
+        let one = match &self.geometry {
+            Geometry::Specimen(_) => GRAIN_MEMORY,
+            Geometry::Scene(_) => GRAIN_MEMORY + BODY_MEMORY,
+        };
         Estimate {
             grains,
             cells,
             contacts: contacts as usize,
             degrees_of_freedom: unknowns as usize,
             increments: increments as usize,
-            memory: BASE_MEMORY
-                + GRAIN_MEMORY * n
-                + BREAKING_MEMORY * breaking
-                + 8.0 * (own + filled(unknowns, fill)),
+            memory: BASE_MEMORY + one * n + BREAKING_MEMORY * breaking + 8.0 * (own + filled(unknowns, fill)),
             time: generation + increments * (increment + WRITING),
             size,
         }
@@ -160,24 +163,6 @@ impl Case {
 }
 
 impl StageCase {
-    /// The largest pressure that the stage itself names [Pa].
-    pub(super) fn largest_pressure(&self) -> Option<f64> {
-        match *self {
-            StageCase::Consolidate { axial_pressure, radial_pressure, .. } => {
-                Some(axial_pressure.max(radial_pressure))
-            }
-            StageCase::Shear { pressure, .. }
-            | StageCase::StressShear { pressure, .. }
-            | StageCase::Unload { pressure, .. }
-            | StageCase::Reload { pressure, .. } => pressure,
-            StageCase::Oedometer { .. }
-            | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. }
-            | StageCase::Hold { .. }
-            | StageCase::Load { .. } => None,
-        }
-    }
-
     /// Nominal number of increments.
     fn increments(&self) -> f64 {
         match *self {
@@ -252,7 +237,7 @@ mod tests {
         let timed = [
             // benchmarks/runs/2026-11-21-quick-start took 34 s, a later build 14.5 s: between the two.
             ("quick_start.json", &[][..], 22.0, Some(58e6)),
-            // benchmarks/runs/2026-11-21-hundred-grains.
+            // Recorded on 2026-11-21 as hundred-grains.
             ("stages/hundred_grains.json", &[], 37.0, None),
             // Timed on 2026-11-26; benchmarks/runs/2026-11-21-rubber-15.
             ("membrane/rubber_24.json", &[], 23.7, None),
@@ -260,7 +245,7 @@ mod tests {
             // benchmarks/runs/2026-11-25-shuibuya; cases/shuibuya/README.md.
             ("shuibuya/p0800_300.json", &[], 1800.0, Some(361e6)),
             ("shuibuya/p0800_3783.json", &[], 37.0 * 3600.0, None),
-            // benchmarks/runs/2026-11-22-shuibuya-rigid and 2026-11-23-paper-scale.
+            // Recorded on 2026-11-22 as shuibuya-rigid; benchmarks/runs/2026-11-23-paper-scale.
             ("shuibuya/p1600_300.json", &["/rock/damage=null"], 1300.0, Some(126e6)),
             (
                 "shuibuya/p0800_3783.json",

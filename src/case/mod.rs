@@ -25,8 +25,9 @@ mod types;
 mod walk;
 
 pub use estimate::Estimate;
+pub use remarks::Squeeze;
 pub use schema::schema;
-pub use source::{RawCase, parse_override, read};
+pub use source::{RawCase, fault_of_pointer, parse_override, read, shortened};
 pub use support::unsupported;
 pub use types::*;
 pub use walk::{child as path_of_key, nearest, shown};
@@ -42,6 +43,7 @@ impl RawCase {
     /// `Error::Case` with every fault found.
     pub fn check(&self) -> Result<Case> {
         let (mut given, mut faults) = (self.value.clone(), self.faults.clone());
+        let brought = bring::files(&given);
         let notes = bring::bring_in(&mut given, self.file.parent().unwrap_or(Path::new("")), &mut faults);
         let mut walker = walk::Walker::new(faults);
         let mut grains = None;
@@ -53,7 +55,7 @@ impl RawCase {
         let mut faults = walker.faults;
         if faults.is_empty() {
             match document::to_case(walked.unwrap_or_default(), grains.as_ref()) {
-                Ok(case) => return Ok(Case { notes, ..case }),
+                Ok(case) => return Ok(Case { notes, brought, ..case }),
                 // The table accepts what the types do not: an error of this program, said as one.
                 Err(problem) => faults.push(Fault::new(
                     "$",
@@ -153,7 +155,8 @@ mod tests {
     /// The table and the types name the same keys: whatever the table lets through fits the types.
     #[test]
     fn every_key_of_the_table_is_in_the_types() {
-        let grains = size::MeanGrains::new(&[[0.06, 1.0], [0.04, 0.0]], [8, 16], 0.45).expect("grains");
+        let grains = size::MeanGrains::new(&[[0.06, 1.0], [0.04, 0.0]], Default::default(), [8, 16], 0.45)
+            .expect("grains");
         let examples = examples(&table::CASE);
         assert!(examples.len() > 1);
         for example in examples {

@@ -22,11 +22,11 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// `None` for a mesh, which is not read yet here, and a random grain.
+    /// `made` is the hull of a mesh file or a random grain; `None` where there is none.
     ///
     /// # Errors
     /// The problem of a polyhedron without volume.
-    pub fn new(body: &BodyCase) -> Result<Option<Placed>, String> {
+    pub fn new(body: &BodyCase, made: Option<Polyhedron>) -> Result<Option<Placed>, String> {
         let (shape, radius) = match &body.shape {
             ShapeCase::Box(size) => (Polyhedron::cuboid(*size).map_err(|e| e.to_string())?, 0.0),
             ShapeCase::Sphere(radius) => (Polyhedron::point(), *radius),
@@ -38,12 +38,40 @@ impl Placed {
                 let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
                 (hull(&points)?, 0.0)
             }
-            ShapeCase::Mesh(_) | ShapeCase::Grain(_) => return Ok(None),
+            ShapeCase::Mesh(_) | ShapeCase::Grain(_) => match made {
+                Some(hull) => (hull, 0.0),
+                None => return Ok(None),
+            },
         };
         let rotation = Rotation::from_scaled_axis(Vec3::from(body.rotation));
         let reach = shape.bounding_radius() + radius;
         let size = extent(&shape.vertices) + 2.0 * radius;
         Ok(Some(Placed { shape, radius, pose: Pose::new(Vec3::from(body.position), rotation), reach, size }))
+    }
+
+    /// [m]
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// The middle of its vertices, in space [m].
+    pub fn middle(&self) -> Vec3 {
+        self.pose.to_space(&(self.shape.vertices.iter().sum::<Vec3>() / self.shape.vertices.len() as f64))
+    }
+
+    /// Extents along its own axes [m].
+    pub fn extents(&self) -> [f64; 3] {
+        std::array::from_fn(|k| {
+            let along = || self.shape.vertices.iter().map(|v| v[k]);
+            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+                + 2.0 * self.radius
+        })
+    }
+
+    /// Where the body lies at most along a space axis [m].
+    pub fn span(&self, axis: usize) -> [f64; 2] {
+        let centre = self.pose.position[axis];
+        [centre - self.reach, centre + self.reach]
     }
 
     /// Depth of the overlap [m]; `None` if the bodies are apart or touch.
@@ -110,7 +138,7 @@ mod tests {
             rounding: None,
             fixed: false,
         };
-        Placed::new(&body).expect("a volume").expect("a convex body")
+        Placed::new(&body, None).expect("a volume").expect("a convex body")
     }
 
     #[test]

@@ -41,8 +41,10 @@ impl Case {
                 look("specimen.diameter", it.diameter, "m", [1e-3, 1e1], metres);
             }
             Geometry::Scene(scene) => {
+                // Those that are too thick are told of as meshes are, by what they span.
+                let thin = |size: &f64| *size < 1.0;
                 for body in &scene.bodies {
-                    let size = body.shape.smallest_extent().unwrap_or(1.0);
+                    let Some(size) = body.shape.smallest_extent().filter(thin) else { continue };
                     look(
                         &format!("the smallest extent of the body {:?}", body.name),
                         size,
@@ -72,7 +74,8 @@ impl Case {
         look("contact.friction", self.contact.friction, "", [0.0, 2.0], coefficient);
         look("plates.friction", self.plates.friction, "", [0.0, 2.0], coefficient);
         for (at, stage) in self.stages.iter().enumerate() {
-            if let Some(pressure) = stage.largest_pressure().filter(|pressure| *pressure > 0.0) {
+            let pressure = stage.largest_pressure();
+            if pressure > 0.0 {
                 look(&format!("stages[{at}]: the pressure"), pressure, "Pa", PRESSURES, pascals);
             }
         }
@@ -89,7 +92,7 @@ impl Case {
     pub(super) fn too_wide_pores(&self) -> Option<String> {
         let Geometry::Specimen(specimen) = &self.geometry else { return None };
         let MembraneCase::Rubber { thickness, shear_modulus, .. } = self.membrane else { return None };
-        let pressure = self.stages.iter().filter_map(StageCase::largest_pressure).fold(0.0, f64::max);
+        let pressure = self.stages.iter().map(StageCase::largest_pressure).fold(0.0, f64::max);
         let bridged = INFLATION * shear_modulus * thickness / pressure;
         let grain = first_size(&specimen.grading);
         (bridged < PORE * grain).then(|| {

@@ -22,7 +22,16 @@ pub fn schema() -> Value {
         head.insert("oneOf".into(), json!([{"required": ["specimen"]}, {"required": ["scene"]}]));
         *schema = head;
     }
+    either_of(&mut schema["properties"]["specimen"], ["void_ratio", "porosity"]);
     schema
+}
+
+/// Lets the second key of an object stand in place of the first, which it needs.
+fn either_of(object: &mut Value, [first, second]: [&str; 2]) {
+    if let Some(required) = object["required"].as_array_mut() {
+        required.retain(|key| key != first);
+    }
+    object["oneOf"] = json!([{"required": [first]}, {"required": [second]}]);
 }
 
 fn of(form: &Form) -> Value {

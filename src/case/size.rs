@@ -3,7 +3,7 @@
 use crate::specimen::SievePoint;
 use crate::specimen::SpecimenSize;
 use crate::specimen::grading::{SizeClass, mean_volumes, size_classes};
-use crate::specimen::shape::ShapeLaw;
+use crate::specimen::shape::{ShapeLaw, WithinClass};
 use crate::specimen::size::{Plan, plan};
 
 /// The grains of a grading and a shape law, on average.
@@ -17,10 +17,15 @@ pub struct MeanGrains {
 impl MeanGrains {
     /// # Errors
     /// What the specimen generator refuses: a grading that is none, vertices that don't fit.
-    pub fn new(grading: &[[f64; 2]], vertices: [usize; 2], vertex_separation: f64) -> Result<Self, String> {
+    pub fn new(
+        grading: &[[f64; 2]],
+        within_class: WithinClass,
+        vertices: [usize; 2],
+        vertex_separation: f64,
+    ) -> Result<Self, String> {
         let curve: Vec<_> = grading.iter().map(|&[size, passing]| SievePoint { size, passing }).collect();
         // The rounding has no say in the nominal volume.
-        let law = ShapeLaw { vertices, vertex_separation, rounding: 0.0 };
+        let law = ShapeLaw { vertices, vertex_separation, rounding: 0.0, within_class };
         let classes = size_classes(&curve).map_err(|e| e.to_string())?;
         let volumes = mean_volumes(&classes, &law).map_err(|e| e.to_string())?;
         Ok(MeanGrains { classes, volumes })

@@ -9,6 +9,11 @@ use crate::error::{Error, Fault, Result};
 
 use super::walk::{child, is_within, shown};
 
+/// Keys of a JSON pointer at most; no value of a case is as deep.
+const MOST_KEYS: usize = 32;
+/// Of a pointer or value that is told of in a message.
+const SHOWN: usize = 100;
+
 /// A case file that is JSON, not yet checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawCase {
@@ -73,13 +78,17 @@ impl RawCase {
     /// are missing; list items must be there already. What cannot be applied becomes a fault.
     pub fn set(&mut self, overrides: &[(String, Value)]) {
         for (pointer, value) in overrides {
-            self.text.push_str(&format!("\n// --set {pointer}={value}"));
+            // One line each: a line break would end the comment.
+            let line = format!("--set {pointer}={value}").replace(|c: char| c.is_control(), "\u{fffd}");
+            self.text.push_str(&format!("\n// {line}"));
             if let Err((problem, accepted)) = set_at(&mut self.value, pointer, value.clone()) {
-                self.faults.push(Fault::new(format!("--set {pointer}"), shown(value), problem, accepted));
+                let place = format!("--set {}", shortened(pointer));
+                self.faults.push(Fault::new(place, shown(value), problem, accepted));
             }
         }
         // An override heals the faults of the text that it replaces.
-        let replaced: Vec<String> = overrides.iter().map(|(pointer, _)| path_of(pointer)).collect();
+        let sound = overrides.iter().filter(|(pointer, _)| fault_of_pointer(pointer).is_none());
+        let replaced: Vec<String> = sound.map(|(pointer, _)| path_of(pointer)).collect();
         self.faults.retain(|fault| !replaced.iter().any(|path| is_within(&fault.path, path)));
     }
 }
@@ -104,10 +113,27 @@ pub fn parse_override(argument: &str) -> Result<(String, Value), Fault> {
     }
 }
 
-fn set_at(root: &mut Value, pointer: &str, new: Value) -> Result<(), (String, String)> {
+/// What is wrong with a JSON pointer by itself, and what is accepted; `None` where nothing is.
+pub fn fault_of_pointer(pointer: &str) -> Option<(String, String)> {
+    let accepted = "a JSON pointer, as /stages/0/pressure";
     let Some(keys) = pointer.strip_prefix('/') else {
-        return Err(("the pointer must begin with /".into(), "a JSON pointer, as /stages/0/pressure".into()));
+        return Some(("the pointer must begin with /".into(), accepted.into()));
     };
+    // Every key nests a value in another, and some code that meets these calls itself for each.
+    if keys.split('/').nth(MOST_KEYS).is_some() {
+        return Some((
+            "the pointer is too deep".into(),
+            format!("{accepted}, with at most {MOST_KEYS} keys"),
+        ));
+    }
+    None
+}
+
+fn set_at(root: &mut Value, pointer: &str, new: Value) -> Result<(), (String, String)> {
+    if let Some(fault) = fault_of_pointer(pointer) {
+        return Err(fault);
+    }
+    let keys = pointer.strip_prefix('/').unwrap_or(pointer);
     let mut at = root;
     for key in keys.split('/').map(|key| key.replace("~1", "/").replace("~0", "~")) {
         if at.is_null() {
@@ -136,6 +162,14 @@ fn set_at(root: &mut Value, pointer: &str, new: Value) -> Result<(), (String, St
     }
     *at = new;
     Ok(())
+}
+
+/// A text for a message, cut where it is long.
+pub fn shortened(text: &str) -> String {
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_string(),
+    }
 }
 
 fn path_of(pointer: &str) -> String {
@@ -185,4 +219,34 @@ fn to_value(tree: &jsonc_parser::ast::Value, path: &str, text: &str, faults: &mu
 fn lower_first(text: &str) -> String {
     let mut chars = text.chars();
     chars.next().map(|first| first.to_lowercase().collect::<String>() + chars.as_str()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pointer_that_nests_without_end_is_a_fault() {
+        let deep = |keys: usize| "/a".repeat(keys);
+        for (keys, sound) in [(1, true), (MOST_KEYS, true), (MOST_KEYS + 1, false), (200_000, false)] {
+            let mut raw = RawCase::parse("x.json".as_ref(), "{}").unwrap_or_else(|e| panic!("{e}"));
+            raw.set(&[(deep(keys), Value::from(1))]);
+            assert_eq!(raw.faults.is_empty(), sound, "{keys}");
+            if let Some(fault) = raw.faults.first() {
+                let said = fault.to_string();
+                assert!(
+                    said.contains("too deep") && said.contains("at most 32") && said.len() < 400,
+                    "{said}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn an_override_stays_in_its_comment() {
+        let mut raw = RawCase::parse("x.json".as_ref(), "{}").unwrap_or_else(|e| panic!("{e}"));
+        raw.set(&[("/a\n}, \u{1b}[31m".into(), Value::from(1))]);
+        assert_eq!(raw.text.lines().count(), 2, "{:?}", raw.text);
+        assert!(!raw.text.contains('\u{1b}'));
+    }
 }

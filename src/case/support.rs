@@ -2,11 +2,9 @@
 
 use crate::contact::face::FaceContact;
 use crate::error::Fault;
+use crate::mesh::MOST_CELLS;
 
 use super::types::*;
-
-/// More cells of a body are a slip of the pen.
-const MOST_CELLS: f64 = 1e8;
 
 /// Parts of a sound case that cannot be run yet, each with its path and what can.
 pub fn unsupported(case: &Case) -> Vec<Fault> {
@@ -51,10 +49,10 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                     refuse(&format!("{path}.fidelity"), "\"full\"", problem, accepted);
                 }
                 let cells = case.cells_of(body);
-                if cells > MOST_CELLS {
+                if cells > MOST_CELLS as f64 {
                     let problem = format!("makes about {cells:.0e} cells (a plain number is in m)");
                     let found = body.mesh_size.map_or("the default".into(), |size| format!("{size} m"));
-                    let accepted = format!("what makes at most {MOST_CELLS:.0e}");
+                    let accepted = format!("what makes at most {MOST_CELLS}");
                     refuse(&format!("{path}.mesh_size"), &found, &problem, &accepted);
                 }
             }

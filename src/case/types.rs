@@ -8,7 +8,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::face::FaceContact;
-use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable};
+use crate::crushing::Grip;
+use crate::model::Thickness;
+use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, WithinClass};
+use crate::triaxial::Rims;
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
 const CELLS_ACROSS: f64 = 3.0;
@@ -36,6 +39,8 @@ pub struct Case {
     pub output: OutputCase,
     /// What was left out or put together of what the case brings in; not part of the completed case.
     pub notes: Vec<String>,
+    /// Files that were brought in, and whose contents are in the case now.
+    pub brought: Vec<String>,
 }
 
 impl Case {
@@ -47,6 +52,24 @@ impl Case {
     /// How a body of a scene deforms, likewise.
     pub fn fidelity_of(&self, body: &BodyCase) -> Fidelity {
         self.settled(body.fidelity.unwrap_or(self.solver.fidelity))
+    }
+
+    /// Meshes, surfaces and tables that the case reads, as it names them: relative to itself.
+    pub fn files(&self) -> Vec<&str> {
+        let mut files: Vec<&str> = self.brought.iter().map(String::as_str).collect();
+        let Geometry::Scene(scene) = &self.geometry else { return files };
+        fn named(body: &BodyCase) -> Option<&str> {
+            match &body.shape {
+                ShapeCase::Mesh(file) => Some(file),
+                ShapeCase::Box(_)
+                | ShapeCase::Sphere(_)
+                | ShapeCase::Cylinder { .. }
+                | ShapeCase::Grain(_)
+                | ShapeCase::Polyhedron(_) => None,
+            }
+        }
+        files.extend(scene.bodies.iter().filter_map(named));
+        files
     }
 
     /// Whether anything depends on the meshes of grains or bodies, whose cells have values of their own then: not where all are rigid and none
@@ -92,6 +115,8 @@ pub struct SpecimenCase {
     pub grains: usize,
     /// Sieve size [m] and mass fraction passing, from the largest size (1) down to the smallest (0).
     pub grading: Vec<[f64; 2]>,
+    /// How sizes are drawn between neighbouring sieves.
+    pub within_class: WithinClass,
     /// Volume of voids over volume of solids, after compaction.
     pub void_ratio: f64,
     /// Fewest and most vertices of a grain.
@@ -116,6 +141,7 @@ impl SpecimenCase {
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
             rounding,
+            within_class: self.within_class,
             seed,
         }
     }
@@ -141,19 +167,10 @@ pub struct PressCase {
     pub bottom: String,
     /// The plate above, driven along z.
     pub top: String,
-    pub grip: GripCase,
+    pub grip: Grip,
     /// Radius of the patch of surface by which a node meets a plate [m]; `None`: the node alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub patch: Option<f64>,
-}
-
-/// How plates hold the nodes that they touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GripCase {
-    Rough,
-    Frictionless,
-    Tied,
 }
 
 /// A body set by hand.
@@ -317,7 +334,7 @@ pub enum Scatter {
     Exponential,
 }
 
-/// Damage softening after Ma et al. (2011), eqs. 6-10 as corrected in ARCHITECTURE.md.
+/// Damage softening after Ma et al. (2011), eqs. 6-10 as corrected in `material::damage`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DamageCase {
@@ -373,14 +390,6 @@ pub struct PlatesCase {
     pub tilting: Tilting,
 }
 
-/// How thick a rubber membrane is where it lies on grains.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ThicknessCase {
-    Constant,
-    Stretched,
-}
-
 /// Whether the top plate stays level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -395,7 +404,7 @@ pub enum MembraneCase {
     Rubber {
         /// [m]
         thickness: f64,
-        thickness_law: ThicknessCase,
+        thickness_law: Thickness,
         /// At small strain [Pa].
         shear_modulus: f64,
         law: RubberLawCase,
@@ -412,17 +421,9 @@ pub enum MembraneCase {
     Pressure {
         /// `None`: sliding where the plates have no friction, else bonded.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        rims: Option<RimsCase>,
+        rims: Option<Rims>,
     },
     RigidWall,
-}
-
-/// How the rims of a pressure cover go with the plates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RimsCase {
-    Bonded,
-    Sliding,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -533,6 +534,38 @@ pub struct UntilCase {
 }
 
 impl StageCase {
+    /// Confining pressure that the stage names [Pa]; zero where it names none.
+    pub fn radial_pressure(&self) -> f64 {
+        match self {
+            StageCase::Consolidate { radial_pressure, .. } => *radial_pressure,
+            StageCase::Shear { pressure, .. }
+            | StageCase::StressShear { pressure, .. }
+            | StageCase::Unload { pressure, .. }
+            | StageCase::Reload { pressure, .. } => pressure.unwrap_or(0.0),
+            StageCase::Oedometer { .. }
+            | StageCase::ConstantVolume { .. }
+            | StageCase::ConstantP { .. }
+            | StageCase::Hold { .. }
+            | StageCase::Load { .. } => 0.0,
+        }
+    }
+
+    /// The largest pressure that the stage names [Pa]; zero where it names none.
+    pub fn largest_pressure(&self) -> f64 {
+        match self {
+            StageCase::Consolidate { axial_pressure, .. } => axial_pressure.max(self.radial_pressure()),
+            StageCase::Shear { .. }
+            | StageCase::StressShear { .. }
+            | StageCase::Unload { .. }
+            | StageCase::Reload { .. }
+            | StageCase::Oedometer { .. }
+            | StageCase::ConstantVolume { .. }
+            | StageCase::ConstantP { .. }
+            | StageCase::Hold { .. }
+            | StageCase::Load { .. } => self.radial_pressure(),
+        }
+    }
+
     /// The word for it in the case file.
     pub fn kind(&self) -> &'static str {
         match self {

@@ -190,6 +190,9 @@ pub struct Info {
     /// For machines
     #[arg(long)]
     pub json: bool,
+    /// Read all of it and check its checksums
+    #[arg(long)]
+    pub verify: bool,
 }
 
 #[derive(Debug, Args)]

@@ -40,7 +40,7 @@ pub fn run(arguments: &Run) -> Ended {
         options.existing = Existing::Continue;
     }
     let mut progress = Progress::new(&arguments.target);
-    progress.title(&case, &options);
+    progress.title(&case, folder_of(&source), &options);
     interrupt::listen();
     // On one of the pool's own threads, so that no call has to wait for another thread to wake up.
     let outcome = rayon::scope(|_| simulation::run(&case, &source, &options, &mut progress))?;
@@ -56,7 +56,7 @@ pub fn specimen(arguments: &Specimen) -> Ended {
     let (source, case) = checked(&arguments.input, None)?;
     let options = options(arguments.out.clone(), &arguments.target, threads);
     let mut progress = Progress::new(&arguments.target);
-    progress.title(&case, &options);
+    progress.title(&case, folder_of(&source), &options);
     let outcome = rayon::scope(|_| generate_specimen(&case, &source, &options, &mut progress))?;
     Ok(conclude(&mut progress, &outcome, &options))
 }
@@ -92,6 +92,7 @@ pub fn check(arguments: &Check) -> Ended {
         say(&format!("{}: sound", arguments.input.case.display()));
         say(&case.estimate().to_string());
         case.remarks().iter().for_each(|remark| say(remark));
+        case.remarks_on_meshes(folder_of(&source)).iter().for_each(|remark| say(remark));
         case.burdens(memory_of_machine()).iter().for_each(|burden| say(burden));
         for drawn in expected_draws(&case).map_err(failed)? {
             say(&drawn.to_string());
@@ -107,7 +108,9 @@ pub fn check(arguments: &Check) -> Ended {
 
 pub fn info(arguments: &Info) -> Ended {
     let reader = Reader::open(&arguments.file)?;
-    let summary = Summary::of(&reader)?;
+    // Before its numbers are shown.
+    let verified = arguments.verify.then(|| reader.verify()).transpose()?;
+    let summary = Summary { verified, ..Summary::of(&reader)? };
     match arguments.json {
         true => say(&summary.to_json()),
         false => say(summary.to_string().trim_end()),
@@ -208,6 +211,11 @@ fn given(input: &CaseInput, extra: Option<String>) -> Result<RawCase, Failure> {
     source.set(&overrides);
     source.faults.extend(faults);
     Ok(source)
+}
+
+/// Where the mesh files of a case are relative to.
+fn folder_of(source: &RawCase) -> &Path {
+    source.file.parent().unwrap_or(Path::new(""))
 }
 
 /// Checks a case that is to run. A start that is not there is named along with its other faults; of a sound case it is looked at by whoever

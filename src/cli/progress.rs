@@ -56,13 +56,14 @@ impl Progress {
         Progress { display, told: Instant::now(), phase: None, begun: Instant::now() }
     }
 
-    pub fn title(&self, case: &Case, options: &Options) {
+    /// `folder` is where the case's mesh files are relative to.
+    pub fn title(&self, case: &Case, folder: &std::path::Path, options: &Options) {
         let (title, threads) = (&case.title, options.threads);
         self.tell(
             || format!("{title}\n{:<12} {}, {threads} threads", "into", options.out.display()),
             || json!({"event": "begin", "title": title, "file": options.out, "threads": threads}),
         );
-        for remark in case.remarks() {
+        for remark in case.remarks().into_iter().chain(case.remarks_on_meshes(folder)) {
             let plain = || format!("{:<12} {remark}", "note");
             self.tell(plain, || json!({"event": "remark", "text": remark}));
         }

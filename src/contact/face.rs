@@ -58,6 +58,17 @@ pub struct Face {
 impl Face {
     /// The faces of a body that can share a patch: those that do not blend into another one.
     pub fn of(body: &RoundedBody) -> Vec<Face> {
+        Face::all(body).into_iter().flatten().collect()
+    }
+
+    /// How many faces a body has, and how many of these blend into others and so carry by corners and edges alone.
+    pub fn count(body: &RoundedBody) -> [usize; 2] {
+        let all = Face::all(body);
+        [all.len(), all.iter().filter(|face| face.is_none()).count()]
+    }
+
+    /// All faces; `None` for those that blend into another one.
+    fn all(body: &RoundedBody) -> Vec<Option<Face>> {
         let core = &body.core;
         let size = core.bounding_radius();
         let inside = core.vertices.iter().sum::<Vec3>() / core.vertices.len() as f64;
@@ -75,7 +86,12 @@ impl Face {
             let nearest = others.fold(f64::INFINITY, f64::min);
             let on_face = |v: usize| plane.normal.dot(&core.vertices[v]) - plane.offset > -SAME * size;
             let mut depth: f64 = 1.0;
-            for [own, other] in core.edges.iter().flat_map(|e| [e.vertices, [e.vertices[1], e.vertices[0]]]) {
+            // A diagonal of a neighbouring face is no edge of the body: along it the cone would be the flatter the wider the body is.
+            let folds = core.edges.iter().filter(|edge| {
+                let [f, g] = edge.facets;
+                (core.normals[f] - core.normals[g]).norm() > SAME
+            });
+            for [own, other] in folds.flat_map(|e| [e.vertices, [e.vertices[1], e.vertices[0]]]) {
                 if on_face(own) && !on_face(other) {
                     let along = (core.vertices[other] - core.vertices[own]).normalize();
                     depth = depth.min(-plane.normal.dot(&along));
@@ -99,7 +115,7 @@ impl Face {
             let axes = [along, normal.cross(&along)];
             (area > 0.0).then(|| Face { normal, axes, area, cosine: angle.cos(), inside, ring })
         };
-        angles.iter().enumerate().filter_map(face).collect()
+        angles.iter().enumerate().map(face).collect()
     }
 
     /// The point with these coordinates along the axes, from the first corner.
@@ -175,4 +191,36 @@ pub fn look_at_each_other(faces: [&Face; 2], poses: [&Pose; 2]) -> bool {
 /// Whether faces with these outward normals may be parallel enough to share a patch once their bodies have turned by `turn` [rad].
 pub fn may_face(a: &Vec3, b: &Vec3, turn: f64) -> bool {
     a.dot(b) < 0.0 && a.cross(b).norm() < NONE + turn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Polyhedron;
+
+    fn count(shape: &Polyhedron, rounding: f64) -> [usize; 2] {
+        Face::count(&RoundedBody::inset(shape, rounding).expect("fits"))
+    }
+
+    /// Edges between the triangles of one face are none of the body's, however flat they lie to a neighbouring face.
+    #[test]
+    fn boxes_of_any_proportions_have_six_faces_that_carry() {
+        for size in [[0.4, 0.4, 0.3], [1.3, 1.1, 0.05], [2.0, 0.9, 6e-3], [0.01, 3.0, 0.01]] {
+            let shape = Polyhedron::cuboid(size).expect("a box");
+            let thinnest = size.iter().copied().fold(f64::INFINITY, f64::min);
+            assert_eq!(count(&shape, 0.02 * thinnest), [6, 0], "{size:?}");
+            let faces = Face::of(&RoundedBody::inset(&shape, 0.02 * thinnest).expect("fits"));
+            let area: f64 = faces.iter().map(|face| face.area).sum();
+            let [x, y, z] = size;
+            assert!((area / (2.0 * (x * y + y * z + z * x)) - 1.0).abs() < 1e-9, "{size:?}: {area}");
+        }
+    }
+
+    /// Sides that meet at less than twice the narrowest cone blend into each other.
+    #[test]
+    fn faces_that_blend_are_counted() {
+        let prism = |sides| Polyhedron::cylinder(0.1, 0.3, sides).expect("a prism");
+        assert_eq!(count(&prism(48), 1e-3), [50, 0]);
+        assert_eq!(count(&prism(80), 1e-3), [82, 80]);
+    }
 }

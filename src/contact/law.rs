@@ -202,7 +202,7 @@ impl ContactLaw {
     }
 }
 
-/// Coulomb friction with slip weakening (FORMULATION section 3).
+/// Coulomb friction with slip weakening (docs/formulation.md, section 5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     pub peak: f64,

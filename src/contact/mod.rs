@@ -8,7 +8,7 @@
 //! share one. Two faces that are all but parallel may share a patch in the place of their corners and edges
 //! ([`face`], where a model's shapes have faces). The force is the
 //! derivative of an energy, weights included, plus friction; it is a continuous function of the
-//! configuration (FORMULATION section 3, candidate A; after the barrier-type distances of
+//! configuration (docs/formulation.md, sections 3 to 5; after the barrier-type distances of
 //! Li et al. 2020, "Incremental potential contact", ACM Trans. Graph. 39(4)).
 //!
 //! Units SI. A gap is positive when open; `overlap = -gap`. Forces are on body `b` unless said.

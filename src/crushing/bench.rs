@@ -16,7 +16,8 @@ use crate::mesh::NodeId;
 use crate::tensor::{Pose, Vec3};
 
 /// How the plates hold the nodes that they touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Grip {
     /// Push only, free to slide.
     Frictionless,

@@ -17,7 +17,9 @@ use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
 use crate::grain::held::HeldGrain;
 use crate::grain::mass::{MassProperties, nodal_moments};
+use crate::grain::stiffness::StiffnessFault;
 use crate::grain::surface::Surface;
+use crate::linalg::NodeGraph;
 use crate::material::Elastic;
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::{Mat3, Vec3, Vector6};
@@ -86,15 +88,10 @@ impl FullGrain {
         }
         let renumbered = |cell: &[NodeId; 10]| cell.map(|node| number[node.index()]);
         let cells: Vec<[u32; 10]> = mesh.cells.iter().map(renumbered).collect();
-        let mut couplings: Vec<[u32; 2]> = cells
-            .iter()
-            .flat_map(|cell| {
-                let pairs = (0..10).flat_map(|i| (0..i).map(move |j| (i, j)));
-                pairs.map(|(i, j)| [cell[i].min(cell[j]), cell[i].max(cell[j])])
-            })
-            .collect();
-        couplings.sort_unstable();
-        couplings.dedup();
+        let cliques = cells.iter().map(|cell| &cell[..]);
+        let graph = NodeGraph::from_cliques(mesh.nodes.len(), cliques)
+            .ok_or_else(|| fail(StiffnessFault::TooLarge.to_string()))?;
+        let couplings = graph.edges().collect();
         let gyration = (0.5 * mass.inertia.trace() / mass.mass).sqrt();
         let mut shares = vec![NodeShare { mass: 0.0, moment: Vec3::zeros() }; mesh.nodes.len()];
         let (masses, moments) = nodal_moments(&mesh, density, &mass.centroid);

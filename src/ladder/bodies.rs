@@ -25,6 +25,7 @@ pub fn body(name: &str, shape: SceneShape, position: [f64; 3], rotation: [f64; 3
         name: name.into(),
         shape,
         pose: Pose::new(Vec3::from(position), Rotation::from_scaled_axis(Vec3::from(rotation))),
+        offset: Vec3::zeros(),
         density: DENSITY,
         youngs_modulus: 30e9,
         poissons_ratio: 0.2,

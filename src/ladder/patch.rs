@@ -96,7 +96,7 @@ pub fn column(blocks: Blocks, angle: f64, heading: f64, cells: [f64; 2]) -> Scen
     stage.bodies.push(("lower".into(), stays));
     let mut parameters = scene(bodies, FRICTION, vec![stage]);
     parameters.faces = FaceContact::Area;
-    parameters.settings.force_tolerance = 7e-7;
+    parameters.settings.force_tolerance = 3e-7;
     parameters.settings.gap_tolerance = 1e-12;
     parameters
 }

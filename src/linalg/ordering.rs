@@ -5,42 +5,58 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use sprs::{CsStructureI, smmp};
+
 use crate::linalg::cholesky::FactorError;
 
 /// Neighbours of every node, ascending, without the node itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodeGraph {
-    starts: Vec<u32>,
-    neighbours: Vec<u32>,
+    /// A row a node.
+    adjacency: CsStructureI<u32>,
 }
 
 impl NodeGraph {
-    /// Nodes that appear together in a clique (an element, a contact) become neighbours.
-    /// `None` if a node is not below `nodes`, or the graph is too large for METIS' 32-bit counts.
+    /// Nodes that appear together in a clique (an element, a contact) become neighbours: the pattern of `B^T B`, with `B` the incidence of
+    /// cliques and nodes. `None` if a node is not below `nodes`, or the graph is too large for METIS' 32-bit counts.
     pub fn from_cliques<'a>(nodes: usize, cliques: impl IntoIterator<Item = &'a [u32]>) -> Option<Self> {
         i32::try_from(nodes).ok()?;
-        let mut lists = vec![Vec::new(); nodes];
+        let (mut starts, mut members, mut pairs) = (vec![0], Vec::new(), 0_usize);
         for clique in cliques {
-            for &node in clique {
-                let list: &mut Vec<u32> = lists.get_mut(node as usize)?;
-                list.extend(clique.iter().filter(|&&other| other != node));
+            let mut clique = clique.to_vec();
+            clique.sort_unstable();
+            clique.dedup();
+            if clique.last().is_some_and(|&last| last as usize >= nodes) {
+                return None;
             }
+            members.extend_from_slice(&clique);
+            pairs += clique.len() * clique.len();
+            starts.push(u32::try_from(members.len()).ok()?);
         }
-        let mut starts = vec![0];
-        let mut neighbours = Vec::new();
-        for list in &mut lists {
-            list.sort_unstable();
-            list.dedup();
-            neighbours.extend_from_slice(list);
-            i32::try_from(neighbours.len()).ok()?;
-            starts.push(neighbours.len() as u32);
+        // No more than this can come of the product, whose counts are of 32 bits.
+        u32::try_from(pairs).ok()?;
+        let incidence = structure(nodes, starts, members);
+        let of_nodes = incidence.transpose_view().to_csr();
+        let (mut starts, mut neighbours) = (vec![0; nodes + 1], Vec::new());
+        smmp::symbolic(
+            of_nodes.view(),
+            incidence.view(),
+            &mut starts,
+            &mut neighbours,
+            &mut vec![false; nodes],
+        );
+        let product = structure(nodes, starts, neighbours);
+        let (mut starts, mut neighbours) = (vec![0], Vec::with_capacity(product.nnz()));
+        for (node, row) in product.outer_iterator().enumerate() {
+            neighbours.extend(row.indices().iter().filter(|&&other| other as usize != node));
+            starts.push(i32::try_from(neighbours.len()).ok()? as u32);
         }
-        Some(NodeGraph { starts, neighbours })
+        Some(NodeGraph { adjacency: structure(nodes, starts, neighbours) })
     }
 
     /// Number of nodes.
     pub fn len(&self) -> usize {
-        self.starts.len() - 1
+        self.adjacency.rows()
     }
 
     pub fn is_empty(&self) -> bool {
@@ -49,8 +65,20 @@ impl NodeGraph {
 
     /// Neighbours of `node`, ascending.
     pub fn neighbours(&self, node: usize) -> &[u32] {
-        &self.neighbours[self.starts[node] as usize..self.starts[node + 1] as usize]
+        &self.adjacency.indices()[self.adjacency.indptr().outer_inds_sz(node)]
     }
+
+    /// Each two neighbours once, the smaller node first, ascending.
+    pub fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
+        let beyond = |node: u32| self.neighbours(node as usize).iter().filter(move |&&other| other > node);
+        (0..self.len() as u32).flat_map(move |node| beyond(node).map(move |&other| [node, other]))
+    }
+}
+
+/// A pattern of rows with ascending `columns` below `width`, row k in `starts[k]..starts[k + 1]`.
+fn structure(width: usize, starts: Vec<u32>, columns: Vec<u32>) -> CsStructureI<u32> {
+    let entries = vec![(); columns.len()];
+    CsStructureI::new((starts.len() - 1, width), starts, columns, entries)
 }
 
 /// The order in which unknowns are eliminated.
@@ -125,12 +153,12 @@ const METIS_NOT_A_PERMUTATION: i32 = 0;
 
 fn dissect(graph: &NodeGraph) -> Result<Vec<u32>, FactorError> {
     // METIS is not meant for graphs without edges; any order of those is as good.
-    if graph.neighbours.is_empty() {
+    if graph.adjacency.nnz() == 0 {
         return Ok((0..graph.len() as u32).collect());
     }
     let mut nodes = graph.len() as i32;
-    let mut starts: Vec<i32> = graph.starts.iter().map(|&k| k as i32).collect();
-    let mut neighbours: Vec<i32> = graph.neighbours.iter().map(|&k| k as i32).collect();
+    let mut starts: Vec<i32> = graph.adjacency.proper_indptr().iter().map(|&k| k as i32).collect();
+    let mut neighbours: Vec<i32> = graph.adjacency.indices().iter().map(|&k| k as i32).collect();
     let (mut permutation, mut inverse) = (vec![0i32; graph.len()], vec![0i32; graph.len()]);
     let mut options = [0i32; metis_sys::METIS_NOPTIONS as usize];
     let guard = METIS.lock().unwrap_or_else(PoisonError::into_inner);
@@ -175,6 +203,20 @@ mod tests {
             }
         }
         NodeGraph::from_cliques((side * side) as usize, cliques.iter().map(|c| &c[..])).expect("in range")
+    }
+
+    #[test]
+    fn neighbours_share_a_clique() {
+        // A clique may name a node twice, and two cliques may share an edge.
+        let cliques = [&[4u32, 1, 2, 1][..], &[2, 4], &[3], &[0, 2]];
+        let graph = NodeGraph::from_cliques(6, cliques).expect("in range");
+        let expected: [&[u32]; 6] = [&[2], &[2, 4], &[0, 1, 4], &[], &[1, 2], &[]];
+        assert_eq!(graph.len(), 6);
+        for (node, expected) in expected.into_iter().enumerate() {
+            assert_eq!(graph.neighbours(node), expected, "{node}");
+        }
+        assert_eq!(graph.edges().collect::<Vec<_>>(), [[0, 2], [1, 2], [1, 4], [2, 4]]);
+        assert_eq!(NodeGraph::from_cliques(6, [&[6u32, 0][..]]), None);
     }
 
     #[test]

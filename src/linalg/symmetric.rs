@@ -3,14 +3,15 @@
 //! The diagonal is always stored, so that grounding or regularising an unknown never changes the
 //! pattern. Indices are `u32`: half the memory traffic of `usize`, and what the factorisation takes.
 
+use sprs::{CsStructureI, TriMatI};
+
 use crate::linalg::ordering::NodeGraph;
 
 /// Which entries of the lower triangle are stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymmetricPattern {
-    size: usize,
-    starts: Vec<u32>,
-    rows: Vec<u32>,
+    /// By columns.
+    lower: CsStructureI<u32>,
 }
 
 impl SymmetricPattern {
@@ -18,23 +19,24 @@ impl SymmetricPattern {
     /// `None` if an index is not below `size`, or there are more entries than `u32` counts.
     pub fn from_entries(size: usize, entries: impl IntoIterator<Item = (usize, usize)>) -> Option<Self> {
         u32::try_from(size).ok()?;
-        let mut columns: Vec<Vec<u32>> = (0..size).map(|k| vec![k as u32]).collect();
+        let mut triplets = TriMatI::<f64, u32>::new((size, size));
+        (0..size).for_each(|k| triplets.add_triplet(k, k, 0.0));
         for (i, j) in entries {
             if i >= size || j >= size {
                 return None;
             }
-            columns[i.min(j)].push(i.max(j) as u32);
+            triplets.add_triplet(i.max(j), i.min(j), 0.0);
         }
-        let mut starts = Vec::with_capacity(size + 1);
-        let mut rows = Vec::new();
-        starts.push(0);
-        for column in &mut columns {
-            column.sort_unstable();
-            column.dedup();
-            rows.extend_from_slice(column);
-            starts.push(u32::try_from(rows.len()).ok()?);
-        }
-        Some(SymmetricPattern { size, starts, rows })
+        // Counts have 32 bits.
+        u32::try_from(triplets.nnz()).ok()?;
+        let (starts, rows, _) = triplets.to_csc::<u32>().into_raw_storage();
+        Some(SymmetricPattern::new(starts, rows))
+    }
+
+    /// Column k has the ascending rows `rows[starts[k]..starts[k + 1]]`.
+    fn new(starts: Vec<u32>, rows: Vec<u32>) -> Self {
+        let (size, entries) = (starts.len() - 1, vec![(); rows.len()]);
+        SymmetricPattern { lower: CsStructureI::new_csc((size, size), starts, rows, entries) }
     }
 
     /// Dense blocks of `unknowns` x `unknowns` for every node and every pair of neighbours.
@@ -55,35 +57,32 @@ impl SymmetricPattern {
                 starts.push(u32::try_from(rows.len()).ok()?);
             }
         }
-        Some(SymmetricPattern { size, starts, rows })
+        Some(SymmetricPattern::new(starts, rows))
     }
 
     /// Number of rows.
-    pub const fn size(&self) -> usize {
-        self.size
+    pub fn size(&self) -> usize {
+        self.lower.rows()
     }
 
     /// Number of stored entries.
     pub fn entries(&self) -> usize {
-        self.rows.len()
+        self.lower.nnz()
     }
 
     /// Where each column begins in [`Self::rows`]; one more than there are columns.
     pub fn starts(&self) -> &[u32] {
-        &self.starts
+        self.lower.view().into_raw_storage().0
     }
 
     /// Row of each stored entry, ascending in each column.
     pub fn rows(&self) -> &[u32] {
-        &self.rows
+        self.lower.indices()
     }
 
     /// Place of entry (`i`, `j`) or (`j`, `i`) in the values; `None` if it is not stored.
     pub fn position(&self, i: usize, j: usize) -> Option<usize> {
-        let (row, column) = (i.max(j), i.min(j));
-        let first = *self.starts.get(column)? as usize;
-        let last = *self.starts.get(column + 1)? as usize;
-        self.rows[first..last].binary_search(&(row as u32)).ok().map(|k| first + k)
+        self.lower.nnz_index(i.max(j), i.min(j)).map(|place| place.0)
     }
 }
 
@@ -105,8 +104,8 @@ impl SymmetricMatrix {
         &self.pattern
     }
 
-    pub const fn size(&self) -> usize {
-        self.pattern.size
+    pub fn size(&self) -> usize {
+        self.pattern.size()
     }
 
     pub fn set_zero(&mut self) {
@@ -118,7 +117,7 @@ impl SymmetricMatrix {
     #[must_use = "a block outside the pattern is not added"]
     pub fn add_node_block(&mut self, row: usize, column: usize, block: impl Fn(usize, usize) -> f64) -> bool {
         let Some(first) = self.pattern.position(3 * row, 3 * column) else { return false };
-        let starts = &self.pattern.starts;
+        let starts = self.pattern.starts();
         let below = first - starts[3 * column] as usize;
         for b in 0..3 {
             // Each column of a node lacks one entry more above its diagonal.
@@ -156,11 +155,11 @@ impl SymmetricMatrix {
     pub fn multiply_into(&self, out: &mut [f64], x: &[f64]) {
         assert!(out.len() == self.size() && x.len() == self.size(), "vector and matrix sizes differ");
         out.fill(0.0);
-        for column in 0..self.size() {
-            let (first, last) =
-                (self.pattern.starts[column] as usize, self.pattern.starts[column + 1] as usize);
+        let starts = self.pattern.starts();
+        for (column, rows) in self.pattern.lower.outer_iterator().enumerate() {
+            let first = starts[column] as usize;
             let mut sum = 0.0;
-            for (&row, &value) in self.pattern.rows[first..last].iter().zip(&self.values[first..last]) {
+            for (&row, &value) in rows.indices().iter().zip(&self.values[first..]) {
                 let row = row as usize;
                 if row == column {
                     sum += value * x[column];

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::mesh::tet10::{EDGES, Mesh};
+use crate::geometry::Polyhedron;
+use crate::mesh::tet10::{EDGES, Mesh, NodeId, SurfaceFacet};
 use crate::mesh::{encoded, formats};
 use crate::tensor::Vec3;
 
@@ -52,14 +53,64 @@ fn convex_body(name: &str, (points, cells): Corners) -> Result<Mesh> {
             "falls into {parts} parts that share no facet; merge coincident nodes or use one file a body"
         )));
     }
-    let (hull, volume) = (mesh.convex_hull()?.volume(), mesh.volume());
-    if hull > volume * (1.0 + CONVEX) {
+    let hull = mesh.convex_hull()?;
+    let (filled, volume) = (hull.volume(), mesh.volume());
+    if filled > volume * (1.0 + CONVEX) {
         return Err(fail(format!(
-            "is not convex (its convex hull has {hull:.6e} m^3, the cells {volume:.6e} m^3); \
+            "is not convex (its convex hull has {filled:.6e} m^3, the cells {volume:.6e} m^3); \
              contact needs convex bodies: split it into convex parts"
         )));
     }
+    if volume > filled * (1.0 + CONVEX) {
+        return Err(fail(format!(
+            "has cells that overlap: they hold {volume:.6e} m^3, their convex hull {filled:.6e} m^3"
+        )));
+    }
+    if let Some(problem) = hidden_crack(&mesh, &hull) {
+        return Err(fail(problem));
+    }
     Ok(mesh)
+}
+
+/// Facets further below the hull than this share of their own size lie inside the body.
+const INSIDE: f64 = 0.05;
+/// Nodes nearer to each other than this share of the body's size lie at the same place.
+const SAME: f64 = 1e-6;
+
+/// What lets a body open or slide inside, though it is in one piece: nodes at the same place that are not one, or surface inside of its convex
+/// hull, where two meshes meet and share no nodes.
+fn hidden_crack(mesh: &Mesh, hull: &Polyhedron) -> Option<String> {
+    let place = |node: NodeId| mesh.nodes[node.index()];
+    let size = hull.vertices.iter().map(|v| (v - hull.vertices[0]).norm()).fold(0.0, f64::max);
+    let mut nodes = mesh.surface_nodes();
+    nodes.sort_by(|a, b| place(*a).x.total_cmp(&place(*b).x));
+    let near = |(k, node): (usize, &NodeId)| {
+        let next = nodes[k + 1..].iter().take_while(|other| place(**other).x - place(*node).x < SAME * size);
+        next.copied().find(|other| (place(*other) - place(*node)).norm() < SAME * size)
+    };
+    let doubled: Vec<NodeId> = nodes.iter().enumerate().filter_map(near).collect();
+    if let Some(first) = doubled.first() {
+        let [x, y, z] = place(*first).into();
+        return Some(format!(
+            "has {} nodes at places where it has another one, the first at ({x:.4e}, {y:.4e}, {z:.4e}) m: a hidden crack; merge coincident nodes",
+            doubled.len()
+        ));
+    }
+    let inside = |facet: &&SurfaceFacet| {
+        let [a, b, c] = [0, 1, 2].map(|k| place(facet.nodes[k]));
+        let (middle, extent) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)).norm().sqrt());
+        let heights = hull.facets.iter().zip(&hull.normals);
+        let highest =
+            heights.map(|(f, n)| n.dot(&(middle - hull.vertices[f[0]]))).fold(f64::NEG_INFINITY, f64::max);
+        highest < -INSIDE * extent
+    };
+    let count = mesh.surface.iter().filter(inside).count();
+    (count > 0).then(|| {
+        format!(
+            "has {count} facets of its surface inside, where two meshes meet and share no nodes: a hidden crack; mesh both sides of it alike \
+             and merge coincident nodes"
+        )
+    })
 }
 
 type Corners = (Vec<Vec3>, Vec<[u32; 4]>);
@@ -298,6 +349,82 @@ mod tests {
         std::fs::write(&path, box_file(true).1).expect("written");
         assert_eq!(read_mesh(&path).expect("a mesh").cells.len(), 12);
         assert!(matches!(read_mesh(&directory.path().join("none.vtu")), Err(Error::Io { .. })));
+    }
+
+    /// Points are text and cells raw bytes behind the tags, as VTK and ParaView save by default, and so is a field of no interest.
+    #[test]
+    fn raw_bytes_behind_the_tags_are_read() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("body.vtu");
+        let head = r#"<VTKFile type="UnstructuredGrid" byte_order="BigEndian"><UnstructuredGrid><Piece>
+            <CellData><DataArray type="UInt8" Name="rock" format="appended" offset="0"/></CellData>
+            <Points><DataArray type="Float64" format="ascii">0 0 0 0.3 0 0 0 0.2 0 0 0 0.1</DataArray></Points><Cells>
+            <DataArray type="Int32" Name="connectivity" format="appended" offset="5"/><DataArray type="Int64" Name="offsets" format="ascii">4</DataArray>
+            <DataArray type="UInt8" Name="types" format="appended" offset="25"/></Cells></Piece></UnstructuredGrid><AppendedData encoding="raw">_"#;
+        // Each behind its number of bytes: 1 value, 4 numbers of points, 1 type.
+        let mut bytes = head.as_bytes().to_vec();
+        bytes.extend([0, 0, 0, 1, 0xff]);
+        bytes.extend([0, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3]);
+        bytes.extend([0, 0, 0, 1, 10]);
+        let whole = bytes.len();
+        bytes.extend(b"</AppendedData></VTKFile>");
+        std::fs::write(&path, &bytes).expect("written");
+        let mesh = read_mesh(&path).unwrap_or_else(|e| panic!("{e}"));
+        assert!(mesh.cells.len() == 1 && (mesh.volume() - 1e-3).abs() < 1e-15, "{}", mesh.volume());
+        std::fs::write(&path, &bytes[..whole - 1]).expect("written");
+        let cut = read_mesh(&path).expect_err("cut off").to_string();
+        assert!(cut.contains("types: the data are cut off"), "{cut}");
+        // A hidden crack is found whatever the cells are written as.
+        let plain = cracked(0.0);
+        let (points, cells) = plain.split_once("</Points>").expect("points");
+        let other = "<AppendedData encoding=\"raw\">_\u{1}</AppendedData></VTKFile>";
+        let appended = format!("{points}</Points>{}", cells.replace("</VTKFile>", other));
+        std::fs::write(&path, appended).expect("written");
+        let refused = read_mesh(&path).expect_err("cracked").to_string();
+        assert!(refused.contains("hidden crack"), "{refused}");
+    }
+
+    /// A cuboid whose mid-plane is cut but for its rim, its nodes `apart` [m] on one side.
+    fn cracked(apart: f64) -> String {
+        let mesh = cuboid_mesh([0.3, 0.2, 0.2], 0.05).expect("a mesh");
+        let mut nodes = mesh.nodes.clone();
+        let mut cells: Vec<Vec<u32>> =
+            mesh.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
+        let plane = |p: &Vec3| p.z.abs() < 1e-9 && p.x.abs() < 0.14 && p.y.abs() < 0.09;
+        let mut twins = std::collections::BTreeMap::new();
+        for cell in &mut cells {
+            let above = cell.iter().map(|n| mesh.nodes[*n as usize].z).sum::<f64>() > 0.0;
+            for node in cell.iter_mut().filter(|n| above && plane(&mesh.nodes[**n as usize])) {
+                *node = *twins.entry(*node).or_insert_with(|| {
+                    let place = mesh.nodes[*node as usize];
+                    nodes.push(place + Vec3::new(apart, 0.0, 0.0));
+                    nodes.len() as u32 - 1
+                });
+            }
+        }
+        assert_eq!(twins.len(), 15);
+        vtu(&nodes, &cells)
+    }
+
+    #[test]
+    fn cracks_hidden_inside_are_refused() {
+        let same = message(&cracked(0.0));
+        assert!(same.contains("merge coincident nodes") && same.contains("hidden crack"), "{same}");
+        // Nodes that do not lie on each other, as where both sides were meshed apart.
+        let unlike = message(&cracked(1e-3));
+        assert!(unlike.contains("facets of its surface inside"), "{unlike}");
+        let whole = cuboid_mesh([0.3, 0.2, 0.2], 0.05).expect("a mesh");
+        // A node inside that is moved past its neighbours folds cells over others.
+        let mut folded = whole.nodes.clone();
+        let inner =
+            folded.iter().position(|p| (p - Vec3::new(0.05, 0.0, 0.05)).norm() < 1e-9).expect("a node");
+        folded[inner].x += 0.083;
+        let corners: Vec<Vec<u32>> =
+            whole.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
+        assert!(message(&vtu(&folded, &corners)).contains("cells that overlap"));
+        let cells: Vec<Vec<u32>> =
+            whole.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
+        assert!(parse_mesh("body.vtu", &vtu(&whole.nodes, &cells)).is_ok());
     }
 
     #[test]

@@ -28,7 +28,7 @@ const ATTEMPTS: [(f64, usize, f64); 10] = [
     (1.0, 12, 0.12),
 ];
 /// Largest number of cells of one generated mesh.
-const MOST_CELLS: usize = 2_000_000;
+pub const MOST_CELLS: usize = 2_000_000;
 
 /// Mesh of a convex grain with about `cells` cells (as near as whole edge cuts come, at least one per
 /// facet, up to a dozen more for a grain that meshes badly): a fan from an inner point, longest-edge bisection, smoothing.

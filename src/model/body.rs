@@ -58,6 +58,9 @@ pub struct Body {
     pub mass: f64,
     /// Centre of mass in body coordinates [m].
     pub centre_of_mass: crate::tensor::Vec3,
+    /// Where its frame lies from the point that it was placed by, in body coordinates [m]: bodies given far from that point have one of their own,
+    /// since rounding grows with the arm. Zero for all that can break, whose parts say theirs themselves ([`Body::frame_offset`]).
+    pub offset: crate::tensor::Vec3,
     /// Length that makes rotations commensurate with translations [m]; about the body's radius.
     pub rotation_scale: f64,
 }
@@ -85,6 +88,7 @@ impl Body {
             friction: None,
             mass: 0.0,
             centre_of_mass: crate::tensor::Vec3::zeros(),
+            offset: crate::tensor::Vec3::zeros(),
             rotation_scale: radius,
         }
     }
@@ -103,6 +107,11 @@ impl Body {
         let shape =
             crate::contact::ContactShape::new(crate::geometry::RoundedBody { core, radius: rounding });
         (Body::rigid(name, kind, nominal, 1e8, radius), shape)
+    }
+
+    /// Where its frame lies from the point that it, or the grain that it is a part of, was placed by, in body coordinates [m].
+    pub fn frame_offset(&self) -> crate::tensor::Vec3 {
+        self.damaged.as_ref().map_or(self.offset, |grain| grain.offset())
     }
 
     /// The meshed surface, where the body deforms.

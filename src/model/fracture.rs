@@ -129,11 +129,9 @@ impl Model {
 
     /// Poses of the body coordinates as generated, in which meshes stay where they were: those of a part lie off its own by its offset.
     pub fn frames(&self, poses: &[Pose]) -> Vec<Pose> {
-        let frame = |(body, pose): (&Body, &Pose)| match &body.damaged {
-            Some(grain) if grain.offset() != Vec3::zeros() => {
-                Pose::new(pose.to_space(&-grain.offset()), pose.rotation)
-            }
-            Some(_) | None => *pose,
+        let frame = |(body, pose): (&Body, &Pose)| match body.frame_offset() {
+            offset if offset != Vec3::zeros() => Pose::new(pose.to_space(&-offset), pose.rotation),
+            _ => *pose,
         };
         let nodes = poses.iter().skip(self.bodies.len());
         self.bodies.iter().zip(poses).map(frame).chain(nodes.copied()).collect()
@@ -408,6 +406,7 @@ impl Model {
             friction: old.friction,
             mass: mass.mass * (room / grain.mesh().volume()),
             centre_of_mass: mass.centroid,
+            offset: Vec3::zeros(),
             rotation_scale: 0.5 * size,
             resting: bends.clone().filter(|_| rests),
             grain: bends.filter(|_| !rests),

@@ -11,6 +11,8 @@
 //! Source of the mechanics: [`crate::element::membrane`], [`crate::material::rubber`]. Units SI; tension
 //! positive.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::{ContactLaw, MembraneContactLaw, Offset};
 use crate::element::MembraneTriangle;
 use crate::error::{Error, Result};
@@ -29,7 +31,8 @@ const OVERLAP: f64 = 0.01;
 const EDGE_FADE: f64 = 0.25;
 
 /// How thick the sheet counts where it lies on a body.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Thickness {
     /// As thick as unstrained: the middle stays half of that off, and hands on what the pressure does on that larger surface.
     #[default]

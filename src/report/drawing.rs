@@ -103,12 +103,12 @@ impl Drawing {
     }
 
     pub fn text(&mut self, at: [f64; 2], text: &str, size: f64, colour: Colour, anchor: Anchor) {
-        self.marks.push(Mark::Text { at, text: text.into(), size, colour, anchor, turned: false });
+        self.marks.push(Mark::Text { at, text: drawable(text), size, colour, anchor, turned: false });
     }
 
     pub fn turned_text(&mut self, at: [f64; 2], text: &str, size: f64, colour: Colour) {
         let anchor = Anchor::Middle;
-        self.marks.push(Mark::Text { at, text: text.into(), size, colour, anchor, turned: true });
+        self.marks.push(Mark::Text { at, text: drawable(text), size, colour, anchor, turned: true });
     }
 
     /// The drawing as an SVG document.
@@ -163,6 +163,11 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     // In large pixels, since the layout counts whole ones.
     let measured = (FONT, 100.0 * LINE_OVER_EM).into_font().box_size(text);
     measured.map_or(0.6 * size * text.chars().count() as f64, |(width, _)| f64::from(width) * size / 100.0)
+}
+
+/// A text without the control characters that no SVG may hold.
+fn drawable(text: &str) -> String {
+    text.replace(char::is_control, "\u{fffd}")
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -355,7 +360,9 @@ mod tests {
         assert!((narrow - 8.34).abs() < 0.2 && (wide - 29.7).abs() < 0.3, "{narrow} {wide}");
         let mut drawing = Drawing::new(50.0, 20.0);
         drawing.text([5.0, 10.0], "a<b&c", 10.0, INK, Anchor::Left);
+        drawing.turned_text([5.0, 10.0], "a\u{1b}[31m\u{7}", 10.0, INK);
         let svg = drawing.to_svg().unwrap_or_else(|e| panic!("{e}"));
+        assert!(!svg.contains(|c: char| c.is_control() && c != '\n'), "{svg:?}");
         assert!(svg.contains("a&lt;b&amp;c") && !svg.contains("a<b"), "{svg}");
     }
 }

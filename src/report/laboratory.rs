@@ -11,12 +11,14 @@
 //! The first line names the columns, in any order, each with its unit in brackets, square or round: `axial_strain` is needed, and at least
 //! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart. Other usual names are known too ([`NAMES`]). Strains are in `%`
 //! or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2` or `N/mm2`; a column without its unit is refused. Compression and contraction count positive. A cell may be empty.
-//! Commas, semicolons or tabs part the cells. Other columns are left out, so that what `riprap export --csv` writes can be
+//! Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals may stand behind a comma. Other columns are left out, so that what `riprap export --csv` writes can be
 //! overlaid too.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+
+use super::decimal::Decimals;
 
 /// One measured curve, in SI, compression positive.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -82,8 +84,9 @@ type Places = [Option<(usize, f64)>; 4];
 /// `Error::Io`; `Error::Usage` with file and line of everything that keeps it from being such a table.
 pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
     let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-    let text = String::from_utf8(bytes)
-        .map_err(|_| Error::Usage(format!("{}: is not UTF-8 text", path.display())))?;
+    let text = String::from_utf8(bytes).map_err(|_| {
+        Error::Usage(format!("{}: is not UTF-8 text; save it as \"CSV UTF-8\"", path.display()))
+    })?;
     let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
     parse(&text, &format!("laboratory, {stem}")).map_err(|faults| Error::Usage(listed(path, &faults)))
 }
@@ -208,15 +211,14 @@ fn factor(number: usize, unit: Option<&str>) -> Result<f64, String> {
 }
 
 /// A row's axial strain, deviatoric stress and volumetric strain in SI; not a number where a cell is empty.
-fn numbers(cells: &csv::StringRecord, places: &Places) -> Result<[f64; 3], String> {
+fn numbers(cells: &csv::StringRecord, places: &Places, decimals: Decimals) -> Result<[f64; 3], String> {
     let number = |column: usize| -> Result<f64, String> {
         let Some((at, factor)) = places[column] else { return Ok(f64::NAN) };
         match cells.get(at).unwrap_or("") {
             "" => Ok(f64::NAN),
-            cell => match cell.parse::<f64>() {
-                // Our own export writes NaN for what a row does not have.
-                Ok(value) if value.is_finite() || value.is_nan() => Ok(value * factor),
-                _ => Err(format!("{}: {cell:?} is no number", COLUMNS[column])),
+            cell => match decimals.number(cell) {
+                Ok(value) => Ok(value * factor),
+                Err(fault) => Err(format!("{}: {fault}", COLUMNS[column])),
             },
         }
     };
@@ -229,22 +231,30 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
     let is_content = |line: &str| !line.trim().is_empty() && !line.trim().starts_with('#');
     let header = text.lines().find(|line| is_content(line)).unwrap_or("");
     let separator = [b';', b'\t', b','].into_iter().find(|&c| header.contains(char::from(c))).unwrap_or(b',');
-    let mut rows = records(text, separator).map_err(|fault| vec![fault])?.into_iter();
-    let Some((header_line, header)) = rows.next() else {
+    let rows = records(text, separator).map_err(|fault| vec![fault])?;
+    let Some(((header_line, header), rows)) = rows.split_first() else {
         return Err(vec![(1, "has no header line".into())]);
     };
-    let (places, faults) = places_of(&header);
-    let mut faults: Vec<Fault> = faults.into_iter().map(|fault| (header_line, fault)).collect();
+    let (places, faults) = places_of(header);
+    let mut faults: Vec<Fault> = faults.into_iter().map(|fault| (*header_line, fault)).collect();
+    let columns = places[1..].iter().flatten().map(|(at, _)| *at);
+    let cells = rows
+        .iter()
+        .flat_map(|(line, cells)| columns.clone().filter_map(move |at| Some((*line, cells.get(at)?))));
+    let decimals = Decimals::of(cells, separator).unwrap_or_else(|fault| {
+        faults.push(fault);
+        Decimals::Comma
+    });
     let mut curves: Vec<LaboratoryCurve> = Vec::new();
     for (line, cells) in rows {
         let (count, columns) = (cells.len(), header.len());
         if cells.iter().skip(columns).any(|cell| !cell.trim().is_empty()) {
             let problem = format!("has {count} cells under a header of {columns}");
-            faults.push((line, problem + "; decimal commas need semicolons between the cells"));
+            faults.push((*line, problem + "; decimal commas need semicolons between the cells"));
             continue;
         }
-        let row = numbers(&cells, &places).unwrap_or_else(|fault| {
-            faults.push((line, fault));
+        let row = numbers(cells, &places, decimals).unwrap_or_else(|fault| {
+            faults.push((*line, fault));
             [f64::NAN; 3]
         });
         let label = match places[0] {
@@ -262,7 +272,7 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
         curve.volumetric_strain.push(row[2]);
     }
     if curves.is_empty() && faults.is_empty() {
-        faults.push((header_line, "has no rows below its header".into()));
+        faults.push((*header_line, "has no rows below its header".into()));
     }
     if faults.is_empty() { Ok(curves) } else { Err(faults) }
 }
@@ -280,6 +290,30 @@ mod tests {
         assert_eq!(curves[0].axial_strain, [0.0, 0.01]);
         assert!(curves[0].deviatoric_stress[1].is_nan() && curves[0].volumetric_strain[0].is_nan());
         assert_eq!((curves[1].axial_strain[0], curves[1].deviatoric_stress[0]), (0.015, 2e6));
+    }
+
+    /// What spreadsheets write where the comma parts decimals; the message on decimal commas between commas sends there.
+    #[test]
+    fn decimal_commas_are_read_where_commas_do_not_part_cells() {
+        let written = |separator: &str, quote: &str| {
+            let cell = |text: &str| format!("{quote}{text}{quote}");
+            let row = |cells: [&str; 3]| cells.map(cell).join(separator) + "\n";
+            let header = ["axial_strain [%]", "deviatoric_stress [kPa]", "remark, of no use"];
+            row(header) + &row(["0", "0", "1.5 h"]) + &row(["0,25", "412,5", "3,1"]) + &row(["1", "1250", ""])
+        };
+        for text in [written(";", ""), written("\t", ""), written(",", "\"")] {
+            let curves = parse(&text, "file").unwrap_or_else(|e| panic!("{text:?}: {e:?}"));
+            assert_eq!(curves[0].axial_strain, [0.0, 0.25 * 0.01, 0.01], "{text:?}");
+            assert_eq!(curves[0].deviatoric_stress, [0.0, 412.5e3, 1250e3], "{text:?}");
+        }
+        let commas = "axial_strain [%],deviatoric_stress [kPa]\n0,0\n0,25,412,5\n";
+        let faults = parse(commas, "file").expect_err("commas between cells and in them");
+        assert!(faults[0].1.contains("semicolons"), "{faults:?}");
+        let semicolons = "axial_strain [%];deviatoric_stress [kPa]\n0,25;412,5\n";
+        assert!(parse(semicolons, "file").is_ok(), "the message's advice");
+        let mixed = "axial_strain [%];deviatoric_stress [kPa]\n0,25;412.5\n";
+        let faults = parse(mixed, "file").expect_err("points and commas");
+        assert!(faults[0].0 == 2 && faults[0].1.contains("mixes decimal points"), "{faults:?}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod bodies;
 pub mod chart;
 mod cost;
 mod curves;
+mod decimal;
 mod drawing;
 mod energy;
 mod fabric;

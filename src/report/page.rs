@@ -237,6 +237,8 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
 
 /// Text that HTML takes as text.
 fn escaped(text: &str) -> String {
+    // XML has no control characters but these.
+    let text = text.replace(|c: char| c.is_control() && !['\n', '\t', '\r'].contains(&c), "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -49,7 +49,7 @@ pub fn write_bodies_csv(reader: &Reader, output: &mut impl Write, to: &Path) -> 
         table.write_record(&header)?;
         for (body, vectors) in &bodies {
             for row in 0..rows {
-                table.write_field(body)?;
+                table.write_field(plain_cell(body).as_bytes())?;
                 for number in &numbers {
                     table.write_field(&number[row])?;
                 }
@@ -66,6 +66,15 @@ pub fn write_bodies_csv(reader: &Reader, output: &mut impl Write, to: &Path) -> 
     write().map_err(|e| Error::io("write", to, e.into()))
 }
 
+/// A text as a cell of a table that a spreadsheet may open: one that it would take for a formula begins with an apostrophe.
+pub fn plain_cell(text: &str) -> std::borrow::Cow<'_, str> {
+    let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
+    match formula {
+        true => format!("'{text}").into(),
+        false => text.into(),
+    }
+}
+
 /// A column of the history as text.
 fn column(reader: &Reader, name: &str, integer: bool) -> Result<Vec<String>> {
     let name = format!("history/{name}");
@@ -73,4 +82,25 @@ fn column(reader: &Reader, name: &str, integer: bool) -> Result<Vec<String>> {
         true => reader.integers(&name)?.iter().map(i64::to_string).collect(),
         false => reader.floats(&name)?.iter().map(|value| format!("{value:?}")).collect(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_cell_is_a_formula() {
+        for (text, cell) in [
+            ("=cmd|'/c calc'!A0", "'=cmd|'/c calc'!A0"),
+            ("@SUM(A1)", "'@SUM(A1)"),
+            ("+x", "'+x"),
+            ("-2+3", "'-2+3"),
+            ("\t=1", "'\t=1"),
+            ("-2.5e-3", "-2.5e-3"),
+            ("-inf", "-inf"),
+            ("left", "left"),
+        ] {
+            assert_eq!(plain_cell(text), cell);
+        }
+    }
 }

@@ -107,6 +107,7 @@ history! {
     stress_ratio: f64, "1", "stress ratio q/p";
     void_ratio: f64, "1", "void ratio, volume of voids over volume of solids, in the volume that the cover encloses; rock that was crushed counts as solid";
     void_ratio_nominal: f64, "1", "void ratio between the walls that the specimen was compacted in, carried on with the change of the cover's volume; rock that was crushed counts as solid";
+    cover_volume_ratio: f64, "1", "volume in covers laid anew over that in those they replaced, all since strains are zero: strains are carried over these jumps, the void ratio is not; 1 where none was";
     axial_stress_contacts: f64, "Pa", "axial stress from contact forces (Love-Weber), compression positive";
     radial_stress_contacts: f64, "Pa", "mean radial stress from contact forces (Love-Weber) and the pressure on the cover's rims, compression positive";
     end_friction: f64, "Pa", "what friction on the end plates adds to the radial stress from contact forces";
@@ -171,7 +172,7 @@ history! {
     cuts: i64, "1", "times this increment was cut before it was accepted";
     wall_time: f64, "s", "wall-clock time since the start of the run";
     solving_time: f64, "s", "wall-clock time of all increments so far, without what came before them and without the file";
-    out_of_balance: f64, "1", "out-of-balance force over the mean contact force";
+    out_of_balance: f64, "1", "largest force out of balance on a body over the mean contact force; on a body of a scene that carries less than that, over what it carries";
     max_penetration: f64, "m", "largest penetration of two bodies";
     energy_external: f64, "J", "work done on the specimen from outside, since the start";
     energy_elastic: f64, "J", "elastic energy stored in grains and contacts, less that at the start";

@@ -11,12 +11,14 @@ use ndarray::IxDyn;
 
 use crate::error::{Error, Result};
 
+use super::checksum::crc32;
+use super::head::{FORMAT, Head};
 use super::history::{HISTORY, Quantity};
-use super::journal;
+use super::inspect::inspect;
+use super::journal::{self, Needed};
 use super::lock::{Access, Lock};
-use super::record::{FORMAT_VERSION, Outcome, Status};
+use super::record::{CONSOLIDATED, ORIGIN, Outcome, RESTART_SLOTS, Status};
 use super::store::{explain, failure};
-use super::writer::{CONSOLIDATED, ORIGIN, RESTART_SLOTS};
 
 /// How often, and after what pause, a file in the middle of a live commit is looked at again.
 const ATTEMPTS: usize = 100;
@@ -81,31 +83,39 @@ pub struct Reader {
 
 impl Reader {
     /// Opens a file. One that a killed process left in the middle of a commit is put back to its last
-    /// commit first; one that is still being written is read as of its last commit.
+    /// commit first; one that is still being written is read as of its last commit. Errors: no results file, or one
+    /// with anything in it that riprap never writes.
     pub fn open(path: &Path) -> Result<Self> {
-        if !path.exists() {
+        // The journal lies beside the file itself, not beside links to it.
+        let Ok(real) = std::fs::canonicalize(path) else {
             return Err(failure(path, "/", "no such file"));
-        }
+        };
         // A commit of a live writer takes milliseconds; try again between two.
         let mut last = failure(path, "/", "is being written to all the time; try again");
         for _ in 0..ATTEMPTS {
-            let journal = journal::path_of(path);
-            if let Some(lock) = Lock::acquire(path, Access::Read)? {
-                if !journal.exists() {
-                    let (path, file) = (path.to_path_buf(), open(path)?);
+            if let Some(lock) = Lock::acquire(&real, Access::Read)? {
+                if journal::needed(&lock.file, &real)? == Needed::Nothing {
+                    let (path, file) = (path.to_path_buf(), open(&real)?);
                     return Ok(Reader { file, path, live: false, _lock: Some(lock) });
                 }
                 drop(lock);
-                if let Some(lock) = Lock::acquire(path, Access::Write)? {
-                    journal::recover_locked(path, &lock)?;
+                if let Some(lock) = Lock::acquire(&real, Access::Write)? {
+                    journal::recover(&lock.file, &real)?;
                 }
                 continue;
             }
-            if !journal.exists() {
-                match open(path) {
-                    Ok(file) => {
+            let head = || -> Result<Option<Head>> {
+                let file = std::fs::File::open(&real).map_err(|e| Error::io("open", path, e))?;
+                Head::read(&file, path)
+            };
+            let before = head()?;
+            if before.as_ref().is_none_or(|head| head.under_way.is_none()) {
+                match open(&real) {
+                    // Read between two commits.
+                    Ok(file) if head()? == before => {
                         return Ok(Reader { file, path: path.to_path_buf(), live: true, _lock: None });
                     }
+                    Ok(_) => {}
                     Err(error) => last = error,
                 }
             }
@@ -117,6 +127,14 @@ impl Reader {
     /// For one who has the file locked already.
     pub(super) fn of_owner(path: &Path) -> Result<Self> {
         Ok(Reader { file: open(path)?, path: path.to_path_buf(), live: false, _lock: None })
+    }
+
+    /// For the one who writes the file, to see what is there. By another driver of HDF5, which would show what it has in memory
+    /// if it knew that both are one file.
+    pub(super) fn read_back(path: &Path) -> Result<Self> {
+        let access = FileAccess::build().stdio().file_locking(false).finish();
+        let file = opened(path, access)?;
+        Ok(Reader { file, path: path.to_path_buf(), live: false, _lock: None })
     }
 
     /// Whether another process was writing the file when it was opened.
@@ -196,7 +214,13 @@ impl Reader {
     /// A scalar text.
     pub fn text(&self, name: &str) -> Result<String> {
         let dataset = self.dataset(name)?;
-        Ok(readable(&self.named(name, dataset.read_scalar::<VarLenUnicode>())?))
+        let text = self.named(name, dataset.read_scalar::<VarLenUnicode>())?;
+        // Earlier versions had none.
+        let has_checksum = self.named(name, dataset.attr_names())?.iter().any(|name| name == "crc32");
+        if has_checksum && self.count_attribute(name, "crc32")? != u64::from(crc32(text.as_bytes())) {
+            return Err(failure(&self.path, name, "is damaged (its checksum is wrong)"));
+        }
+        Ok(readable(&text))
     }
 
     /// A text attribute.
@@ -312,7 +336,7 @@ impl Reader {
     /// Bytes with a checksum beside them.
     fn checked_bytes(&self, name: &str) -> Result<Vec<u8>> {
         let bytes = self.named(name, self.dataset(name)?.read_raw::<u8>())?;
-        match self.count_attribute(name, "crc32")? == u64::from(journal::crc32(&bytes)) {
+        match self.count_attribute(name, "crc32")? == u64::from(crc32(&bytes)) {
             true => Ok(bytes),
             false => Err(failure(&self.path, name, "is damaged (its checksum is wrong)")),
         }
@@ -346,17 +370,28 @@ fn column(name: &str) -> String {
     format!("history/{name}")
 }
 
-/// A text of the file, which may be damaged: what is no UTF-8 is shown as U+FFFD.
+/// A text of the file, which may be damaged or a stranger's: what is no UTF-8, or no character of XML (and so of SVG, HTML and .vtu),
+/// is shown as U+FFFD.
 fn readable(text: &VarLenUnicode) -> String {
-    String::from_utf8_lossy(text.as_bytes()).into_owned()
+    let text = String::from_utf8_lossy(text.as_bytes());
+    let forbidden = |c: char| {
+        (c < ' ' && !['\n', '\t', '\r'].contains(&c))
+            || matches!(c, '\u{7f}'..='\u{9f}' | '\u{fffe}' | '\u{ffff}')
+    };
+    text.replace(forbidden, "\u{fffd}")
 }
 
 fn open(path: &Path) -> Result<File> {
-    let opened = FileAccess::build().file_locking(false).finish().and_then(|access| {
+    opened(path, FileAccess::build().file_locking(false).finish())
+}
+
+fn opened(path: &Path, access: hdf5::Result<FileAccess>) -> Result<File> {
+    let opened = access.and_then(|access| {
         let mut options = File::with_options();
         options.set_access_plist(&access)?.open(path)
     });
     let file = opened.map_err(|e| failure(path, "/", explain(&e)))?;
+    inspect(&file, path)?;
     check_format(path, &file)?;
     Ok(file)
 }
@@ -366,9 +401,8 @@ fn check_format(path: &Path, file: &File) -> Result<()> {
     let Ok(attribute) = file.attr("format_version") else { return Ok(()) };
     let found = attribute.read_scalar::<u64>();
     match found.map_err(|e| failure(path, "/@format_version", explain(&e)))? {
-        found if found > FORMAT_VERSION => {
-            let problem =
-                format!("is {found}, written by a later riprap; this one reads up to {FORMAT_VERSION}");
+        found if found > u64::from(FORMAT) => {
+            let problem = format!("is {found}, written by a later riprap; this one reads up to {FORMAT}");
             Err(failure(path, "/@format_version", problem))
         }
         _ => Ok(()),

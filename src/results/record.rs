@@ -1,4 +1,4 @@
-//! `/case` and `/status`: what was run, by what, and how it ended.
+//! `/case` and `/status`: what was run, by what, and how it ended; names in `/restart`.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -33,9 +33,12 @@ pub fn results_file(folder: &Path, name: &OsStr) -> PathBuf {
     if older.exists() && !usual.exists() { older } else { usual }
 }
 
-/// The layout of results files that this riprap writes, and the newest that it reads: attribute `format_version` of the root. It grows when what
-/// is there changes its name, shape or meaning, not when something is added.
-pub const FORMAT_VERSION: u64 = 1;
+/// The two restart slots, written in turn, so that one of them is always whole.
+pub(super) const RESTART_SLOTS: [&str; 2] = ["restart/a", "restart/b"];
+/// What all restart points have in common.
+pub(super) const ORIGIN: &str = "restart/origin";
+/// The state that other runs can start from.
+pub(super) const CONSOLIDATED: &str = "restart/consolidated";
 
 /// riprap's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

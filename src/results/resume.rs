@@ -4,12 +4,13 @@ use std::path::Path;
 
 use hdf5::File;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 use super::bodies::BODY_QUANTITIES;
 use super::grains::GRAIN_QUANTITIES;
+use super::head::Head;
 use super::history::HISTORY;
-use super::journal;
+use super::journal::{self, Owner};
 use super::lock::Lock;
 use super::reader::{Reader, Restart};
 use super::record::Outcome;
@@ -18,18 +19,26 @@ use super::vtkhdf::VtkHdf;
 use super::writer::{Writer, access};
 
 /// Where datasets lie that are written once.
-const FIXED_GROUPS: [&str; 8] =
-    ["VTKHDF", "grains", "specimen", "contacts", "breakage", "pieces", "rock", "restart"];
+/// Not those that a continued run takes away: their place is used again.
+const FIXED_GROUPS: [&str; 6] = ["VTKHDF", "grains", "specimen", "contacts", "rock", "restart"];
 
 impl Writer {
     /// Opens a file to continue it after its last restart point: rows and states behind that point are
     /// dropped, the status is `running` again. Returns the restart point too; errors if there is none.
     pub fn resume(path: &Path) -> Result<(Self, Restart)> {
-        if !path.exists() {
+        // The journal lies beside the file itself, not beside links to it.
+        let Ok(path) = &std::fs::canonicalize(path) else {
             return Err(failure(path, "/", "no such file"));
-        }
+        };
         let lock = Lock::for_writing(path)?;
-        journal::recover_locked(path, &lock)?;
+        let Some(head) = Head::read(&lock.file, path)? else {
+            let message = "is of an earlier version of riprap, which alone can continue it";
+            return Err(failure(path, "/", message));
+        };
+        journal::recover(&lock.file, path)?;
+        journal::set_aside(path, &[head.identity])?;
+        Head::note_name(&lock.file, path).map_err(|e| Error::io("write", path, e))?;
+        let owner = Owner { identity: head.identity, commit: head.commit };
         let restart = Reader::of_owner(path)?
             .restart()?
             .ok_or_else(|| failure(path, "restart", "has no restart point to resume from"))?;
@@ -38,14 +47,14 @@ impl Writer {
             options.set_access_plist(&access)?.open_rw(path)
         });
         let file = opened.map_err(|e| failure(path, "/", explain(&e)))?;
-        let store = Store { file, path: path.to_path_buf() };
-        let status = store.open("status")?;
+        let store = Store { open: Some(file), path: path.to_path_buf() };
         let mut history = Vec::new();
         for quantity in HISTORY {
             history.push(store.grown(&format!("history/{}", quantity.name))?);
         }
-        let mut writer = Self::over(store, lock, history, status);
-        writer.committed_length = writer.length_on_disk()?;
+        let length = lock.file.metadata().map_err(|e| Error::io("read", path, e))?.len();
+        let mut writer = Self::over(store, lock, owner, history);
+        writer.committed_length = length;
         writer.rows = restart.rows;
         writer.restarts = restart.written;
         writer.drop_after(&restart)?;
@@ -63,7 +72,7 @@ impl Writer {
     /// Forgets what a continued run writes again when it comes to the end of `stage` and of those behind
     /// it, the profile and the breakage. Right after [`Writer::resume`].
     pub fn drop_summaries(&mut self, stage: usize) -> Result<()> {
-        if self.store.file.link_exists("stages") {
+        if self.store.has("stages")? {
             let stages = self.store.group("stages")?;
             for name in self.store.hdf5("stages", stages.member_names())? {
                 if name.parse::<usize>().is_ok_and(|index| index >= stage) {
@@ -72,11 +81,10 @@ impl Writer {
             }
         }
         for name in ["profile", "breakage", "pieces"] {
-            if self.store.file.link_exists(name) {
-                self.store.hdf5(name, self.store.file.unlink(name))?;
+            if self.store.has(name)? {
+                self.store.unlink(name)?;
             }
         }
-        self.dirty = true;
         self.commit()
     }
 
@@ -87,7 +95,7 @@ impl Writer {
             }
             column.resize(&self.store, restart.rows)?;
         }
-        if self.store.file.link_exists("bodies") {
+        if self.store.has("bodies")? {
             for body in self.body_names()? {
                 let mut columns = Vec::new();
                 for quantity in &BODY_QUANTITIES {
@@ -98,26 +106,26 @@ impl Writer {
                 self.bodies.push(columns);
             }
         }
-        if self.store.file.link_exists("VTKHDF") {
+        if self.store.has("VTKHDF")? {
             if restart.states == 0 {
-                self.store.hdf5("VTKHDF", self.store.file.unlink("VTKHDF"))?;
+                self.store.unlink("VTKHDF")?;
             } else {
                 self.fields = Some(VtkHdf::resume(&self.store, restart.states)?);
             }
         }
-        if self.store.file.link_exists("grains/position") {
+        if self.store.has("grains")? && self.store.has("grains/position")? {
             for quantity in &GRAIN_QUANTITIES {
                 let column = self.store.grown(&format!("grains/{}", quantity.name))?;
                 column.resize(&self.store, restart.states)?;
                 self.grains.push(column);
             }
-            if self.store.file.link_exists("grains/state") {
+            if self.store.has("grains/state")? {
                 let states = self.store.grown("grains/state")?;
                 states.resize(&self.store, restart.states)?;
                 self.grain_states = Some(states);
             }
         }
-        if self.store.file.link_exists("contacts") {
+        if self.store.has("contacts")? {
             let contacts = self.store.group("contacts")?;
             for name in self.store.hdf5("contacts", contacts.member_names())? {
                 if name.parse::<usize>().is_ok_and(|state| state >= restart.states) {
@@ -128,22 +136,22 @@ impl Writer {
         Ok(())
     }
 
-    /// Notes the datasets in a group that were written whole, mesh and tables; those that grow note themselves.
+    /// Notes where the datasets in a group lie that were written whole, mesh and tables; those that grow note themselves.
     fn find_fixed(&mut self, group: &str) -> Result<()> {
         let mut waiting = vec![group.to_string()];
-        let mut fixed = Vec::new();
         while let Some(name) = waiting.pop() {
-            if !self.store.file.link_exists(&name) {
+            if !self.store.has(&name)? {
                 continue;
             }
-            let here = self.store.hdf5(&name, self.store.file.group(&name))?;
-            fixed.extend(
-                self.store.hdf5(&name, here.datasets())?.into_iter().filter(|found| !found.is_resizable()),
-            );
+            let here = self.store.group(&name)?;
+            for found in self.store.hdf5(&name, here.datasets())? {
+                if !found.is_resizable() {
+                    self.store.raw_extents(&found, &mut self.written)?;
+                }
+            }
             let groups = self.store.hdf5(&name, here.groups())?;
             waiting.extend(groups.iter().map(|group| group.name()));
         }
-        self.fixed.extend(fixed);
         Ok(())
     }
 }

@@ -60,7 +60,7 @@ impl Store {
     pub fn measure_by(&self, scales: &[&Dataset], datasets: &[&Dataset]) -> Result<()> {
         let reference = |dataset: &Dataset| {
             let name = dataset.name();
-            self.hdf5(&name, self.file.reference::<ObjectReference1>(&name))
+            self.hdf5(&name, self.file()?.reference::<ObjectReference1>(&name))
         };
         let found = scales.iter().map(|scale| reference(scale)).collect::<Result<Vec<_>>>()?;
         let mut uses: Vec<Vec<Use>> = vec![Vec::new(); scales.len()];

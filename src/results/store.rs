@@ -4,6 +4,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use hdf5::dataset::Layout as Storage;
 use hdf5::types::VarLenUnicode;
 use hdf5::{
     Dataset, Extent, Extents, File, Group, H5Type, Hyperslab, Location, MinorErrorCode, SliceOrIndex,
@@ -12,25 +13,35 @@ use ndarray::{ArrayViewD, IxDyn};
 
 use crate::error::{Error, Result};
 
+use super::checksum::crc32;
 use super::history::Quantity;
 
 /// Uncompressed bytes of a chunk of the large arrays: big enough to compress well, small enough to read alone.
 const CHUNK_BYTES: usize = 1 << 20;
 const DEFLATE_LEVEL: u8 = 4;
+/// Up to so many bytes stand in the header of their dataset, with its checksum.
+const COMPACT_BYTES: usize = 1024;
 
-/// An open HDF5 file and its name.
+/// An HDF5 file and its name.
+///
+/// HDF5 keeps what it is given, and writes some of it when a handle is dropped, where nobody hears of an error. So here nothing is left to
+/// such a moment: large values are written at once ([`Store::whole`]); small ones are metadata, and rows wait in the cache of
+/// a [`Growing`] that stays open, until the file is flushed.
 pub(super) struct Store {
-    pub file: File,
+    /// `None` once it is closed.
+    pub open: Option<File>,
     pub path: PathBuf,
 }
 
 /// How a dataset is laid out on disk.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Layout {
-    /// Rows come one by one: chunks of so many rows, in place, not compressed.
+    /// Rows come one by one: chunks of so many rows, not compressed, with a checksum that every row changes: written at a flush.
     Rows(usize),
+    /// Overwritten as a whole, in chunks of so many rows, in place; has a checksum of its own beside it.
+    Slot(usize),
     /// Blocks of `rows` rows come whole: every block starts on a chunk of its own, so that no chunk is
-    /// ever written twice; shuffled and deflated.
+    /// ever written twice; shuffled and deflated, with a checksum.
     Blocks { rows: usize },
 }
 
@@ -52,25 +63,53 @@ impl Store {
         result.map_err(|e| self.fail(dataset, explain(&e)))
     }
 
+    pub fn file(&self) -> Result<&File> {
+        self.open.as_ref().ok_or_else(|| self.fail("/", "is closed: its run has ended"))
+    }
+
+    /// Whether there is such a group or dataset, in a group that is there.
+    pub fn has(&self, name: &str) -> Result<bool> {
+        Ok(self.file()?.link_exists(name))
+    }
+
     pub fn group(&self, name: &str) -> Result<Group> {
-        let group = match self.file.link_exists(name) {
-            true => self.file.group(name),
-            false => self.file.create_group(name),
+        let group = match self.has(name)? {
+            true => self.file()?.group(name),
+            false => self.file()?.create_group(name),
         };
         self.hdf5(name, group)
     }
 
+    pub fn unlink(&self, name: &str) -> Result<()> {
+        self.hdf5(name, self.file()?.unlink(name))
+    }
+
     pub fn open(&self, name: &str) -> Result<Dataset> {
-        self.hdf5(name, self.file.dataset(name))
+        self.hdf5(name, self.file()?.dataset(name))
+    }
+
+    /// Closes the file, all of whose datasets must be dropped. Errors where HDF5 had something left to write and could not.
+    pub fn close(&mut self) -> Result<()> {
+        match self.open.take() {
+            Some(file) => self.hdf5("/", file.close()),
+            None => Ok(()),
+        }
     }
 
     /// Writes a text as a new scalar dataset.
     pub fn text(&self, name: &str, value: &str) -> Result<Dataset> {
-        let text = self.unicode(name, value)?;
-        let made = self.file.new_dataset::<VarLenUnicode>().shape(()).create(name);
+        let made =
+            self.file()?.new_dataset::<VarLenUnicode>().layout(Storage::Compact).shape(()).create(name);
         let dataset = self.hdf5(name, made)?;
-        self.hdf5(name, dataset.write_scalar(&text))?;
+        self.rewrite(&dataset, name, value)?;
         Ok(dataset)
+    }
+
+    /// Changes a text, and the checksum beside it: HDF5 has none for texts.
+    pub fn rewrite(&self, dataset: &Dataset, name: &str, value: &str) -> Result<()> {
+        let text = self.unicode(name, value)?;
+        self.hdf5(name, dataset.write_scalar(&text))?;
+        self.number_attribute(dataset, "crc32", u64::from(crc32(text.as_bytes())))
     }
 
     pub fn unicode(&self, name: &str, value: &str) -> Result<VarLenUnicode> {
@@ -79,7 +118,7 @@ impl Store {
     }
 
     pub fn scalar<T: H5Type>(&self, name: &str, value: T) -> Result<Dataset> {
-        let made = self.file.new_dataset::<T>().shape(()).create(name);
+        let made = self.file()?.new_dataset::<T>().layout(Storage::Compact).shape(()).create(name);
         let dataset = self.hdf5(name, made)?;
         self.hdf5(name, dataset.write_scalar(&value))?;
         Ok(dataset)
@@ -118,12 +157,20 @@ impl Store {
         let rows = values.len() / per_row;
         let mut shape = vec![rows];
         shape.extend_from_slice(width);
-        let mut builder = self.file.new_dataset_builder();
-        // Compression of a few values costs more than it saves.
-        if std::mem::size_of_val(values) > 4096 {
+        let mut builder = self.file()?.new_dataset_builder();
+        let bytes = std::mem::size_of_val(values);
+        if bytes > COMPACT_BYTES {
             let mut chunk = shape.clone();
             chunk[0] = chunk_rows(rows, per_row * std::mem::size_of::<T>());
-            builder = builder.chunk(chunk).shuffle().deflate(DEFLATE_LEVEL);
+            // Without a cache, so that it is written now, and an error is heard of.
+            builder = builder.chunk(chunk).chunk_cache(0, 0, 0.0);
+            // Compression of a few values costs more than it saves.
+            if bytes > 4096 {
+                builder = builder.shuffle().deflate(DEFLATE_LEVEL);
+            }
+            builder = builder.fletcher32();
+        } else if bytes > 0 {
+            builder = builder.layout(Storage::Compact);
         }
         let dataset = self.hdf5(name, builder.empty::<T>().shape(shape.as_slice()).create(name))?;
         if rows > 0 {
@@ -138,15 +185,17 @@ impl Store {
         let mut extents = vec![Extent::resizable(0)];
         extents.extend(width.iter().map(|&n| Extent::fixed(n)));
         let rows = match layout {
-            Layout::Rows(rows) => rows,
+            Layout::Rows(rows) | Layout::Slot(rows) => rows,
             Layout::Blocks { rows } => chunk_rows(rows, row_length(width) * std::mem::size_of::<T>()),
         };
         let mut chunk = vec![rows];
         chunk.extend_from_slice(width);
-        let mut builder = self.file.new_dataset_builder().chunk(chunk);
-        if let Layout::Blocks { .. } = layout {
-            builder = builder.shuffle().deflate(DEFLATE_LEVEL);
-        }
+        let mut builder = self.file()?.new_dataset_builder().chunk(chunk);
+        builder = match layout {
+            Layout::Blocks { .. } => builder.shuffle().deflate(DEFLATE_LEVEL).fletcher32(),
+            Layout::Rows(_) => builder.fletcher32(),
+            Layout::Slot(_) => builder,
+        };
         let made = builder.empty::<T>().shape(Extents::from(extents)).create(name);
         Ok(Growing { dataset: self.hdf5(name, made)?, name: name.to_string(), width: width.to_vec() })
     }
@@ -280,6 +329,9 @@ pub(super) fn explain(error: &hdf5::Error) -> String {
     }
     if error.contains_minor(MinorErrorCode::NotHdf5) {
         return "not an HDF5 file, or damaged at its start".to_string();
+    }
+    if all.contains("checksum") || all.contains("Fletcher32") {
+        return "is damaged (its checksum is wrong)".to_string();
     }
     if all.contains("truncated file") {
         return "damaged: shorter than it should be".to_string();

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 
 use super::reader::Reader;
+use super::verify::Verified;
 
 /// A number with its name and unit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -54,6 +55,9 @@ pub struct Summary {
     pub peak: Option<Peak>,
     /// Stored bytes of the groups.
     pub group_bytes: Vec<(String, u64)>,
+    /// What was read and found sound, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verified: Option<Verified>,
 }
 
 /// The peak of the stress-strain curve.
@@ -129,6 +133,7 @@ impl Summary {
             last,
             peak: peak(reader, increments)?,
             group_bytes: group_bytes(reader)?,
+            verified: None,
         })
     }
 
@@ -203,6 +208,14 @@ impl fmt::Display for Summary {
         }
         for (group, bytes) in &self.group_bytes {
             writeln!(f, "  /{group:<10} {}", size(*bytes))?;
+        }
+        if let Some(verified) = &self.verified {
+            let (datasets, bytes) = (verified.datasets, size(verified.bytes));
+            let whole = match verified.whole {
+                true => "; every byte is as its run closed it",
+                false => "; its run has not closed it, so names and attributes have no checksum",
+            };
+            writeln!(f, "  verified    {datasets} datasets, {bytes} of values{whole}")?;
         }
         Ok(())
     }

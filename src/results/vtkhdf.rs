@@ -7,6 +7,8 @@
 //!
 //! `NSteps` is written last and the offsets before it, so that a reader never meets a step without them.
 
+use std::collections::BTreeMap;
+
 use hdf5::types::FixedAscii;
 use hdf5::{Dataset, Group};
 
@@ -18,6 +20,8 @@ use super::store::{Growing, Layout, Store, block_stride};
 
 /// Steps are few: chunks of so many.
 const STEP_ROWS: usize = 256;
+const TIMES: &str = "VTKHDF/Steps/Values";
+const INCREMENTS: &str = "VTKHDF/Steps/Increments";
 
 /// A field with its own block for each saved state.
 struct Field {
@@ -121,8 +125,8 @@ const STEP_OFFSETS: [(&str, &[usize]); 5] = [
 /// The open `/VTKHDF` group of a file being written.
 pub(super) struct VtkHdf {
     steps: Group,
-    times: Growing,
-    increments: Growing,
+    /// All that grows, by name: open until the file is closed, so that nothing is written but by a flush.
+    columns: BTreeMap<String, Growing>,
     points: usize,
     cells: usize,
     states: usize,
@@ -175,6 +179,10 @@ impl VtkHdf {
         let names: Vec<String> =
             mesh.parts.iter().enumerate().map(|(at, name)| format!("{at} {name}")).collect();
         store.text_attribute(&datasets[1].1, "names", &names.join("; "))?;
+        let mut columns = BTreeMap::new();
+        let mut grows = |made: Growing| {
+            columns.insert(made.name.clone(), made);
+        };
         for field in FIELDS {
             let rows = if field.on_points { mesh.points() } else { mesh.cells() };
             let layout = Layout::Blocks { rows };
@@ -189,27 +197,29 @@ impl VtkHdf {
             if let Some(names) = component_names(field.width.first().copied().unwrap_or(1)) {
                 store.text_attribute(&made.dataset, "component_names", &names.join(" "))?;
             }
+            grows(made);
         }
-        let times = store.growing::<f64>("VTKHDF/Steps/Values", &[], Layout::Rows(STEP_ROWS))?;
+        let times = store.growing::<f64>(TIMES, &[], Layout::Rows(STEP_ROWS))?;
         store.describe(
             &times.dataset,
             "1",
             "stages completed plus the completed share of the present one",
         )?;
+        grows(times);
         // Not of the format; readers ignore it.
-        let increments = store.growing::<i64>("VTKHDF/Steps/Increments", &[], Layout::Rows(STEP_ROWS))?;
+        let increments = store.growing::<i64>(INCREMENTS, &[], Layout::Rows(STEP_ROWS))?;
         store.describe(&increments.dataset, "1", "accepted increment that the state belongs to")?;
+        grows(increments);
         for (name, width) in STEP_OFFSETS {
-            store.growing::<i64>(&format!("VTKHDF/Steps/{name}"), width, Layout::Rows(STEP_ROWS))?;
+            grows(store.growing::<i64>(&format!("VTKHDF/Steps/{name}"), width, Layout::Rows(STEP_ROWS))?);
         }
         for field in FIELDS.into_iter().chain(&STATIC_FIELDS) {
-            store.growing::<i64>(&field.offsets(), &[], Layout::Rows(STEP_ROWS))?;
+            grows(store.growing::<i64>(&field.offsets(), &[], Layout::Rows(STEP_ROWS))?);
         }
         let steps = store.group("VTKHDF/Steps")?;
         store.number_attribute(&steps, "NSteps", 0_i64)?;
         let (points, cells) = (mesh.points(), mesh.cells());
-        let made =
-            VtkHdf { steps, times, increments, points, cells, states: 0, last_time: f64::NEG_INFINITY };
+        let made = VtkHdf { steps, columns, points, cells, states: 0, last_time: f64::NEG_INFINITY };
         Ok((made, fixed))
     }
 
@@ -217,29 +227,42 @@ impl VtkHdf {
     pub fn resume(store: &Store, states: usize) -> Result<Self> {
         let points = store.hdf5("VTKHDF/Points", store.open("VTKHDF/Points")?.read_raw::<f64>())?.len() / 3;
         let cells = store.open("VTKHDF/Types")?.size();
-        let times = store.grown("VTKHDF/Steps/Values")?;
-        let increments = store.grown("VTKHDF/Steps/Increments")?;
-        if times.rows() < states {
-            return Err(store.fail("VTKHDF/Steps/Values", format!("has fewer than {states} states")));
-        }
+        let mut columns = BTreeMap::new();
+        let mut cut = |name: String, rows: usize, end: usize| -> Result<()> {
+            let column = store.grown(&name)?;
+            if column.rows() < rows {
+                return Err(store.fail(&name, format!("has fewer than {states} states")));
+            }
+            column.resize(store, end)?;
+            columns.insert(name, column);
+            Ok(())
+        };
         let steps = store.group("VTKHDF/Steps")?;
         store.number_attribute(&steps, "NSteps", states as i64)?;
-        times.resize(store, states)?;
-        increments.resize(store, states)?;
+        for name in [TIMES, INCREMENTS] {
+            cut(name.into(), states, states)?;
+        }
         for (name, _) in STEP_OFFSETS {
-            store.grown(&format!("VTKHDF/Steps/{name}"))?.resize(store, states)?;
+            cut(format!("VTKHDF/Steps/{name}"), states, states)?;
         }
         for field in FIELDS.into_iter().chain(&STATIC_FIELDS) {
-            store.grown(&field.offsets())?.resize(store, states)?;
+            cut(field.offsets(), states, states)?;
         }
-        let mut resumed =
-            VtkHdf { steps, times, increments, points, cells, states, last_time: f64::NEG_INFINITY };
         for field in FIELDS {
-            store.grown(&field.path())?.resize(store, resumed.block_start(field, states))?;
+            // To the end of a chunk, so that none that is there is touched.
+            let rows = if field.on_points { points } else { cells };
+            let end = states * block_stride(rows, field.row_bytes());
+            let filled = if states > 0 { end - block_stride(rows, field.row_bytes()) + rows } else { 0 };
+            cut(field.path(), filled, end)?;
         }
-        let seen = store.hdf5("VTKHDF/Steps/Values", resumed.times.dataset.read_raw::<f64>())?;
+        let mut resumed = VtkHdf { steps, columns, points, cells, states, last_time: f64::NEG_INFINITY };
+        let seen = store.hdf5(TIMES, resumed.column(store, TIMES)?.dataset.read_raw::<f64>())?;
         resumed.last_time = seen.last().copied().unwrap_or(f64::NEG_INFINITY);
         Ok(resumed)
+    }
+
+    fn column(&self, store: &Store, name: &str) -> Result<&Growing> {
+        self.columns.get(name).ok_or_else(|| store.fail(name, "is missing"))
     }
 
     /// Refuses a mesh that is not the file's.
@@ -278,14 +301,14 @@ impl VtkHdf {
         self.put(store, &VON_MISES, &equivalent)?;
         self.put(store, &FIDELITY, state.fidelity)?;
         for field in &STATIC_FIELDS {
-            store.grown(&field.offsets())?.put(store, self.states, &[0_i64])?;
+            self.column(store, &field.offsets())?.put(store, self.states, &[0_i64])?;
         }
         for (name, _) in STEP_OFFSETS {
             let value = i64::from(name == "NumberOfParts");
-            store.grown(&format!("VTKHDF/Steps/{name}"))?.put(store, self.states, &[value])?;
+            self.column(store, &format!("VTKHDF/Steps/{name}"))?.put(store, self.states, &[value])?;
         }
-        self.increments.put(store, self.states, &[state.increment as i64])?;
-        self.times.put(store, self.states, &[state.time])?;
+        self.column(store, INCREMENTS)?.put(store, self.states, &[state.increment as i64])?;
+        self.column(store, TIMES)?.put(store, self.states, &[state.time])?;
         store.number_attribute(&self.steps, "NSteps", self.states as i64 + 1)?;
         self.states += 1;
         self.last_time = state.time;
@@ -293,8 +316,8 @@ impl VtkHdf {
     }
 
     /// The datasets whose blocks are never written again.
-    pub fn block_datasets(&self, store: &Store) -> Result<Vec<Dataset>> {
-        FIELDS.into_iter().map(|field| store.open(&field.path())).collect()
+    pub fn block_datasets(&self, store: &Store) -> Result<Vec<&Dataset>> {
+        FIELDS.into_iter().map(|field| Ok(&self.column(store, &field.path())?.dataset)).collect()
     }
 
     fn check(&self, store: &Store, state: &FieldState<'_>) -> Result<()> {
@@ -325,7 +348,7 @@ impl VtkHdf {
 
     fn put<T: hdf5::H5Type>(&self, store: &Store, field: &Field, values: &[T]) -> Result<()> {
         let start = self.block_start(field, self.states);
-        store.grown(&field.path())?.put(store, start, values)?;
-        store.grown(&field.offsets())?.put(store, self.states, &[start as i64])
+        self.column(store, &field.path())?.put(store, start, values)?;
+        self.column(store, &field.offsets())?.put(store, self.states, &[start as i64])
     }
 }

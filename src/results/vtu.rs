@@ -156,5 +156,7 @@ fn write_piece(
 
 /// A text as an XML attribute.
 fn escaped(text: &str) -> String {
+    // XML has no control characters but these.
+    let text = text.replace(|c: char| c.is_control() && !['\n', '\t', '\r'].contains(&c), "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -10,12 +10,15 @@ use hdf5::{Dataset, File};
 use crate::error::{Error, Result};
 
 use super::bodies::{BODY_QUANTITIES, BodyRow};
+use super::checksum::crc32;
 use super::fields::{FieldMesh, FieldState};
 use super::grains::{GRAIN_QUANTITIES, GrainRow};
+use super::head::{self, FORMAT, HEAD, Head, Identity};
 use super::history::{HISTORY, HistoryRow, Value};
-use super::journal;
+use super::journal::{self, Armed, Owner};
 use super::lock::Lock;
-use super::record::{COMMIT, CaseRecord, FORMAT_VERSION, Outcome, VERSION, host};
+use super::reader::Reader;
+use super::record::{COMMIT, CONSOLIDATED, CaseRecord, ORIGIN, Outcome, RESTART_SLOTS, VERSION, host};
 use super::store::{Growing, Layout, Store, explain, failure};
 use super::table::{Column, ColumnData};
 use super::vtkhdf::VtkHdf;
@@ -24,15 +27,12 @@ use super::vtkhdf::VtkHdf;
 const HISTORY_ROWS: usize = 512;
 /// Fewest and most bytes of a chunk of a restart slot.
 const RESTART_CHUNK: [usize; 2] = [1 << 12, 1 << 20];
-/// A commit waits for the disk where the time since the last one is so many times what waiting took last.
-const SYNC_FACTOR: u32 = 50;
-/// The two restart slots, written in turn, so that one of them is always whole.
-pub(super) const RESTART_SLOTS: [&str; 2] = ["restart/a", "restart/b"];
-/// What all restart points have in common.
-pub(super) const ORIGIN: &str = "restart/origin";
-/// The state that other runs can start from.
-pub(super) const CONSOLIDATED: &str = "restart/consolidated";
-
+/// A commit that may wait does so until the time since the last one is so many times what that took.
+const COMMIT_FACTOR: u32 = 50;
+/// Chunks of rows that a column holds from one flush to the next, and their bytes at most.
+const ROW_CACHE: [usize; 2] = [11, 1 << 16];
+/// Rows of all bodies in chunks that are begun, at most: with more bodies their chunks are shorter.
+const BODY_ROWS: usize = 1 << 14;
 /// What to do where the results file exists already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
@@ -42,8 +42,10 @@ pub enum Existing {
     Continue,
 }
 
+/// The dataset that says how the run stands.
+const STATUS: &str = "status";
 /// What `/status` has in every file; the rest is the dossier of a run that stopped.
-const STATUS_ATTRIBUTES: [&str; 2] = ["reason", "last_good_increment"];
+const STATUS_ATTRIBUTES: [&str; 3] = ["reason", "last_good_increment", "crc32"];
 
 /// A results file being written. What is appended becomes part of the file at the next [`Writer::commit`],
 /// all of it or nothing. Dropping a writer does not commit.
@@ -57,26 +59,26 @@ pub struct Writer {
     pub(super) grains: Vec<Growing>,
     /// Numbers of the saved states: the scale of the first axis of `grains`.
     pub(super) grain_states: Option<Growing>,
-    status: Dataset,
+    slots: [Option<Growing>; 2],
     pub(super) rows: usize,
     pub(super) restarts: usize,
-    /// Datasets that are written whole and not changed afterwards.
-    pub(super) fixed: Vec<Dataset>,
+    /// Where values lie that were written whole and do not change afterwards: (offset, length).
+    pub(super) written: Vec<(u64, u64)>,
     /// Where raw data lie that no later flush changes: sorted, disjoint (offset, length).
     pub(super) fixed_extents: Vec<(u64, u64)>,
     fixed_changed: bool,
     pub(super) committed_length: u64,
-    /// Whether anything was changed since the last commit.
-    pub(super) dirty: bool,
-    /// Whether the next commit has to survive a loss of power.
-    durable: bool,
-    /// When the last commit was done, and what the last one that waited for the disk took longer for it.
+    /// The run that the file is of, and commits made so far.
+    owner: Owner,
+    /// Whether the next commit may not wait.
+    urgent: bool,
+    /// When the last commit was done, and what it took.
     committed: Instant,
-    sync_cost: Duration,
+    cost: Duration,
     /// Behind all that keeps the file open, so that it acts on the closed file.
     undo: journal::Undo,
     /// Last, so that the file is closed before it is released.
-    _lock: Lock,
+    lock: Lock,
 }
 
 impl Writer {
@@ -94,18 +96,9 @@ impl Writer {
             std::fs::create_dir_all(parent).map_err(|e| Error::io("create", parent, e))?;
         }
         let unfinished = unfinished_name(path);
-        let lock = Lock::for_writing(&unfinished)?;
-        let begun = begin(&unfinished)
-            .and_then(|file| {
-                let store = Store { file, path: unfinished.clone() };
-                let mut writer = Self::lay_out(store, lock, case)?;
-                writer.commit()?;
-                Ok(writer)
-            })
-            .and_then(|writer| match std::fs::rename(&unfinished, path) {
-                Ok(()) => Ok(writer),
-                Err(e) => Err(Error::io("create", path, e)),
-            });
+        make_way(&unfinished)?;
+        let lock = Lock::create(&unfinished)?;
+        let begun = Self::begin(&unfinished, path, lock, case);
         let mut writer = match begun {
             Ok(writer) => writer,
             Err(error) => {
@@ -115,14 +108,37 @@ impl Writer {
             }
         };
         writer.store.path = path.to_path_buf();
-        // Of a file that was replaced.
-        journal::discard(path)?;
+        journal::sync_name(path);
         Ok(writer)
     }
 
-    fn lay_out(store: Store, lock: Lock, case: &CaseRecord) -> Result<Self> {
-        let root = store.group("/")?;
-        store.number_attribute(&root, "format_version", FORMAT_VERSION)?;
+    /// Lays a new file out under a name of its own, and gives it its name.
+    fn begin(unfinished: &Path, path: &Path, lock: Lock, case: &CaseRecord) -> Result<Self> {
+        let owner = Owner { identity: Identity::draw(), commit: 0 };
+        let made = access().and_then(|access| {
+            let mut options = File::with_options();
+            options.with_fcpl(|create| create.userblock(HEAD)).set_access_plist(&access)?.create(unfinished)
+        });
+        let file = made.map_err(|e| failure(unfinished, "/", explain(&e)))?;
+        let store = Store { open: Some(file), path: unfinished.to_path_buf() };
+        check_place(&lock, unfinished)?;
+        Head::begin(&lock.file, owner.identity)
+            .and_then(|()| Head::note_name(&lock.file, path))
+            .map_err(|e| Error::io("write", unfinished, e))?;
+        let mut writer = Self::lay_out(store, lock, owner, case)?;
+        writer.commit()?;
+        // What lies under the journal's name is of a file that is replaced, or of none.
+        let replaced = std::fs::File::open(path).ok().and_then(|file| Head::read(&file, path).ok().flatten());
+        let own: Vec<Identity> = replaced.map(|head| head.identity).into_iter().collect();
+        journal::set_aside(path, &own)?;
+        std::fs::rename(unfinished, path).map_err(|e| Error::io("create", path, e))?;
+        Ok(writer)
+    }
+
+    fn lay_out(store: Store, lock: Lock, owner: Owner, case: &CaseRecord) -> Result<Self> {
+        let root = store.file()?;
+        store.number_attribute(root, "format_version", u64::from(FORMAT))?;
+        store.text_attribute(root, "identity", &owner.identity.to_string())?;
         for (name, value) in [
             ("format", "riprap results"),
             ("title", case.title.as_str()),
@@ -130,7 +146,7 @@ impl Writer {
             ("riprap_commit", COMMIT),
             ("units", "SI; in /history compression positive, in /VTKHDF tension positive"),
         ] {
-            store.text_attribute(&root, name, value)?;
+            store.text_attribute(root, name, value)?;
         }
         store.group("case")?;
         for (name, value) in [
@@ -146,7 +162,7 @@ impl Writer {
         }
         store.scalar("case/seed", case.seed)?;
         store.scalar("case/threads", case.threads)?;
-        let status = store.text("status", Outcome::Running.as_str())?;
+        let status = store.text(STATUS, Outcome::Running.as_str())?;
         store.text_attribute(&status, "reason", "")?;
         store.number_attribute(&status, "last_good_increment", 0_u64)?;
         store.group("history")?;
@@ -154,14 +170,17 @@ impl Writer {
         for quantity in HISTORY {
             history.push(store.column("history", quantity, None, Layout::Rows(HISTORY_ROWS))?);
         }
-        let increment = store.open("history/increment")?;
-        store.make_scale(&increment, "increment")?;
-        let others = history.iter().zip(HISTORY).filter(|(_, quantity)| quantity.name != "increment");
-        store.measure_by(&[&increment], &others.map(|(column, _)| &column.dataset).collect::<Vec<_>>())?;
-        Ok(Self::over(store, lock, history, status))
+        let (counts, others): (Vec<_>, Vec<_>) =
+            history.iter().zip(HISTORY).partition(|(_, quantity)| quantity.name == "increment");
+        for (increment, _) in counts {
+            store.make_scale(&increment.dataset, "increment")?;
+            let measured: Vec<&Dataset> = others.iter().map(|(column, _)| &column.dataset).collect();
+            store.measure_by(&[&increment.dataset], &measured)?;
+        }
+        Ok(Self::over(store, lock, owner, history))
     }
 
-    pub(super) fn over(store: Store, lock: Lock, history: Vec<Growing>, status: Dataset) -> Self {
+    pub(super) fn over(store: Store, lock: Lock, owner: Owner, history: Vec<Growing>) -> Self {
         Writer {
             store,
             history,
@@ -170,19 +189,19 @@ impl Writer {
             fields: None,
             grains: Vec::new(),
             grain_states: None,
-            status,
+            slots: [None, None],
             rows: 0,
             restarts: 0,
-            fixed: Vec::new(),
+            written: Vec::new(),
             fixed_extents: Vec::new(),
             fixed_changed: false,
             committed_length: 0,
-            dirty: true,
-            durable: true,
+            owner,
+            urgent: true,
             committed: Instant::now(),
-            sync_cost: Duration::ZERO,
+            cost: Duration::ZERO,
             undo: journal::Undo::default(),
-            _lock: lock,
+            lock,
         }
     }
 
@@ -198,7 +217,6 @@ impl Writer {
 
     /// Writes a table whose columns are equally long, e.g. `grains`, `contacts/0` or `breakage`.
     pub fn write_table(&mut self, group: &str, columns: &[Column]) -> Result<()> {
-        self.dirty = true;
         self.store.group(group)?;
         let rows = columns.first().map_or(0, Column::rows);
         let mut written = Vec::new();
@@ -213,6 +231,7 @@ impl Writer {
                 ColumnData::Vectors(values) => self.store.whole(&name, values.as_flattened(), &[3])?,
             };
             self.store.describe(&dataset, &column.units, &column.long_name)?;
+            self.store.raw_extents(&dataset, &mut self.written)?;
             written.push(dataset);
         }
         let item = match group {
@@ -223,7 +242,6 @@ impl Writer {
         if let Some(item) = item.filter(|_| rows > 0) {
             self.scale_table(group, item, rows, &written)?;
         }
-        self.fixed.extend(written);
         self.fixed_changed = true;
         Ok(())
     }
@@ -236,7 +254,9 @@ impl Writer {
         let items = count(item, rows, &format!("number of the {item}, counted from 0"))?;
         let axes = count("axis", 3, "axes of space: 0 x, 1 y, 2 z")?;
         self.store.measure_by(&[&items, &axes], &columns.iter().collect::<Vec<_>>())?;
-        self.fixed.extend([items, axes]);
+        for scale in [items, axes] {
+            self.store.raw_extents(&scale, &mut self.written)?;
+        }
         Ok(())
     }
 
@@ -249,14 +269,14 @@ impl Writer {
                 false => Err(self.store.fail("bodies", "are not those of the run to continue")),
             };
         }
-        self.dirty = true;
         for name in names {
             if name.is_empty() || name.contains(|c: char| c == '/' || c.is_control()) || *name == "." {
                 return Err(self.store.fail("bodies", format!("a body cannot be named {name:?}")));
             }
             let mut columns = Vec::new();
+            let rows = (BODY_ROWS / names.len()).clamp(8, HISTORY_ROWS / 2);
             for quantity in &BODY_QUANTITIES {
-                let (group, layout) = (format!("bodies/{name}"), Layout::Rows(HISTORY_ROWS / 2));
+                let (group, layout) = (format!("bodies/{name}"), Layout::Rows(rows));
                 columns.push(self.store.column(&group, quantity, None, layout)?);
             }
             self.bodies.push(columns);
@@ -277,7 +297,6 @@ impl Writer {
 
     /// Appends an accepted increment; `bodies` in the order of [`Writer::set_bodies`], empty for a specimen.
     pub fn append(&mut self, row: &HistoryRow, bodies: &[BodyRow]) -> Result<()> {
-        self.dirty = true;
         if bodies.len() != self.bodies.len() {
             let message = format!("{} rows for {} bodies", bodies.len(), self.bodies.len());
             return Err(self.store.fail("bodies", message));
@@ -295,17 +314,19 @@ impl Writer {
         }
         self.rows += 1;
         let increment = u64::try_from(row.increment).unwrap_or(0);
-        self.store.number_attribute(&self.status, "last_good_increment", increment)
+        let status = self.store.open(STATUS)?;
+        self.store.number_attribute(&status, "last_good_increment", increment)
     }
 
     /// Appends a state of the fields; returns its number, which also names `/contacts/<state>`.
     pub fn save_state(&mut self, state: &FieldState<'_>) -> Result<usize> {
-        self.dirty = true;
         self.fixed_changed = true;
         if let Some(mesh) = self.mesh.take() {
             let (fields, fixed) = VtkHdf::create(&self.store, &mesh)?;
             self.fields = Some(fields);
-            self.fixed.extend(fixed);
+            for dataset in &fixed {
+                self.store.raw_extents(dataset, &mut self.written)?;
+            }
         }
         let Some(fields) = &mut self.fields else {
             return Err(self.store.fail("VTKHDF", "no mesh has been set"));
@@ -315,7 +336,6 @@ impl Writer {
 
     /// Appends a state of the grains, to go with the last [`Writer::save_state`].
     pub fn save_grains(&mut self, grains: &[GrainRow]) -> Result<()> {
-        self.dirty = true;
         if self.grains.is_empty() {
             for quantity in &GRAIN_QUANTITIES {
                 let layout = Layout::Blocks { rows: 1 };
@@ -362,7 +382,7 @@ impl Writer {
 
     /// Scales for the axes of the datasets of `/grains` that grow with the saved states, where the table of grains has brought its own.
     fn scale_grains(&mut self) -> Result<()> {
-        if !self.store.file.link_exists("grains/grain") {
+        if !self.store.has("grains/grain")? {
             return Ok(());
         }
         let states = self.store.growing::<i64>("grains/state", &[], Layout::Rows(HISTORY_ROWS))?;
@@ -379,7 +399,7 @@ impl Writer {
             let last = if quantity.width == 6 { &component } else { &axis };
             self.store.measure_by(&[&states.dataset, &grain, last], &[&column.dataset])?;
         }
-        self.fixed.push(component);
+        self.store.raw_extents(&component, &mut self.written)?;
         self.grain_states = Some(states);
         Ok(())
     }
@@ -392,35 +412,35 @@ impl Writer {
     /// Stores the state at the end of the consolidation, which restart points do not touch; [`super::Reader::consolidated`]
     /// returns the bytes as they are. A continued run may come by a second time: what is there stays.
     pub fn save_consolidated(&mut self, bytes: &[u8]) -> Result<()> {
-        if self.store.file.link_exists("restart") && self.store.file.link_exists(CONSOLIDATED) {
+        if self.store.has("restart")? && self.store.has(CONSOLIDATED)? {
             return Ok(());
         }
-        self.durable = true;
         self.save_checked(CONSOLIDATED, bytes)
     }
 
     /// Writes bytes once, with a checksum beside them.
     fn save_checked(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
-        self.dirty = true;
         self.store.group("restart")?;
         let dataset = self.store.whole(name, bytes, &[])?;
-        self.store.number_attribute(&dataset, "crc32", u64::from(journal::crc32(bytes)))?;
-        self.fixed.push(dataset);
+        self.store.number_attribute(&dataset, "crc32", u64::from(crc32(bytes)))?;
+        self.store.raw_extents(&dataset, &mut self.written)?;
         self.fixed_changed = true;
         Ok(())
     }
 
-    /// Stores what a run needs to continue from here; [`Writer::resume`] returns the bytes as they are. The commit
-    /// that follows survives a loss of power too.
+    /// Stores what a run needs to continue from here; [`Writer::resume`] returns the bytes as they are. The next commit does not
+    /// wait: the one slot is not overwritten before the other is safe.
     pub fn save_restart(&mut self, increment: u64, bytes: &[u8]) -> Result<()> {
-        self.dirty = true;
-        let name = RESTART_SLOTS[self.restarts % 2];
-        let slot = match self.store.file.link_exists(name) {
-            true => self.store.grown(name)?,
-            false => {
+        let which = self.restarts % 2;
+        let name = RESTART_SLOTS[which];
+        let slot = match self.slots[which].take() {
+            Some(slot) => slot,
+            None if self.store.has("restart")? && self.store.has(name)? => self.store.grown(name)?,
+            None => {
+                self.store.group("restart")?;
                 let [fewest, most] = RESTART_CHUNK;
                 let chunk = bytes.len().next_power_of_two().clamp(fewest, most);
-                self.store.growing::<u8>(name, &[], Layout::Rows(chunk))?
+                self.store.growing::<u8>(name, &[], Layout::Slot(chunk))?
             }
         };
         slot.put(&self.store, 0, bytes)?;
@@ -431,70 +451,138 @@ impl Writer {
             ("rows", self.rows as u64),
             ("states", states as u64),
             ("written", self.restarts as u64),
-            ("crc32", u64::from(journal::crc32(bytes))),
+            ("crc32", u64::from(crc32(bytes))),
         ] {
             self.store.number_attribute(&slot.dataset, attribute, value)?;
         }
+        // Held open, so that nothing of it is written but now or by a flush.
+        self.slots[which] = Some(slot);
         self.fixed_changed = true;
-        self.durable = true;
+        self.urgent = true;
         Ok(())
     }
 
-    /// Makes all that was appended since the last commit part of the file. After a commit that failed no other is
-    /// possible: the file goes back to the one before as the writer is dropped.
+    /// Makes all that was appended since the last commit part of the file, on the disk: it survives a loss of power. After a
+    /// commit that failed no other is possible: the file goes back to the one before as the writer is dropped.
     pub fn commit(&mut self) -> Result<()> {
-        if self.undo.armed.is_some() {
-            return Err(self.store.fail("/", "an earlier write failed, so nothing more is written"));
-        }
-        let durable = self.durable || self.committed.elapsed() >= SYNC_FACTOR * self.sync_cost;
-        let mut waited = Duration::ZERO;
-        if self.committed_length > 0 {
-            let snapshot = self.snapshot()?;
-            let begun = Instant::now();
-            journal::write(&self.store.path, &snapshot, durable)?;
-            waited += begun.elapsed();
-            self.undo.armed = Some((self.store.path.clone(), snapshot));
-        }
-        self.store.hdf5("/", self.store.file.flush())?;
-        if durable {
-            let begun = Instant::now();
-            journal::sync(&self.store.path)?;
-            self.sync_cost = waited + begun.elapsed();
-        }
+        let begun = Instant::now();
+        self.begin_commit()?;
+        self.store.hdf5("/", self.store.file()?.flush())?;
         if self.fixed_changed || self.committed_length == 0 {
             self.fixed_extents = self.gather_fixed()?;
             self.fixed_changed = false;
         }
-        self.committed_length = self.length_on_disk()?;
-        journal::discard(&self.store.path)?;
-        self.undo.armed = None;
-        self.dirty = false;
-        self.durable = false;
+        self.end_commit(None)?;
         self.committed = Instant::now();
+        self.cost = self.committed - begun;
         Ok(())
     }
 
-    /// Notes how the run ended, and commits. The writer can then be dropped.
+    /// As [`Writer::commit`], but where commits come so fast that they would take the run's time: then a later one has it too.
+    pub fn commit_in_time(&mut self) -> Result<()> {
+        match self.urgent || self.committed.elapsed() >= COMMIT_FACTOR * self.cost {
+            true => self.commit(),
+            false => Ok(()),
+        }
+    }
+
+    /// Notes how the run ended, commits and closes the file. What is to be called finished is read back before. The writer can then
+    /// only be dropped.
     pub fn finish(&mut self, outcome: Outcome, reason: &str, last_good_increment: u64) -> Result<()> {
+        if outcome == Outcome::Finished {
+            self.commit()?;
+            Reader::read_back(&self.store.path)?.verify()?;
+        }
         self.set_status(outcome, reason, last_good_increment)?;
-        self.durable = true;
-        self.commit()
+        self.begin_commit()?;
+        self.store.hdf5("/", self.store.file()?.flush())?;
+        // All that keeps the file open.
+        self.history.clear();
+        self.bodies.clear();
+        self.grains.clear();
+        (self.fields, self.grain_states, self.slots) = (None, None, [None, None]);
+        self.store.close()?;
+        let checksum = head::checksum(&self.lock.file).map_err(|e| Error::io("read", &self.store.path, e))?;
+        self.end_commit(Some(checksum))
+    }
+
+    /// Lays the journal down and says so in the head.
+    fn begin_commit(&mut self) -> Result<()> {
+        if self.undo.armed.is_some() {
+            return Err(self.store.fail("/", "an earlier write failed, so nothing more is written"));
+        }
+        self.check_untouched()?;
+        if self.committed_length == 0 {
+            return Ok(());
+        }
+        let snapshot = self.snapshot()?;
+        journal::write(&self.store.path, &snapshot)?;
+        self.arm(snapshot, true)?;
+        self.noted(Head::note_under_way(&self.lock.file, self.owner.commit + 1))
+    }
+
+    /// Waits until what was flushed is on the disk, says that it is, and lets go of the journal.
+    fn end_commit(&mut self, checksum: Option<u32>) -> Result<()> {
+        let (file, commit) = (&self.lock.file, self.owner.commit + 1);
+        self.noted(file.sync_all())?;
+        check_place(&self.lock, &self.store.path)?;
+        if let Some(checksum) = checksum {
+            self.noted(Head::note_checksum(file, commit, checksum))?;
+        }
+        self.noted(Head::note_commit(file, commit))?;
+        self.noted(file.sync_all())?;
+        let length = self.noted(file.metadata())?.len();
+        self.owner.commit = commit;
+        self.committed_length = length;
+        // From here on the commit stands; the next one could not be begun with the journal there.
+        self.undo.armed = None;
+        self.urgent = false;
+        journal::discard(&self.store.path)
+    }
+
+    /// Refuses to go on where the file is not as the last commit left it: replaced, removed, cut or written to by somebody else.
+    fn check_untouched(&self) -> Result<()> {
+        check_place(&self.lock, &self.store.path)?;
+        match self.is_ours() {
+            true => Ok(()),
+            false => Err(self.store.fail("/", "was changed by another process while its run went on")),
+        }
+    }
+
+    /// Whether the locked file, whatever its name, is at this writer's last commit.
+    fn is_ours(&self) -> bool {
+        let head = Head::read(&self.lock.file, &self.store.path).ok().flatten();
+        let long_enough = self.lock.file.metadata().is_ok_and(|found| found.len() >= self.committed_length);
+        long_enough
+            && head.is_some_and(|head| {
+                (head.identity, head.commit) == (self.owner.identity, self.owner.commit)
+                    && head.under_way.is_none()
+            })
+    }
+
+    fn arm(&mut self, snapshot: Vec<u8>, named: bool) -> Result<()> {
+        let file = self.noted(self.lock.file.try_clone())?;
+        let path = named.then(|| self.store.path.clone());
+        self.undo.armed = Some(Armed { file, path, snapshot });
+        Ok(())
+    }
+
+    fn noted<T>(&self, result: std::io::Result<T>) -> Result<T> {
+        result.map_err(|e| Error::io("write", &self.store.path, e))
     }
 
     /// Puts what is known of the increment that stopped the run beside the reason, by name: attributes of `/status`.
     pub fn set_dossier(&mut self, texts: &[(&str, String)]) -> Result<()> {
-        self.dirty = true;
-        for (name, text) in texts {
-            self.store.text_attribute(&self.status, name, text)?;
-        }
-        Ok(())
+        let status = self.store.open(STATUS)?;
+        texts.iter().try_for_each(|(name, text)| self.store.text_attribute(&status, name, text))
     }
 
     /// Forgets what [`Writer::set_dossier`] put there.
     pub(super) fn drop_dossier(&mut self) -> Result<()> {
-        for name in self.store.hdf5("status", self.status.attr_names())? {
+        let status = self.store.open(STATUS)?;
+        for name in self.store.hdf5(STATUS, status.attr_names())? {
             if !STATUS_ATTRIBUTES.contains(&name.as_str()) {
-                self.store.hdf5("status", self.status.delete_attr(&name))?;
+                self.store.hdf5(STATUS, status.delete_attr(&name))?;
             }
         }
         Ok(())
@@ -510,55 +598,63 @@ impl Writer {
     }
 
     pub(super) fn set_status(&mut self, outcome: Outcome, reason: &str, increment: u64) -> Result<()> {
-        self.dirty = true;
-        let text = self.store.unicode("status", outcome.as_str())?;
-        self.store.hdf5("status", self.status.write_scalar(&text))?;
-        self.store.text_attribute(&self.status, "reason", reason)?;
-        self.store.number_attribute(&self.status, "last_good_increment", increment)
+        let status = self.store.open(STATUS)?;
+        self.store.rewrite(&status, STATUS, outcome.as_str())?;
+        self.store.text_attribute(&status, "reason", reason)?;
+        self.store.number_attribute(&status, "last_good_increment", increment)
     }
 
     fn snapshot(&self) -> Result<Vec<u8>> {
-        journal::snapshot(&self.store.path, self.committed_length, &self.fixed_extents)
+        let Store { path, .. } = &self.store;
+        journal::snapshot(&self.lock.file, path, self.owner, self.committed_length, &self.fixed_extents)
     }
 
     pub(super) fn gather_fixed(&self) -> Result<Vec<(u64, u64)>> {
-        let mut extents = Vec::new();
-        for dataset in &self.fixed {
-            self.store.raw_extents(dataset, &mut extents)?;
-        }
+        let mut extents = self.written.clone();
         if let Some(fields) = &self.fields {
             for dataset in fields.block_datasets(&self.store)? {
-                self.store.raw_extents(&dataset, &mut extents)?;
+                self.store.raw_extents(dataset, &mut extents)?;
             }
         }
         for column in &self.grains {
             self.store.raw_extents(&column.dataset, &mut extents)?;
         }
-        for name in RESTART_SLOTS {
-            if self.store.file.link_exists(name) {
+        for (name, slot) in RESTART_SLOTS.iter().zip(&self.slots) {
+            if let Some(slot) = slot {
+                self.store.raw_extents(&slot.dataset, &mut extents)?;
+            } else if self.store.has("restart")? && self.store.has(name)? {
                 self.store.raw_extents(&self.store.open(name)?, &mut extents)?;
             }
         }
         extents.sort_unstable();
         Ok(extents)
     }
-
-    pub(super) fn length_on_disk(&self) -> Result<u64> {
-        let found =
-            std::fs::metadata(&self.store.path).map_err(|e| Error::io("read", &self.store.path, e))?;
-        Ok(found.len())
-    }
 }
 
 impl Drop for Writer {
     /// Keeps HDF5 from writing out what was not committed: the file is put back once it is closed.
     fn drop(&mut self) {
-        if self.dirty && self.committed_length > 0 && self.undo.armed.is_none() {
-            // A file that cannot be read now cannot be put back either.
-            if let Ok(snapshot) = self.snapshot() {
-                self.undo.armed = Some((self.store.path.clone(), snapshot));
-            }
+        if self.store.open.is_none() || self.committed_length == 0 || self.undo.armed.is_some() {
+            return;
         }
+        let named = check_place(&self.lock, &self.store.path).is_ok();
+        let (snapshot, ours) = match self.is_ours() {
+            true => (self.snapshot(), true),
+            false => {
+                // Somebody wrote to it: what is there now stays, all of it, its head included.
+                let nobody = Owner { identity: Identity([0; 16]), commit: 0 };
+                let length = self.lock.file.metadata().map_or(0, |found| found.len());
+                let path = &self.store.path;
+                (journal::snapshot(&self.lock.file, path, nobody, length, &[]), false)
+            }
+        };
+        // A file that cannot be read now cannot be put back either.
+        let Ok(snapshot) = snapshot else { return };
+        // On a full disk there is no room for the journal; then this process has to live until the file is closed.
+        if named && ours && journal::write(&self.store.path, &snapshot).is_ok() {
+            let _ = Head::note_under_way(&self.lock.file, self.owner.commit + 1);
+        }
+        let _ = self.arm(snapshot, named && ours);
     }
 }
 
@@ -570,15 +666,48 @@ pub(super) fn access() -> hdf5::Result<FileAccess> {
     cache.incr_mode = CacheIncreaseMode::Off;
     cache.flash_incr_mode = FlashIncreaseMode::Off;
     cache.decr_mode = CacheDecreaseMode::Off;
-    FileAccess::build().libver_v18().file_locking(false).mdc_config(&cache).finish()
+    let [slots, bytes] = ROW_CACHE;
+    FileAccess::build()
+        .libver_v18()
+        .file_locking(false)
+        .mdc_config(&cache)
+        .chunk_cache(slots, bytes, 0.75)
+        // Contiguous values are written at once.
+        .sieve_buf_size(0)
+        .finish()
 }
 
-fn begin(path: &Path) -> Result<File> {
-    let made = access().and_then(|access| {
-        let mut options = File::with_options();
-        options.set_access_plist(&access)?.create(path)
-    });
-    made.map_err(|e| failure(path, "/", explain(&e)))
+/// Whether a name still is that of the locked file.
+fn check_place(lock: &Lock, path: &Path) -> Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let own = lock.file.metadata().map_err(|e| Error::io("read", path, e))?;
+        let named = std::fs::metadata(path).map_err(|e| Error::io("find", path, e))?;
+        if (own.dev(), own.ino()) != (named.dev(), named.ino()) {
+            let message = "was replaced by another process while its run went on";
+            return Err(failure(path, "/", message));
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = (lock, path);
+    Ok(())
+}
+
+/// Takes away what a killed run left under a name that is to be made anew; what a live one has is refused. A link is taken away
+/// itself, not what it leads to.
+fn make_way(path: &Path) -> Result<()> {
+    match std::fs::symlink_metadata(path) {
+        Err(_) => return Ok(()),
+        Ok(found) if found.is_file() => {
+            let lock = Lock::for_writing(path)?;
+            if !head::is_unfinished(&lock.file) {
+                return Err(failure(path, "/", "is in the way and is no results file; move it away"));
+            }
+        }
+        Ok(_) => {}
+    }
+    std::fs::remove_file(path).map_err(|e| Error::io("remove", path, e))
 }
 
 fn unfinished_name(path: &Path) -> PathBuf {

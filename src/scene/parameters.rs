@@ -36,6 +36,8 @@ pub struct SceneBody {
     pub name: String,
     pub shape: SceneShape,
     pub pose: Pose,
+    /// Where `pose` lies from the point that the body is placed by, in body coordinates [m].
+    pub offset: Vec3,
     /// [kg/m^3]
     pub density: f64,
     /// [Pa]

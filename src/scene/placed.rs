@@ -29,6 +29,7 @@ pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, Rou
         friction: Some(body.friction.unwrap_or(*friction)),
         mass: body.density * volume,
         centre_of_mass: nominal.centroid(),
+        offset: body.offset,
         grain: body.grain.clone(),
         full: body.full.clone(),
         damaged: body.damaged.clone(),

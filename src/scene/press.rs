@@ -408,6 +408,7 @@ impl Scene {
                     .fold(0.0, f64::max),
                 worst_body: body,
                 reference_force: mean_force,
+                least_force: mean_force,
             },
             measures: ContactMeasures {
                 points: count,

@@ -519,13 +519,13 @@ impl Scene {
             self.reaction[i] = reaction;
             let Some(start) = self.start.get(i) else { continue };
             // Of the largest part of a body that broke, about the reference point that it was placed by.
-            let offset = body.damaged.as_ref().map_or(Vec3::zeros(), |grain| grain.offset());
-            let arm = new.rotation * offset;
+            let arm = new.rotation * body.frame_offset();
+            let placed = start.position - start.rotation * body.offset;
             let about = |w: &Vector6<f64>| vector(w, 3) + arm.cross(&vector(w, 0));
             bodies.push(BodyState {
                 position: new.position - arm,
                 rotation: new.rotation.scaled_axis(),
-                displacement: new.position - arm - start.position,
+                displacement: new.position - arm - placed,
                 contact_force: vector(&report.contact_wrench[i], 0),
                 contact_moment: about(&report.contact_wrench[i]),
                 reaction_force: vector(&reaction, 0),

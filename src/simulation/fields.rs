@@ -157,7 +157,7 @@ pub fn scene_mesh(
     meshes: &[Option<Mesh>],
     moduli: &[Vec<f64>],
 ) -> Result<(FieldMesh, Points)> {
-    let poses = &scene.committed.poses;
+    let poses = &scene.model.frames(&scene.committed.poses);
     let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
     for (number, (body, mesh)) in scene.model.bodies.iter().zip(meshes).enumerate() {
         let part = builder.mesh.add_part(&body.name);
@@ -169,7 +169,8 @@ pub fn scene_mesh(
             None => {
                 let youngs_modulus = parameters.bodies[number].youngs_modulus;
                 let places = &body.nominal.vertices;
-                let nodes: Vec<usize> = places.iter().map(|place| builder.point(number, *place)).collect();
+                let nodes: Vec<usize> =
+                    places.iter().map(|place| builder.point(number, place + body.offset)).collect();
                 for facet in &body.nominal.facets {
                     let nodes = facet.map(|node| nodes[node]);
                     builder.cell(CellKind::Triangle, &nodes, part, Some(number), youngs_modulus)?;

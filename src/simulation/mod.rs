@@ -143,7 +143,9 @@ pub fn check_start(case: &Case, source: &RawCase) -> Result<()> {
 fn aimed(case: &Case, source: &RawCase, options: &Options) -> Result<Options> {
     let options = Options { out: recorder::followed(&options.out), ..options.clone() };
     let start = start::file_of(case, source);
-    let inputs: Vec<PathBuf> = std::iter::once(source.file.clone()).chain(start).collect();
+    let folder = source.file.parent().unwrap_or(Path::new(""));
+    let files = case.files().into_iter().map(|name| folder.join(name));
+    let inputs: Vec<PathBuf> = std::iter::once(source.file.clone()).chain(start).chain(files).collect();
     recorder::check_target(&options.out, options.existing, &inputs)?;
     Ok(options)
 }
@@ -300,7 +302,7 @@ fn triaxial_test(
         recorder.write_breakage(&rig)?;
         recorder.write_pieces(&rig.model)?;
     }
-    let (end, outcome, reason) = ending(end);
+    let (end, outcome, reason) = ending(squeezed(end, case));
     let dossier = rig.dossier.take().filter(|_| matches!(end, End::Stopped { .. })).map(Box::new);
     profile.finish(rig.contacts.timings);
     // A continued run would have to add to what it finds: it is told, not kept.
@@ -312,6 +314,16 @@ fn triaxial_test(
     }
     recorder.finish(outcome, &reason)?;
     Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile, dossier })
+}
+
+/// A stop told with what the pressure has to do with it first, where rock is soft for it.
+fn squeezed(end: StageEnd, case: &Case) -> StageEnd {
+    match (end, case.squeeze()) {
+        (StageEnd::Stopped { reason }, Some(squeeze)) => {
+            StageEnd::Stopped { reason: format!("{squeeze}; {reason}") }
+        }
+        (end, _) => end,
+    }
 }
 
 /// A new test: its specimen, its rig, and a results file with a first restart point.

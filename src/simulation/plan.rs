@@ -1,13 +1,11 @@
 //! From the checked case to what the rig takes.
 
 use crate::case::{
-    Case, GateCase, Geometry, MembraneCase, RimsCase, RubberLawCase, SolverCase, StageCase, ThicknessCase,
-    Tilting, UntilCase,
+    Case, GateCase, Geometry, MembraneCase, RubberLawCase, SolverCase, StageCase, Tilting, UntilCase,
 };
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
-use crate::model::Thickness;
 use crate::solver::{DamageSettings, Settings};
 use crate::triaxial::{
     Cover, EnergyGate, Lateral, Path, RigParameters, Rims, RubberSheet, Stage, Steps, Until,
@@ -44,7 +42,7 @@ const EXPECTED_UNLOADING: f64 = 1e-3;
 const MOST_UNLOADING: f64 = 0.05;
 
 /// Largest axial strain of a driven increment over the accuracy asked for. Condensed grains were off by 0.8 % of q at 1e-4 and 2.2 % at 2e-4, whatever
-/// else was set (ARCHITECTURE.md, work against precision).
+/// else was set (docs/decisions/0118-default-fidelity-rigid.md).
 const INCREMENT_OF_ACCURACY: f64 = 5e-3;
 
 /// The stages of a case that [`crate::case::unsupported`] lets through.
@@ -143,11 +141,8 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
 fn cover(case: &Case, pressure: f64) -> Result<Cover> {
     let (thickness, on_bodies, shear_modulus, law, mesh_size, refinement) = match case.membrane {
         MembraneCase::Pressure { rims } => {
-            let by_friction = if case.plates.friction == 0.0 { RimsCase::Sliding } else { RimsCase::Bonded };
-            return Ok(Cover::Pressure(match rims.unwrap_or(by_friction) {
-                RimsCase::Bonded => Rims::Bonded,
-                RimsCase::Sliding => Rims::Sliding,
-            }));
+            let by_friction = if case.plates.friction == 0.0 { Rims::Sliding } else { Rims::Bonded };
+            return Ok(Cover::Pressure(rims.unwrap_or(by_friction)));
         }
         MembraneCase::RigidWall => return Ok(Cover::RigidWall),
         MembraneCase::Rubber {
@@ -165,11 +160,7 @@ fn cover(case: &Case, pressure: f64) -> Result<Cover> {
                 RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
                 RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
             };
-            let on_bodies = match thickness_law {
-                ThicknessCase::Constant => Thickness::Constant,
-                ThicknessCase::Stretched => Thickness::Stretched,
-            };
-            (thickness, on_bodies, shear_modulus, law, mesh_size, refinement)
+            (thickness, thickness_law, shear_modulus, law, mesh_size, refinement)
         }
     };
     let rubber =
@@ -179,19 +170,7 @@ fn cover(case: &Case, pressure: f64) -> Result<Cover> {
 
 /// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it names.
 pub fn largest_pressure(case: &Case) -> f64 {
-    let pressures = case.stages.iter().map(|stage| match stage {
-        StageCase::Consolidate { radial_pressure, .. } => *radial_pressure,
-        StageCase::Shear { pressure, .. }
-        | StageCase::StressShear { pressure, .. }
-        | StageCase::Unload { pressure, .. }
-        | StageCase::Reload { pressure, .. } => pressure.unwrap_or(0.0),
-        StageCase::Oedometer { .. }
-        | StageCase::ConstantVolume { .. }
-        | StageCase::ConstantP { .. }
-        | StageCase::Hold { .. }
-        | StageCase::Load { .. } => 0.0,
-    });
-    pressures.fold(0.0, f64::max)
+    case.stages.iter().map(StageCase::radial_pressure).fold(0.0, f64::max)
 }
 
 pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
@@ -203,12 +182,12 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
 }
 
 /// In a specimen of so many grains the part that is far out of balance is solved for by itself, after so many augmentations of all
-/// (`solver::local`); with 300 grains that saves nothing (ARCHITECTURE.md).
+/// (`solver::local`); with 300 grains that saves nothing (docs/decisions/0152-parts-by-themselves.md).
 const LOCAL_FROM: usize = 1000;
 const LOCAL_AFTER: usize = 2;
 
 /// First hold of an increment of a specimen. Most of its increments have snaps in them, and weaker holds then stall one after the other
-/// (ARCHITECTURE.md, *The first hold*).
+/// (docs/decisions/0151-first-proximal-weight.md).
 const FIRST_HOLD: f64 = 1e-2;
 
 /// Solver settings of a case; what it does not mention is as usual.

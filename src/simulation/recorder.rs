@@ -124,20 +124,25 @@ pub fn check_target(out: &Path, existing: Existing, inputs: &[PathBuf]) -> Resul
         return Err(Error::Usage(format!("{} is a device or pipe; --out wants a file", out.display())));
     }
     let place = |path: &Path| std::fs::canonicalize(path).ok();
-    if place(out).is_some_and(|out| inputs.iter().any(|input| place(input).as_ref() == Some(&out))) {
-        return Err(Error::Usage(format!(
-            "{} is what the run reads; --out wants another file",
-            out.display()
-        )));
+    for ending in ["", ".new", ".journal"] {
+        // Names that the run writes to as well.
+        let mut name = out.as_os_str().to_os_string();
+        name.push(ending);
+        let name = PathBuf::from(name);
+        if place(&name).is_some_and(|to| inputs.iter().any(|input| place(input).as_ref() == Some(&to))) {
+            let message = format!("{} is what the run reads; --out wants another file", name.display());
+            return Err(Error::Usage(message));
+        }
     }
     check_unused(out)?;
     let folder = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
-    let mut probe = out.as_os_str().to_os_string();
-    probe.push(".probe");
-    let probe = Path::new(&probe);
-    std::fs::File::create(probe).map_err(|e| Error::io("write", out, e))?;
-    std::fs::remove_file(probe).map_err(|e| Error::io("write", out, e))
+    // A name that nobody can have put there, and no link is followed.
+    let number = std::hash::BuildHasher::hash_one(&std::hash::RandomState::new(), std::process::id());
+    let probe = folder.join(format!(".riprap-{number:016x}"));
+    let made = std::fs::OpenOptions::new().write(true).create_new(true).open(&probe);
+    made.map_err(|e| Error::io("write", out, e))?;
+    std::fs::remove_file(&probe).map_err(|e| Error::io("write", out, e))
 }
 
 /// A results file with its `/case`, complete but empty.
@@ -402,7 +407,7 @@ impl Recorder {
     pub fn commit(&mut self) -> Result<()> {
         match self.restarts.is_due() {
             true => self.restarts.write(&mut self.writer),
-            false => self.writer.commit(),
+            false => self.writer.commit_in_time(),
         }
     }
 
@@ -596,6 +601,7 @@ impl Recorder {
             stress_ratio: m.deviatoric_stress / m.mean_stress,
             void_ratio: m.void_ratio,
             void_ratio_nominal: m.void_ratio_nominal,
+            cover_volume_ratio: m.cover_volume_ratio,
             axial_stress_contacts: picture.contact_stress.axial,
             radial_stress_contacts: picture.contact_stress.radial,
             end_friction: picture.contact_stress.end_friction,

@@ -4,11 +4,8 @@
 
 use std::path::Path;
 
-use crate::case::{
-    BodyCase, Case, Fidelity, Geometry, GripCase, PressCase, RockCase, SceneCase, ShapeCase, StageCase,
-};
+use crate::case::{BodyCase, Case, Fidelity, Geometry, PressCase, RockCase, SceneCase, ShapeCase, StageCase};
 use crate::contact::law::Friction;
-use crate::crushing::Grip;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::Mesh;
@@ -52,7 +49,7 @@ impl Recorder {
         let first = State {
             time: 0.0,
             increment: 0,
-            poses: scene.committed.poses.clone(),
+            poses: scene.model.frames(&scene.committed.poses),
             stress: vec![Mat3::zeros(); scene.model.bodies.len()],
             local_strains: Vec::new(),
             contacts: ContactTable::default(),
@@ -160,16 +157,11 @@ fn press_of(scene: &SceneCase, press: &PressCase) -> Result<PressParameters> {
         let found = scene.bodies.iter().position(|body| body.name == name);
         found.ok_or_else(|| Error::Usage(format!("the press names {name:?}, which is no body")))
     };
-    let grip = match press.grip {
-        GripCase::Rough => Grip::Rough,
-        GripCase::Frictionless => Grip::Frictionless,
-        GripCase::Tied => Grip::Tied,
-    };
     Ok(PressParameters {
         body: number(&press.body)?,
         bottom: number(&press.bottom)?,
         top: number(&press.top)?,
-        grip,
+        grip: press.grip,
         patch: press.patch,
     })
 }
@@ -257,7 +249,7 @@ fn friction(case: &Case, peak: f64) -> Friction {
 }
 
 fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Result<SceneBody> {
-    let rock: &RockCase = body.rock.as_ref().unwrap_or(&case.rock);
+    let mut rock: RockCase = body.rock.as_ref().unwrap_or(&case.rock).clone();
     let rounded = |nominal: Polyhedron| {
         let smallest = (0..3)
             .map(|k| {
@@ -273,7 +265,15 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         Fidelity::Rigid => None,
         Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => Some(body_mesh(case, index, body, folder)?),
     };
-    let shape = match &body.shape {
+    let mut density = rock.density;
+    if let (ShapeCase::Sphere(radius), Some(mesh)) = (&body.shape, &mesh) {
+        // A mesh lies within its ball: it is given the ball's mass.
+        let ball = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        density *= ball / mesh.convex_hull()?.volume();
+        rock.density *= ball / mesh.volume();
+    }
+    let rock = &rock;
+    let mut shape = match &body.shape {
         ShapeCase::Box(_) | ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_) => {
             let hull = polyhedron(case, index, body)?;
             rounded(hull.ok_or_else(|| Error::Usage(format!("{:?} has no shape", body.name)))?)
@@ -311,6 +311,20 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         Some(grain) => rock::damaged(rock, &body.name, index, grain, case.seed)?,
         None => None,
     };
+    let mut pose =
+        Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation)));
+    // A rigid body far from the point that it is placed by moves in a frame of its own.
+    let offset = match (&shape, fidelity) {
+        (SceneShape::Polyhedron { nominal, rounding }, Fidelity::Rigid) if is_left_alone(case, body) => {
+            let own = nominal.far_middle().map(|_| nominal.centroid());
+            if let Some(own) = own {
+                shape = SceneShape::Polyhedron { nominal: nominal.moved(&-own), rounding: *rounding };
+            }
+            own.unwrap_or_default()
+        }
+        _ => Vec3::zeros(),
+    };
+    pose.position += pose.rotation * offset;
     Ok(SceneBody {
         name: body.name.clone(),
         shape,
@@ -318,13 +332,24 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         full,
         damaged,
         rests: fidelity == Fidelity::Auto,
-        pose: Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation))),
-        density: rock.density,
+        pose,
+        offset,
+        density,
         youngs_modulus: rock.youngs_modulus.mean,
         poissons_ratio: rock.poissons_ratio.mean,
         friction: body.friction.map(|peak| friction(case, peak)),
         fixed: body.fixed,
     })
+}
+
+/// Whether nothing but gravity and contacts moves a body, so that it is all one about which point its motion counts.
+fn is_left_alone(case: &Case, body: &BodyCase) -> bool {
+    let Geometry::Scene(scene) = &case.geometry else { return false };
+    let named = |stage: &StageCase| match stage {
+        StageCase::Load { bodies, .. } => bodies.contains_key(&body.name),
+        _ => false,
+    };
+    scene.press.is_none() && (body.fixed || !case.stages.iter().any(named))
 }
 
 /// A meshed sphere is the hull of its surface nodes, corners on the sphere.

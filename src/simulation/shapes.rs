@@ -7,17 +7,13 @@ use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
 use crate::mesh::file::read_mesh;
 use crate::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
-use crate::specimen::shape::{ShapeLaw, grain};
-use crate::tensor::{Rotation, Vec3};
+use crate::specimen::shape::lying_grain;
+use crate::tensor::Vec3;
 
 /// Cells of a polyhedron whose case gives no `mesh_size`, where it is only shown.
 const CELLS: usize = 24;
 /// Growth of the cells with the distance from where a mesh is refined.
 const REFINED_GROWTH: f64 = 0.6;
-/// Vertices of a random grain and their least distance: the defaults of specimens.
-const GRAIN_VERTICES: [usize; 2] = [8, 16];
-const GRAIN_SEPARATION: f64 = 0.45;
-
 /// The polyhedron that body number `index` is, in body coordinates; `None` for a sphere and for a mesh file.
 ///
 /// # Errors
@@ -30,29 +26,9 @@ pub fn polyhedron(case: &Case, index: usize, body: &BodyCase) -> Result<Option<P
             let points: Vec<Vec3> = points.iter().map(|p| Vec3::from(*p)).collect();
             Polyhedron::convex_hull(&points)?
         }
-        ShapeCase::Grain(sizes) => {
-            let law = ShapeLaw {
-                vertices: GRAIN_VERTICES,
-                vertex_separation: GRAIN_SEPARATION,
-                rounding: case.contact.rounding,
-            };
-            laid(&grain(&law, *sizes, 0, case.seed, index as u64)?.nominal)?
-        }
+        ShapeCase::Grain(sizes) => lying_grain(*sizes, case.contact.rounding, case.seed, index as u64)?,
         ShapeCase::Sphere(_) | ShapeCase::Mesh(_) => return Ok(None),
     }))
-}
-
-/// A polyhedron turned to lie on the facet nearest to its centroid, as it would on a plate: none is more stable.
-fn laid(shape: &Polyhedron) -> Result<Polyhedron> {
-    let centroid = shape.centroid();
-    let height = |(facet, normal): (&[usize; 3], &Vec3)| normal.dot(&(shape.vertices[facet[0]] - centroid));
-    let lowest = shape.facets.iter().zip(&shape.normals).min_by(|a, b| height(*a).total_cmp(&height(*b)));
-    let Some((_, normal)) = lowest else { return Ok(shape.clone()) };
-    let down = -Vec3::z();
-    let turn = Rotation::rotation_between(normal, &down)
-        .unwrap_or_else(|| Rotation::from_scaled_axis(Vec3::new(std::f64::consts::PI, 0.0, 0.0)));
-    let turned: Vec<Vec3> = shape.vertices.iter().map(|v| turn * (v - centroid)).collect();
-    Polyhedron::convex_hull(&turned)
 }
 
 /// The mesh of body number `index`, which deforms. `folder` is where mesh files are relative to.
@@ -104,25 +80,4 @@ pub fn shown_mesh(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> 
     };
     // The mesh is for the eye only: a body that resists it is shown by its facets.
     Ok(made.ok())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn laid_polyhedron_stands_on_its_lowest_facet() {
-        let points = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.5], [0.0, 2.0, 0.2], [0.3, 0.4, 1.0]].map(Vec3::from);
-        let shape = Polyhedron::convex_hull(&points).expect("a hull");
-        let lying = laid(&shape).expect("a hull");
-        assert!(lying.centroid().norm() < 1e-12 && (lying.volume() / shape.volume() - 1.0).abs() < 1e-12);
-        let low = lying.vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
-        assert_eq!(lying.vertices.iter().filter(|v| v.z < low + 1e-12).count(), 3);
-        let nearest = |shape: &Polyhedron| {
-            let centroid = shape.centroid();
-            let heights = shape.facets.iter().zip(&shape.normals);
-            heights.map(|(f, n)| n.dot(&(shape.vertices[f[0]] - centroid))).fold(f64::INFINITY, f64::min)
-        };
-        assert!((nearest(&shape) + low).abs() < 1e-12);
-    }
 }

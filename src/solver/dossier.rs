@@ -146,7 +146,7 @@ fn unresolved(model: &Model, report: &IncrementReport, settings: &Settings) -> O
     let stiffest =
         model.bodies.iter().map(|body| body.stiffness).filter(|k| k.is_finite()).fold(0.0, f64::max);
     let force = 0.5 * stiffest * 0.5 * f64::EPSILON * farthest;
-    let share = force / report.balance.reference_force;
+    let share = force / report.balance.least_force;
     (share.is_finite() && share > 0.1 * settings.force_tolerance).then(|| {
         format!(
             "softer rock or a larger solver.force_tolerance: positions of {farthest:.1e} m in double precision leave {share:.1e} of the mean \

@@ -1,31 +1,13 @@
 //! Augmentations: proximal Newton solves, re-centred and relaxed until the forces balance.
 
 use crate::assembly::elastic::Relaxed;
+use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
 use crate::solver::fall::FallEnd;
 use crate::solver::hold::Hold;
 use crate::solver::local::Parts;
 use crate::solver::newton::{Newton, NewtonEnd};
-use crate::solver::settings::Settings;
 use crate::tensor;
-
-/// How well the forces balance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Balance {
-    /// Largest force out of balance on a body over the reference force.
-    pub out_of_balance: f64,
-    /// The body with it.
-    pub worst_body: usize,
-    /// Mean contact force [N], or what stands in for it where nothing touches.
-    pub reference_force: f64,
-}
-
-impl Balance {
-    /// What a Newton solve from here has to come to [N].
-    pub(super) fn target(&self, settings: &Settings, tolerance: f64) -> f64 {
-        (settings.newton_reduction * self.out_of_balance).max(0.3 * tolerance) * self.reference_force
-    }
-}
 
 /// What the search for an equilibrium came to.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,18 +48,6 @@ const PATIENCE: usize = 60;
 const MOST_FALLS: u32 = 6;
 
 impl Newton<'_> {
-    pub fn balance(&self) -> Balance {
-        let (force, worst_body) = self.dofs.largest_force(&self.residual);
-        // Where nothing presses on anything, the applied forces are the measure; where there are
-        // none of those either, a force that would press a contact by a millionth of its rounding.
-        let applied = self.loads.applied.iter().map(|w| w.norm()).fold(0.0, f64::max);
-        let weight = self.model.bodies.iter().map(|b| b.mass * self.loads.gravity.norm()).fold(0.0, f64::max);
-        let floor =
-            (1e-3 * applied.max(weight)).max(1e-9 * self.typical_stiffness * self.model.smallest_rounding());
-        let reference_force = self.contacts.mean_force().max(floor);
-        Balance { out_of_balance: force / reference_force, worst_body, reference_force }
-    }
-
     /// Brings the model into balance from its present configuration.
     pub fn equilibrate(&mut self) -> Equilibrium {
         let mut history = Vec::new();
@@ -169,14 +139,14 @@ impl Newton<'_> {
             if (elastic || damage.follows()) && (converged || fresh) {
                 let mut off = balance.out_of_balance / tolerance;
                 if elastic {
-                    let yielding = balance.reference_force / self.typical_stiffness;
+                    let yielding = balance.least_force / self.typical_stiffness;
                     let gap_tolerance = gap_tolerance.min((GAP_SHARE * yielding).max(damage.gap_floor()));
                     let Relaxed { mismatch, left, energy } =
                         self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
                     let out_of_balance = balance.out_of_balance;
                     tracing::trace!(out_of_balance, mismatch, gap_tolerance, "elastic");
                     surface_energy = energy;
-                    let left = left / balance.reference_force;
+                    let left = left / balance.least_force;
                     converged &= mismatch < gap_tolerance && left < tolerance;
                     off = off.max(mismatch / gap_tolerance).max(left / tolerance);
                 } else if converged || damage.is_due(off, settings) {

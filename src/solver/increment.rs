@@ -4,7 +4,7 @@ use crate::assembly::{self, Contacts, Damages, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::audit;
-use crate::solver::equilibrium::Balance;
+use crate::solver::balance::Balance;
 use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
 use crate::solver::start::Start;
@@ -41,7 +41,7 @@ pub enum StepStatus {
     },
 }
 
-/// A steady increment balances within this many augmentations (ARCHITECTURE.md has the counts).
+/// A steady increment balances within this many augmentations (docs/decisions/0172-stabilisation-by-balance.md).
 const SNAP_AUGMENTATIONS: usize = 8;
 
 /// The outcome of an attempt; nothing is committed yet.
@@ -151,7 +151,12 @@ pub fn advance(
             poses: last_start,
             memory: committed.memory.clone(),
             fields: committed.fields.clone(),
-            balance: Balance { out_of_balance: f64::INFINITY, worst_body: 0, reference_force: 0.0 },
+            balance: Balance {
+                out_of_balance: f64::INFINITY,
+                worst_body: 0,
+                reference_force: 0.0,
+                least_force: 0.0,
+            },
             energy: Energies::default(),
             elastic_volume: 0.0,
             left: Vec::new(),

@@ -2,6 +2,7 @@
 //! control, dwell at instabilities. Every increment ends in a status; nothing here is an error.
 
 pub mod audit;
+pub mod balance;
 pub mod control;
 pub mod damage;
 pub mod dossier;
@@ -21,10 +22,11 @@ pub mod stop;
 pub mod sweep;
 mod tangent;
 
+pub use balance::Balance;
 pub use damage::DamageSettings;
 pub use dossier::{ContactReport, Dossier};
 pub use drape::{Drape, drape};
-pub use equilibrium::{Balance, Equilibrium};
+pub use equilibrium::Equilibrium;
 pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
 pub use pace::{Pace, motion_between, work_between};

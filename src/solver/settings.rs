@@ -9,7 +9,7 @@ pub const FALL_REBASE: usize = 20;
 /// Most steps of a fall while grains are seated.
 const SEATING_STEPS: usize = 5000;
 
-/// Everything that can be set. The defaults are those measured in ARCHITECTURE.md.
+/// Everything that can be set; docs/decisions/0150-proximal-snaps.md and its neighbours have what the defaults were measured against.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Largest force out of balance on a body over the mean contact force.

@@ -16,7 +16,7 @@ pub mod size;
 pub mod statistics;
 
 pub use grading::SievePoint;
-pub use shape::GrainShape;
+pub use shape::{GrainShape, WithinClass};
 pub use size::{Consistency, Plan, SpecimenSize};
 pub use statistics::Statistics;
 
@@ -53,6 +53,8 @@ pub struct SpecimenParameters {
     pub vertex_separation: f64,
     /// Rounding radius of a grain over its sieve size.
     pub rounding: f64,
+    /// How sieve sizes are drawn between neighbouring sieves.
+    pub within_class: WithinClass,
     /// Seed of all random numbers.
     pub seed: u64,
 }
@@ -69,6 +71,7 @@ impl SpecimenParameters {
             vertices: [8, 16],
             vertex_separation: 0.45,
             rounding: 0.02,
+            within_class: WithinClass::Number,
             seed: 1,
         }
     }
@@ -79,6 +82,7 @@ impl SpecimenParameters {
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
             rounding: self.rounding,
+            within_class: self.within_class,
         }
     }
 

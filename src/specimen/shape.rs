@@ -14,10 +14,66 @@
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::specimen::random::{Purpose, Stream};
-use crate::tensor::Vec3;
+use crate::tensor::{Rotation, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// How sieve sizes are drawn between two neighbouring sieves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WithinClass {
+    /// Semi-axes uniform by number, as in the source: less of the mass lies below the middle of a wide class than above it.
+    #[default]
+    Number,
+    /// So that the mass follows a straight line between the two points of the curve: sizes D with a number density as `D^-3`, ellipsoids of
+    /// the source's proportions scaled to them.
+    Mass,
+}
+
+impl WithinClass {
+    /// Share of the mass of a class between the sieves `low` and `high` that is finer than `size`, on average.
+    ///
+    /// By number: three uniform semi-axes with the middle one at m have the mean product `(m^2 - l^2)(h^2 - m^2) m` over a density, a
+    /// polynomial in `m^2`.
+    pub fn passing(self, [low, high]: [f64; 2], size: f64) -> f64 {
+        match self {
+            WithinClass::Number => {
+                let t = (size.powi(2) - low.powi(2)) / (high.powi(2) - low.powi(2));
+                t * t * (3.0 - 2.0 * t)
+            }
+            WithinClass::Mass => (size - low) / (high - low),
+        }
+    }
+
+    /// Mean of the product of the semi-axes of a grain between two sieves [m^3].
+    pub(super) fn mean_product(self, [low, high]: [f64; 2]) -> f64 {
+        match self {
+            WithinClass::Number => (0.25 * (low + high)).powi(3),
+            WithinClass::Mass => {
+                // Of D^3 with that density, and of the outer two axes over the square of the middle one.
+                let cube = 2.0 * (low * high).powi(2) / (low + high);
+                0.125 * cube * mean_proportion(low, high)
+            }
+        }
+    }
+}
+
+/// Steps of the integral in [`mean_proportion`], even.
+const STEPS: usize = 200;
+
+/// Mean of `a c / b^2` of three semi-axes `a >= b >= c` uniform between two limits: given b the others are uniform on either side of it. By
+/// Simpson's rule over the density `6 (b - l)(h - b) / (h - l)^3` of b.
+fn mean_proportion(low: f64, high: f64) -> f64 {
+    let width = high - low;
+    let at = |k: usize| {
+        let b = low + width * k as f64 / STEPS as f64;
+        let density = 6.0 * (b - low) * (high - b) / width.powi(3);
+        let weight = if k == 0 || k == STEPS { 1.0 } else { [2.0, 4.0][k % 2] };
+        weight * density * 0.25 * (low + b) * (b + high) / (b * b)
+    };
+    (0..=STEPS).map(at).sum::<f64>() * width / (3.0 * STEPS as f64)
+}
 
 /// The law of grain shapes.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +84,7 @@ pub struct ShapeLaw {
     pub vertex_separation: f64,
     /// Rounding radius over sieve size.
     pub rounding: f64,
+    pub within_class: WithinClass,
 }
 
 /// A grain's shape in body coordinates: origin at the centroid of the nominal polyhedron.
@@ -78,7 +135,14 @@ pub fn grain(
     let mut stream = Stream::new(seed, Purpose::Shape, index);
     let mut reason = String::new();
     for _ in 0..DRAWS {
-        let semi_axes = [(); 3].map(|_| 0.5 * stream.between(class_sizes[0], class_sizes[1]));
+        let mut semi_axes = [(); 3].map(|_| 0.5 * stream.between(class_sizes[0], class_sizes[1]));
+        if law.within_class == WithinClass::Mass {
+            let [fine, coarse] = class_sizes.map(|size| size.powi(-2));
+            let size = stream.between(fine, coarse).powf(-0.5);
+            let mut sorted = semi_axes;
+            sorted.sort_by(f64::total_cmp);
+            semi_axes = semi_axes.map(|axis| axis * 0.5 * size / sorted[1]);
+        }
         let count = stream.integer(law.vertices[0], law.vertices[1]);
         let Some(directions) = directions(&mut stream, count, law.vertex_separation) else {
             reason = format!("{count} vertices {} apart do not fit on a sphere", law.vertex_separation);
@@ -204,12 +268,49 @@ fn perpendicular(direction: &Vec3) -> (Vec3, Vec3) {
     (u, direction.cross(&u))
 }
 
+/// Vertices of a single grain and their least distance: the defaults of specimens.
+const SINGLE_VERTICES: [usize; 2] = [8, 16];
+const SINGLE_SEPARATION: f64 = 0.45;
+
+/// The nominal shape of grain number `index` of the size class between `sizes` [m], as it lies on a plate: on its lowest facet, its centroid
+/// at the origin. `rounding` is over the sieve size.
+///
+/// # Errors
+/// As [`grain`].
+pub fn lying_grain(sizes: [f64; 2], rounding: f64, seed: u64, index: u64) -> Result<Polyhedron> {
+    let law = ShapeLaw {
+        vertices: SINGLE_VERTICES,
+        vertex_separation: SINGLE_SEPARATION,
+        rounding,
+        within_class: WithinClass::Number,
+    };
+    laid(&grain(&law, sizes, 0, seed, index)?.nominal)
+}
+
+/// A polyhedron turned to lie on the facet nearest to its centroid, as it would on a plate: none is more stable.
+fn laid(shape: &Polyhedron) -> Result<Polyhedron> {
+    let centroid = shape.centroid();
+    let height = |(facet, normal): (&[usize; 3], &Vec3)| normal.dot(&(shape.vertices[facet[0]] - centroid));
+    let lowest = shape.facets.iter().zip(&shape.normals).min_by(|a, b| height(*a).total_cmp(&height(*b)));
+    let Some((_, normal)) = lowest else { return Ok(shape.clone()) };
+    let down = -Vec3::z();
+    let turn = Rotation::rotation_between(normal, &down)
+        .unwrap_or_else(|| Rotation::from_scaled_axis(Vec3::new(std::f64::consts::PI, 0.0, 0.0)));
+    let turned: Vec<Vec3> = shape.vertices.iter().map(|v| turn * (v - centroid)).collect();
+    Polyhedron::convex_hull(&turned)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn law() -> ShapeLaw {
-        ShapeLaw { vertices: [8, 16], vertex_separation: 0.45, rounding: 0.02 }
+        ShapeLaw {
+            vertices: [8, 16],
+            vertex_separation: 0.45,
+            rounding: 0.02,
+            within_class: WithinClass::Number,
+        }
     }
 
     #[test]
@@ -274,5 +375,21 @@ mod tests {
         let law = ShapeLaw { vertex_separation: 1.4, ..law() };
         assert!(grain(&law, [1.0, 2.0], 0, 1, 1).is_err());
         assert!(mean_unit_volume(&law).is_err());
+    }
+
+    #[test]
+    fn laid_polyhedron_stands_on_its_lowest_facet() {
+        let points = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.5], [0.0, 2.0, 0.2], [0.3, 0.4, 1.0]].map(Vec3::from);
+        let shape = Polyhedron::convex_hull(&points).expect("a hull");
+        let lying = laid(&shape).expect("a hull");
+        assert!(lying.centroid().norm() < 1e-12 && (lying.volume() / shape.volume() - 1.0).abs() < 1e-12);
+        let low = lying.vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+        assert_eq!(lying.vertices.iter().filter(|v| v.z < low + 1e-12).count(), 3);
+        let nearest = |shape: &Polyhedron| {
+            let centroid = shape.centroid();
+            let heights = shape.facets.iter().zip(&shape.normals);
+            heights.map(|(f, n)| n.dot(&(shape.vertices[f[0]] - centroid))).fold(f64::INFINITY, f64::min)
+        };
+        assert!((nearest(&shape) + low).abs() < 1e-12);
     }
 }

@@ -19,13 +19,16 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use crate::case::{RawCase, nearest, path_of_key, read, shown};
+use crate::case::{RawCase, fault_of_pointer, nearest, path_of_key, read, shortened, shown};
 use crate::error::{Error, Fault, Result};
 
 use super::{Member, Refusal, safe};
 
 /// More members than this are taken for a slip.
 const MOST_MEMBERS: usize = 100_000;
+
+/// Bytes of a member's name at most: file systems take names of 255, and endings come behind it.
+const LONGEST_NAME: usize = 200;
 
 /// A checked plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,7 +116,13 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
             folder.join("results")
         }
     };
-    let out = out.map_or(own_out, Path::to_path_buf);
+    let (out, place) = out.map_or((own_out, "$.out"), |given| (given.to_path_buf(), "--out"));
+    // It stands in a comment of a job array's script, which a line break would end.
+    let whole = std::path::absolute(&out).unwrap_or_else(|_| out.clone());
+    if whole.to_string_lossy().contains(|c: char| c.is_control()) {
+        let accepted = "a path without line breaks and other control characters";
+        faults.push(Fault::new(place, format!("{:?}", whole), "is no line of text", accepted));
+    }
     let count = |key: &str, faults: &mut Vec<Fault>| match map.get(key) {
         None => None,
         Some(value) => match value.as_u64() {
@@ -158,12 +167,13 @@ fn set_of(value: Option<&Value>, path: &str, faults: &mut Vec<Fault>) -> Vec<(St
     match value {
         None => Vec::new(),
         Some(Value::Object(map)) => {
-            for (pointer, value) in map.iter().filter(|(pointer, _)| !pointer.starts_with('/')) {
-                let accepted = "a JSON pointer, as /stages/0/pressure";
-                let place = path_of_key(path, pointer);
-                faults.push(Fault::new(place, shown(value), "the pointer must begin with /", accepted));
+            for (pointer, value) in map {
+                if let Some((problem, accepted)) = fault_of_pointer(pointer) {
+                    let place = path_of_key(path, &shortened(pointer));
+                    faults.push(Fault::new(place, shown(value), problem, accepted));
+                }
             }
-            let sound = map.iter().filter(|(pointer, _)| pointer.starts_with('/'));
+            let sound = map.iter().filter(|(pointer, _)| fault_of_pointer(pointer).is_none());
             sound.map(|(pointer, value)| (pointer.clone(), value.clone())).collect()
         }
         Some(other) => {
@@ -278,11 +288,11 @@ fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<V
     };
     let mut grid = Vec::new();
     for (pointer, values) in map {
-        let place = path_of_key("$.grid", pointer);
-        let aims = pointer.starts_with('/');
-        if !aims {
-            let accepted = "a JSON pointer, as /stages/0/pressure";
-            faults.push(Fault::new(&place, pointer, "the pointer must begin with /", accepted));
+        let place = path_of_key("$.grid", &shortened(pointer));
+        let wrong = fault_of_pointer(pointer);
+        let aims = wrong.is_none();
+        if let Some((problem, accepted)) = wrong {
+            faults.push(Fault::new(&place, shortened(pointer), problem, accepted));
         }
         let mut own: Vec<Value> = Vec::new();
         match values {
@@ -440,6 +450,12 @@ fn members_of(
                     .collect(),
             };
             for (name, overrides) in with_seeds {
+                if safe(&name).len() > LONGEST_NAME {
+                    let problem = "makes a member whose name is too long for its files";
+                    let accepted = format!("a \"name\" and values of at most {LONGEST_NAME} bytes together");
+                    faults.push(Fault::new(&entry.path, shortened(&safe(&name)), problem, accepted));
+                    continue;
+                }
                 match Member::new(&name, &source, overrides, out) {
                     Ok(member) if members.iter().any(|other| other.name == member.name) => {
                         let problem = "is the name of two members";
@@ -576,6 +592,37 @@ mod tests {
         faulty(
             r#"{"case": "rock.json", "seeds": {"count": 99999}, "grid": {"/seed": [1, 2]}}"#,
             &["are too many"],
+        );
+    }
+
+    /// What comes to a shell, a stack or a file system.
+    #[test]
+    fn hostile_plans_are_faults() {
+        for (out, sound) in [("r\\ntouch PWNED\\n#", false), ("r\\u001b[31m", false), ("r'; $(x) `y`", true)]
+        {
+            let made = plan(&format!(r#"{{"case": "rock.json", "out": "{out}"}}"#));
+            assert_eq!(made.is_ok(), sound, "{out}");
+            if let Err(error) = made {
+                assert!(error.to_string().contains("$.out: is no line of text"), "{error}");
+            }
+        }
+        let deep = "/a".repeat(50_000);
+        for key in ["set", "grid"] {
+            let value = if key == "set" { "1" } else { "[1, 2]" };
+            let text = format!(r#"{{"case": "rock.json", "{key}": {{"{deep}": {value}}}}}"#);
+            let said = plan(&text).expect_err("too deep").to_string();
+            assert!(said.contains(&format!("$.{key}")) && said.contains("too deep"), "{said}");
+            assert!(said.len() < 1000, "{} characters", said.len());
+        }
+        let long = "n".repeat(LONGEST_NAME + 1);
+        faulty(
+            &format!(r#"{{"cases": [{{"name": "{long}", "case": "rock.json"}}]}}"#),
+            &["$.cases[0]: makes a member whose name is too long", "at most 200 bytes"],
+        );
+        // By its values.
+        faulty(
+            &format!(r#"{{"case": "rock.json", "grid": {{"/title": ["a", "{long}"]}}}}"#),
+            &["$.case: makes a member whose name is too long"],
         );
     }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::report::short;
+use crate::results::plain_cell;
 
 use super::Member;
 use super::order::{Order, observed};
@@ -56,7 +57,7 @@ impl Table {
         let write = || -> csv::Result<()> {
             let mut writer = csv::WriterBuilder::new().flexible(true).from_path(path)?;
             for row in std::iter::once(&self.header).chain(&self.rows) {
-                writer.write_record(row)?;
+                writer.write_record(row.iter().map(|cell| plain_cell(cell).into_owned()))?;
             }
             Ok(writer.flush()?)
         };

@@ -34,6 +34,9 @@ pub struct Measures {
     /// The void ratio between the walls that the specimen was compacted in, carried on with the change of the
     /// cover's volume since it was draped.
     pub void_ratio_nominal: f64,
+    /// What new covers enclosed over what those did that they replaced, all since strains are zero: strains are carried over these jumps, the void
+    /// ratio is not, so `(1 + e) / (1 + e_0)` is `1 - volumetric_strain` times this.
+    pub cover_volume_ratio: f64,
 }
 
 /// Stress from contact forces, beside what plates and pressure say.
@@ -76,6 +79,8 @@ pub struct Zero {
     pub height: f64,
     /// [m^3]
     pub volume: f64,
+    /// Of new covers over those that they replaced ([`Measures::cover_volume_ratio`]).
+    cover_volume_ratio: f64,
     /// Cross-sections of the slices [m^2].
     areas: [f64; SLICES],
     pub neighbourhood: Neighbourhood,
@@ -92,6 +97,7 @@ impl Zero {
         Zero {
             height: rig.height(poses),
             volume: rig.volume(poses),
+            cover_volume_ratio: 1.0,
             areas: section_areas(rig, poses),
             neighbourhood: Neighbourhood::new(&rig.model.frames(poses), &diameters),
         }
@@ -104,7 +110,9 @@ impl Zero {
     pub(super) fn mend(&mut self, rig: &mut Rig) {
         let before = (rig.volume(&rig.committed.poses), section_areas(rig, &rig.committed.poses));
         if rig.mend_cover() {
-            self.volume *= rig.volume(&rig.committed.poses) / before.0;
+            let jump = rig.volume(&rig.committed.poses) / before.0;
+            self.volume *= jump;
+            self.cover_volume_ratio *= jump;
             let now = section_areas(rig, &rig.committed.poses);
             for (area, (now, before)) in self.areas.iter_mut().zip(now.iter().zip(&before.1)) {
                 *area *= now / before;
@@ -140,6 +148,7 @@ impl Measures {
             mean_stress: p + q / 3.0,
             void_ratio: state.volume / rig.solid_volume - 1.0,
             void_ratio_nominal: rig.nominal_ratio * state.volume / rig.solid_volume - 1.0,
+            cover_volume_ratio: zero.cover_volume_ratio,
         }
     }
 }

@@ -51,7 +51,8 @@ pub enum Cover {
 }
 
 /// How the rims of a pressure cover go with the plates; see [`PressureCover`]'s module.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Rims {
     Bonded,
     Sliding,

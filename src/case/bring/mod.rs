@@ -96,6 +96,14 @@ pub fn bring_in(case: &mut Value, folder: &Path, faults: &mut Vec<Fault>) -> Not
     notes
 }
 
+/// Files that a case brings in, as it names them: nothing is written over them.
+pub fn files(case: &Value) -> Vec<String> {
+    let grading = case.pointer("/specimen/grading").and_then(|given| given.get("file").or(Some(given)));
+    let bodies = case.pointer("/scene/bodies").and_then(Value::as_array);
+    let hulls = bodies.into_iter().flatten().filter_map(|body| body.pointer("/shape/hull/file"));
+    grading.into_iter().chain(hulls).filter_map(Value::as_str).map(str::to_string).collect()
+}
+
 /// A specimen with `void_ratio` in place of `porosity`.
 fn void_ratio(specimen: &Value) -> Result<(Value, Notes), Fault> {
     let (path, given) = ("$.specimen.porosity", &specimen["porosity"]);

@@ -44,6 +44,15 @@ pub fn check(rock: &Value, path: &str, walker: &mut Walker) {
             "at most the compressive strength",
         ));
     }
+    for (key, law) in rock.as_object().into_iter().flatten() {
+        // Only a constant or a normal one may have no mean to speak of: the others are scaled by it.
+        let scaled = law["law"].as_str().is_some_and(|law| !["constant", "normal"].contains(&law));
+        if scaled && number(law, "mean") == Some(0.0) {
+            let place = format!("{path}.{key}.mean");
+            let accepted = "a mean above 0, or a plain quantity, which has no scatter";
+            walker.fault(Fault::new(place, 0, "is the mean of a law that is scaled by it", accepted));
+        }
+    }
     let poisson = &rock["poissons_ratio"];
     if let Some(high) = rare_value(poisson)
         && high >= POISSON_LIMIT

@@ -47,7 +47,8 @@ fn mean_grains(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walk
         walker.fault(Fault::new(place, found, "has the larger number first", "[fewest, most]"));
         return None;
     }
-    match MeanGrains::new(grading?, [fewest, most], number(specimen, "vertex_separation")?) {
+    let within_class = serde_json::from_value(specimen["within_class"].clone()).ok()?;
+    match MeanGrains::new(grading?, within_class, [fewest, most], number(specimen, "vertex_separation")?) {
         Ok(grains) => Some(grains),
         Err(problem) => {
             let accepted = "fewer vertices or a smaller vertex_separation";

@@ -1,0 +1,105 @@
+//! Numbers of a table whose decimals are behind a point or, as spreadsheets write them in most of Europe, behind a comma.
+
+/// What parts whole numbers from decimals in a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Decimals {
+    Point,
+    Comma,
+}
+
+impl Decimals {
+    /// What the cells of a table's number columns say, its cells being parted by `separator`; the fault of one that says the contrary, with its
+    /// line. A semicolon is what spreadsheets part cells by where the comma is taken; behind a tab or in quotes "1,250" may be a thousand.
+    pub(super) fn of<'a>(
+        cells: impl Iterator<Item = (usize, &'a str)>,
+        separator: u8,
+    ) -> Result<Self, (usize, String)> {
+        let (mut point, mut comma, mut unclear) = (None, None, None);
+        for (line, cell) in cells {
+            if cell.contains('.') {
+                point.get_or_insert((line, cell));
+            }
+            match cell.matches(',').count() {
+                1 if separator == b';' || !may_be_thousands(cell) => {
+                    comma.get_or_insert((line, cell));
+                }
+                1 => {
+                    unclear.get_or_insert((line, cell));
+                }
+                _ => {}
+            }
+        }
+        match (point, comma, unclear) {
+            (Some((first, one)), Some((line, other)), _)
+            | (Some((first, one)), None, Some((line, other))) => {
+                Err((line.max(first), format!("mixes decimal points ({one:?}) and commas ({other:?})")))
+            }
+            (None, None, Some((line, cell))) => {
+                let problem = format!("{cell:?} may be a thousand or have three decimals");
+                Err((line, problem + "; write decimals behind a point, or semicolons between the cells"))
+            }
+            (None, Some(_), _) => Ok(Decimals::Comma),
+            (_, None, None) => Ok(Decimals::Point),
+        }
+    }
+
+    /// The number in a cell, finite or not a number.
+    pub(super) fn number(self, cell: &str) -> Result<f64, String> {
+        let value = match self {
+            Decimals::Comma if cell.matches(',').count() == 1 => cell.replacen(',', ".", 1).parse::<f64>(),
+            Decimals::Comma | Decimals::Point => cell.parse::<f64>(),
+        };
+        match value {
+            // Our own export writes NaN for what a row does not have.
+            Ok(value) if value.is_finite() || value.is_nan() => Ok(value),
+            _ => Err(format!("{cell:?} is no number")),
+        }
+    }
+}
+
+/// Whether a comma may part thousands: one to three digits before it, three behind it, no zero first.
+fn may_be_thousands(cell: &str) -> bool {
+    let Some((before, behind)) = cell.trim_start_matches(['-', '+']).split_once(',') else { return false };
+    let digits = |text: &str| text.bytes().all(|c| c.is_ascii_digit());
+    (1..=3).contains(&before.len())
+        && behind.len() == 3
+        && digits(before)
+        && digits(behind)
+        && !before.starts_with('0')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(cells: &[&str], separator: u8) -> Result<Decimals, (usize, String)> {
+        Decimals::of(cells.iter().copied().enumerate(), separator)
+    }
+
+    #[test]
+    fn what_parts_decimals_is_read_from_the_cells() {
+        assert_eq!(of(&["0", "12", "", "NaN"], b';'), Ok(Decimals::Point));
+        assert_eq!(of(&["0.5", "1e-3"], b','), Ok(Decimals::Point));
+        assert_eq!(of(&["0", "0,5"], b';'), Ok(Decimals::Comma));
+        assert_eq!(of(&["1,250", "7"], b';'), Ok(Decimals::Comma));
+        assert_eq!(of(&["1,250", "-0,125"], b'\t'), Ok(Decimals::Comma));
+        for (cells, separator, line, says) in [
+            (&["1,250", "7"][..], b'\t', 0, "may be a thousand"),
+            (&["0.5", "0,5"], b';', 1, "mixes"),
+            (&["0", "1,250", "0.5"], b'\t', 2, "mixes"),
+            (&["1.250,5"], b';', 0, "mixes"),
+        ] {
+            let (at, message) = of(cells, separator).expect_err("refused");
+            assert!(at == line && message.contains(says), "{cells:?}: {at}: {message}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_read_as_they_are_written() {
+        assert_eq!(Decimals::Comma.number("-3,25e-2"), Ok(-0.0325));
+        assert_eq!(Decimals::Comma.number("17"), Ok(17.0));
+        assert!(Decimals::Comma.number("1,2,3").is_err() && Decimals::Comma.number("inf").is_err());
+        assert!(Decimals::Point.number("3,25").is_err() && Decimals::Point.number("3,").is_err());
+        assert!(Decimals::Point.number("NaN").is_ok_and(f64::is_nan));
+    }
+}

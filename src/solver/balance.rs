@@ -1,0 +1,144 @@
+//! How well forces balance, and what a force out of balance is judged by.
+//!
+//! Grains of a specimen are alike and share one load: what is left on any of them is judged by the mean contact force of all. Bodies set by hand
+//! may be of any size in one scene, a pebble on a loose slab: each is judged by what it carries itself, its own dead load or the largest
+//! contact force on it, where that is less than the mean. Bodies that are held are judged by nothing, and give no measure.
+
+use crate::assembly::{Contacts, Dofs};
+use crate::model::{Body, BodyKind, Loads, Model};
+use crate::solver::newton::Newton;
+use crate::solver::settings::Settings;
+use crate::tensor::{Pose, Vector6};
+
+/// How well the forces balance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Balance {
+    /// Largest force out of balance on a body over the force that it is judged by.
+    pub out_of_balance: f64,
+    /// The body with it.
+    pub worst_body: usize,
+    /// Mean contact force [N], or what stands in for it where nothing touches.
+    pub reference_force: f64,
+    /// The least force that any body is judged by [N]; at most the reference force.
+    pub least_force: f64,
+}
+
+impl Balance {
+    /// What a Newton solve from here has to come to [N].
+    pub(super) fn target(&self, settings: &Settings, tolerance: f64) -> f64 {
+        (settings.newton_reduction * self.out_of_balance).max(0.3 * tolerance) * self.least_force
+    }
+}
+
+/// Where nothing touches, this share of the largest dead load stands in for the mean contact force.
+const SHARE_OF_LOAD: f64 = 1e-3;
+
+/// Roundings of a position that add up in the force of one contact, over the stiffness of its body: either body's corner is turned and
+/// shifted, and the spring of a body that deforms is four times as stiff.
+const ROUNDINGS: f64 = 16.0;
+
+/// Of a load whose force is held the free components have less than this share, by rounding: the moment of a weight about a centroid is such.
+const HELD: f64 = 1e-12;
+
+/// What forces out of balance are judged by.
+struct Yardsticks {
+    /// [N]
+    mean: f64,
+    /// Of each body, where that is less [N].
+    own: Vec<f64>,
+    /// Of each body that carries no dead load: what rounding of positions leaves of the forces on it [N]. Zero for others: a load that is below
+    /// this cannot be balanced, and is not said to be.
+    rounding: Vec<f64>,
+}
+
+impl Yardsticks {
+    fn new(model: &Model, dofs: &Dofs, contacts: &Contacts, loads: &Loads, poses: &[Pose]) -> Self {
+        let bodies = model.bodies.len();
+        let (mut strongest, mut touching) = (vec![0.0_f64; bodies], vec![0_usize; bodies]);
+        for (pair, point) in contacts.active() {
+            for body in [pair.a(), pair.b()] {
+                strongest[body] = strongest[body].max(point.evaluation.pressure);
+                touching[body] += 1;
+            }
+        }
+        let dead: Vec<f64> =
+            (0..bodies).map(|body| dead_load(model, dofs, loads, &poses[body], body)).collect();
+        let reach = |body: usize| poses[body].position.norm() + model.shapes[body].bounding_radius;
+        let farthest = (0..bodies).map(reach).fold(0.0, f64::max);
+        let typical = model.typical_stiffness();
+        let resolved = |body: usize| {
+            let own = model.bodies[body].stiffness;
+            let stiffness = if own.is_finite() { own } else { typical };
+            ROUNDINGS * f64::EPSILON * farthest * stiffness * touching[body].max(1) as f64
+        };
+        let rounding: Vec<f64> =
+            (0..bodies).map(|body| if dead[body] > 0.0 { 0.0 } else { resolved(body) }).collect();
+        let largest = dead.iter().copied().fold(0.0, f64::max);
+        let least = (0..bodies).map(resolved).fold(f64::MIN_POSITIVE, f64::max);
+        let mean = contacts.mean_force().max(SHARE_OF_LOAD * largest);
+        let own = |body: usize| {
+            let carried = strongest[body].max(dead[body]);
+            let apart = model.bodies[body].kind == BodyKind::Placed && dofs.is_free(body);
+            if apart && carried > 0.0 { carried } else { f64::INFINITY }
+        };
+        Yardsticks {
+            mean: if mean > 0.0 { mean } else { least },
+            own: (0..bodies).map(own).collect(),
+            rounding,
+        }
+    }
+
+    /// What a force on these carriers is judged by [N].
+    fn of(&self, carriers: &[usize]) -> f64 {
+        carriers.iter().filter_map(|body| self.own.get(*body)).fold(self.mean, |least, own| least.min(*own))
+    }
+
+    /// What is left of a force of this size on these carriers that rounding does not explain [N].
+    fn unexplained(&self, force: f64, carriers: &[usize]) -> f64 {
+        let rounding = carriers.iter().map(|body| self.rounding.get(*body).copied().unwrap_or(0.0));
+        if force <= rounding.fold(f64::INFINITY, f64::min) { 0.0 } else { force }
+    }
+}
+
+/// The larger of applied force and weight on what is free of a body [N], moments over its rotation scale. Not their sum, which may be nothing
+/// but rounding where they balance each other.
+fn dead_load(model: &Model, dofs: &Dofs, loads: &Loads, pose: &Pose, body: usize) -> f64 {
+    let Body { mass, centre_of_mass, .. } = &model.bodies[body];
+    let weight = loads.gravity * *mass;
+    let moment = (pose.rotation * centre_of_mass).cross(&weight);
+    let weight = Vector6::new(weight.x, weight.y, weight.z, moment.x, moment.y, moment.z);
+    let free = |wrench: &Vector6<f64>| {
+        let force = dofs.free_norm(body, wrench);
+        if force > HELD * wrench.fixed_rows::<3>(0).norm() { force } else { 0.0 }
+    };
+    free(&weight).max(free(&loads.applied[body]))
+}
+
+impl Newton<'_> {
+    pub fn balance(&self) -> Balance {
+        let yardsticks = Yardsticks::new(self.model, &self.dofs, &self.contacts, &self.loads, &self.poses);
+        let mut balance = Balance {
+            out_of_balance: 0.0,
+            worst_body: 0,
+            reference_force: yardsticks.mean,
+            least_force: yardsticks.own.iter().copied().fold(yardsticks.mean, f64::min),
+        };
+        let first_contact = self.dofs.contact_block(0);
+        let pairs: Vec<[usize; 2]> = self.contacts.network.pairs().collect();
+        for block in 0..self.dofs.bodies() {
+            let owner = [self.dofs.owner(block)];
+            // The force of a contact is on both of its bodies.
+            let pair = block.checked_sub(first_contact).and_then(|k| pairs.get(k));
+            let carriers = pair.map_or(&owner[..], |pair| &pair[..]);
+            let force = yardsticks.unexplained(self.dofs.force_on(&self.residual, block), carriers);
+            let over = force / yardsticks.of(carriers);
+            if over.is_nan() {
+                return Balance { out_of_balance: over, worst_body: owner[0], ..balance };
+            }
+            if over > balance.out_of_balance {
+                (balance.out_of_balance, balance.worst_body) = (over, owner[0]);
+            }
+        }
+        balance
+    }
+}
