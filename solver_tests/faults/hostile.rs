@@ -75,7 +75,7 @@ fn what_riprap_never_writes_is_refused_before_it_is_read() {
         changed(&place, change);
         for command in [
             &["info", "x.h5"][..],
-            &["export", "x.h5", "--csv", "csv", "--vtu", "vtu"],
+            &["export", "x.h5", "--csv", "csv", "--vtu", "vtu", "--vtp", "vtp", "--stl", "stl"],
             &["report", "x.h5", "--out", "page"],
             &["run", "scene.json", "--out", "x.h5", "--resume"],
         ] {
@@ -126,6 +126,13 @@ fn every_flipped_bit_is_found() {
                 }
                 Some(4) => {}
                 code => panic!("byte {at}: {code:?}: {}", String::from_utf8_lossy(&ended.stderr)),
+            }
+            // Pictures and meshes, too: no reader of a damaged mesh or network panics.
+            for ways in [&["--vtu", "vtu"], &["--vtp", "vtp"], &["--stl", "stl"]] {
+                let ended = place.command(&[&["export", "x.h5"], &ways[..]].concat()).output();
+                let ended = ended.expect("starts");
+                let said = String::from_utf8_lossy(&ended.stderr);
+                assert!(matches!(ended.status.code(), Some(0 | 4)), "byte {at}, {ways:?}: {said}");
             }
         }
     }

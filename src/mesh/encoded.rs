@@ -64,10 +64,10 @@ pub fn vtu(bytes: &[u8]) -> Read<Cells> {
 
 impl<'a> File<'a> {
     /// The file and its tags, those before any raw bytes.
-    fn open(bytes: &'a [u8]) -> Read<(Self, std::borrow::Cow<'a, str>)> {
+    fn open(bytes: &'a [u8]) -> Read<(Self, String)> {
         let mark = b"<AppendedData";
         let tail = bytes.windows(mark.len()).position(|w| w == mark);
-        let head = String::from_utf8_lossy(&bytes[..tail.unwrap_or(bytes.len())]);
+        let head = without_comments(&String::from_utf8_lossy(&bytes[..tail.unwrap_or(bytes.len())]));
         let opening = head.find("<VTKFile").ok_or("is not a VTK XML file (no VTKFile tag)")?;
         let tag = &head[opening..opening + head[opening..].find('>').ok_or("is cut off in its first tag")?];
         match attribute(tag, "type") {
@@ -215,6 +215,13 @@ impl<'a> File<'a> {
         };
         Ok(bytes.chunks_exact(size).map(number).collect())
     }
+}
+
+/// XML without its comments, which may hold tags.
+fn without_comments(text: &str) -> String {
+    let mut parts = text.split("<!--");
+    let first = parts.next().unwrap_or_default().to_string();
+    parts.fold(first, |kept, part| kept + part.split_once("-->").map_or("", |(_, behind)| behind))
 }
 
 /// The value of `name="value"` in a tag.

@@ -55,7 +55,11 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
     let (a, b) = (reader.integers(&table("body_a"))?, reader.integers(&table("body_b"))?);
     let points = vectors(&reader.floats(&table("point"))?);
     let centres = centres(reader, state)?;
-    let rows = a.len().min(b.len()).min(points.len());
+    let normal = reader.floats(&table("normal_force"))?;
+    let rows = a.len();
+    if [b.len(), points.len(), normal.len()].iter().any(|found| *found != rows) {
+        return Err(failure(reader.path(), &table("body_b"), "is not as long as the columns beside it"));
+    }
     let mut ends = String::new();
     for row in 0..rows {
         for body in [a[row], b[row]] {
@@ -65,7 +69,6 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
         }
     }
     let numbers = |name: &str| -> Result<Vec<f64>> { reader.floats(&table(name)) };
-    let normal = numbers("normal_force")?;
     let mut pairs: BTreeMap<[i64; 2], f64> = BTreeMap::new();
     for row in 0..rows {
         *pairs.entry([a[row].min(b[row]), a[row].max(b[row])]).or_default() += normal[row];
@@ -103,11 +106,14 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
     array("pair_force", 1, (0..rows).map(of_pair).collect());
     array("strong", 1, (0..rows).map(|row| f64::from(u8::from(of_pair(row) > mean))).collect());
     array("normal_force", 1, normal.clone());
-    for name in ["force", "normal", "friction_force", "point"] {
-        array(name, 3, numbers(name)?);
-    }
-    for name in ["slip", "mobilised"] {
-        array(name, 1, numbers(name)?);
+    for (name, components) in
+        [("force", 3), ("normal", 3), ("friction_force", 3), ("point", 3), ("slip", 1), ("mobilised", 1)]
+    {
+        let values = numbers(name)?;
+        if values.len() != components * rows {
+            return Err(failure(reader.path(), &table(name), "is not as long as the columns beside it"));
+        }
+        array(name, components, values);
     }
     Ok(text + "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n")
 }
@@ -129,7 +135,11 @@ fn centres(reader: &Reader, state: usize) -> Result<Vec<Vec3>> {
     let Some(row) = usize::try_from(increment).ok().and_then(|n| n.checked_sub(1)) else {
         return Ok(Vec::new());
     };
-    let place = |name: String| Ok(vectors(&reader.floats_in(&format!("bodies/{name}/position"), row, 1)?)[0]);
+    let place = |name: String| {
+        let column = format!("bodies/{name}/position");
+        let found = vectors(&reader.floats_in(&column, row, 1)?).first().copied();
+        found.ok_or_else(|| failure(reader.path(), &column, "has no place of the body"))
+    };
     reader.body_order()?.into_iter().map(place).collect()
 }
 
@@ -153,6 +163,9 @@ pub fn write_stl(reader: &Reader, folder: &Path, stem: &str) -> Result<(PathBuf,
     };
     let failed = reader.saved_field("CellData", "failed", state)?;
     let owner = reader.saved_field("CellData", "fragment", state)?;
+    if moved.len() != cells.points.len() || failed.len() != cells.cells() || owner.len() != cells.cells() {
+        return Err(failure(reader.path(), "VTKHDF", "fields of the last state and its mesh do not match"));
+    }
     // The same place in the same body is the same corner: cells of grains that can break share no points.
     let size = cells.points.iter().map(|p| p.amax()).fold(0.0, f64::max).max(1e-30);
     let place = |node: usize| {

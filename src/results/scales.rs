@@ -15,7 +15,10 @@ use hdf5_sys::h5t::{H5Tclose, H5Tcopy, H5Tset_size};
 
 use crate::error::Result;
 
-use super::store::Store;
+use super::grains::GRAIN_QUANTITIES;
+use super::history::HISTORY;
+use super::store::{Growing, Layout, Store};
+use super::writer::{HISTORY_ROWS, Writer};
 
 const CLASS: &str = "CLASS";
 const NAME: &str = "NAME";
@@ -84,6 +87,18 @@ impl Store {
         Ok(())
     }
 
+    /// The columns of `/history`, in its order, go with the number of the increment.
+    pub fn scale_history(&self, columns: &[Growing]) -> Result<()> {
+        let (counts, others): (Vec<_>, Vec<_>) =
+            columns.iter().zip(HISTORY).partition(|(_, quantity)| quantity.name == "increment");
+        let measured: Vec<&Dataset> = others.iter().map(|(column, _)| &column.dataset).collect();
+        for (increment, _) in counts {
+            self.make_scale(&increment.dataset, "increment")?;
+            self.measure_by(&[&increment.dataset], &measured)?;
+        }
+        Ok(())
+    }
+
     fn add_uses(&self, scale: &Dataset, new: Vec<Use>) -> Result<()> {
         let place = format!("{}@{USES}", scale.name());
         let mut all = match scale.attr(USES) {
@@ -100,6 +115,52 @@ impl Store {
         }
         let made = self.hdf5(&place, scale.new_attr::<Use>().shape(all.len()).create(USES))?;
         self.hdf5(&place, made.write(&all))
+    }
+}
+
+impl Writer {
+    /// Scales for the axes of a table that was just written: its rows, which are `item`s, and space.
+    pub(super) fn scale_table(
+        &mut self,
+        group: &str,
+        item: &str,
+        rows: usize,
+        columns: &[Dataset],
+    ) -> Result<()> {
+        let count = |name: &str, count: usize, what: &str| {
+            self.store.count_scale(&format!("{group}/{name}"), count, what)
+        };
+        let items = count(item, rows, &format!("number of the {item}, counted from 0"))?;
+        let axes = count("axis", 3, "axes of space: 0 x, 1 y, 2 z")?;
+        self.store.measure_by(&[&items, &axes], &columns.iter().collect::<Vec<_>>())?;
+        for scale in [items, axes] {
+            self.store.raw_extents(&scale, &mut self.written)?;
+        }
+        Ok(())
+    }
+
+    /// Scales for the axes of the datasets of `/grains` that grow with the saved states, where the table of grains has brought its own.
+    pub(super) fn scale_grains(&mut self) -> Result<()> {
+        if !self.store.has("grains/grain")? {
+            return Ok(());
+        }
+        let states = self.store.growing::<i64>("grains/state", &[], Layout::Rows(HISTORY_ROWS))?;
+        self.store.describe(
+            &states.dataset,
+            "1",
+            "number of the saved state, as in /VTKHDF and /contacts",
+        )?;
+        self.store.make_scale(&states.dataset, "state")?;
+        let [grain, axis] = [self.store.open("grains/grain")?, self.store.open("grains/axis")?];
+        let what = "components of a symmetric tensor: 0 xx, 1 yy, 2 zz, 3 xy, 4 yz, 5 xz";
+        let component = self.store.count_scale("grains/component", 6, what)?;
+        for (column, quantity) in self.grains.iter().zip(&GRAIN_QUANTITIES) {
+            let last = if quantity.width == 6 { &component } else { &axis };
+            self.store.measure_by(&[&states.dataset, &grain, last], &[&column.dataset])?;
+        }
+        self.store.raw_extents(&component, &mut self.written)?;
+        self.grain_states = Some(states);
+        Ok(())
     }
 }
 

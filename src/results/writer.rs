@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use hdf5::File;
 use hdf5::file::{CacheDecreaseMode, CacheIncreaseMode, FileAccess, FlashIncreaseMode};
 use hdf5::types::VarLenUnicode;
-use hdf5::{Dataset, File};
 
 use crate::error::{Error, Result};
 
@@ -24,7 +24,7 @@ use super::table::{Column, ColumnData};
 use super::vtkhdf::VtkHdf;
 
 /// Rows of a chunk of `/history`: a column's chunk is 4 KiB.
-const HISTORY_ROWS: usize = 512;
+pub(super) const HISTORY_ROWS: usize = 512;
 /// Fewest and most bytes of a chunk of a restart slot.
 const RESTART_CHUNK: [usize; 2] = [1 << 12, 1 << 20];
 /// A commit that may wait does so until the time since the last one is so many times what that took.
@@ -170,13 +170,7 @@ impl Writer {
         for quantity in HISTORY {
             history.push(store.column("history", quantity, None, Layout::Rows(HISTORY_ROWS))?);
         }
-        let (counts, others): (Vec<_>, Vec<_>) =
-            history.iter().zip(HISTORY).partition(|(_, quantity)| quantity.name == "increment");
-        for (increment, _) in counts {
-            store.make_scale(&increment.dataset, "increment")?;
-            let measured: Vec<&Dataset> = others.iter().map(|(column, _)| &column.dataset).collect();
-            store.measure_by(&[&increment.dataset], &measured)?;
-        }
+        store.scale_history(&history)?;
         Ok(Self::over(store, lock, owner, history))
     }
 
@@ -243,20 +237,6 @@ impl Writer {
             self.scale_table(group, item, rows, &written)?;
         }
         self.fixed_changed = true;
-        Ok(())
-    }
-
-    /// Scales for the axes of a table that was just written: its rows, which are `item`s, and space.
-    fn scale_table(&mut self, group: &str, item: &str, rows: usize, columns: &[Dataset]) -> Result<()> {
-        let count = |name: &str, count: usize, what: &str| {
-            self.store.count_scale(&format!("{group}/{name}"), count, what)
-        };
-        let items = count(item, rows, &format!("number of the {item}, counted from 0"))?;
-        let axes = count("axis", 3, "axes of space: 0 x, 1 y, 2 z")?;
-        self.store.measure_by(&[&items, &axes], &columns.iter().collect::<Vec<_>>())?;
-        for scale in [items, axes] {
-            self.store.raw_extents(&scale, &mut self.written)?;
-        }
         Ok(())
     }
 
@@ -377,30 +357,6 @@ impl Writer {
         turn.append(&self.store, &numbers(|g| g.turn))?;
         level.append(&self.store, &grains.iter().map(|g| g.level).collect::<Vec<i64>>())?;
         self.fixed_changed = true;
-        Ok(())
-    }
-
-    /// Scales for the axes of the datasets of `/grains` that grow with the saved states, where the table of grains has brought its own.
-    fn scale_grains(&mut self) -> Result<()> {
-        if !self.store.has("grains/grain")? {
-            return Ok(());
-        }
-        let states = self.store.growing::<i64>("grains/state", &[], Layout::Rows(HISTORY_ROWS))?;
-        self.store.describe(
-            &states.dataset,
-            "1",
-            "number of the saved state, as in /VTKHDF and /contacts",
-        )?;
-        self.store.make_scale(&states.dataset, "state")?;
-        let [grain, axis] = [self.store.open("grains/grain")?, self.store.open("grains/axis")?];
-        let what = "components of a symmetric tensor: 0 xx, 1 yy, 2 zz, 3 xy, 4 yz, 5 xz";
-        let component = self.store.count_scale("grains/component", 6, what)?;
-        for (column, quantity) in self.grains.iter().zip(&GRAIN_QUANTITIES) {
-            let last = if quantity.width == 6 { &component } else { &axis };
-            self.store.measure_by(&[&states.dataset, &grain, last], &[&column.dataset])?;
-        }
-        self.store.raw_extents(&component, &mut self.written)?;
-        self.grain_states = Some(states);
         Ok(())
     }
 
