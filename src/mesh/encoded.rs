@@ -45,7 +45,7 @@ pub fn vtu(bytes: &[u8]) -> Read<Cells> {
     let whole = |name: &str| -> Read<Vec<usize>> {
         // What is no number of a point becomes one that names none, and is refused as such.
         let numbers = file.array(section("Cells")?, Some(name))?;
-        Ok(numbers.iter().map(|&x| if x >= 0.0 && x < 1e15 { x as usize } else { usize::MAX }).collect())
+        Ok(numbers.iter().map(|&x| if (0.0..1e15).contains(&x) { x as usize } else { usize::MAX }).collect())
     };
     let (connectivity, offsets, types) = (whole("connectivity")?, whole("offsets")?, whole("types")?);
     if offsets.len() != types.len() {

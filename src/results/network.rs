@@ -147,6 +147,9 @@ fn vectors(numbers: &[f64]) -> Vec<Vec3> {
     numbers.chunks_exact(3).map(Vec3::from_column_slice).collect()
 }
 
+/// A triangle by the places of its corners, in order.
+type Corners = [[i64; 3]; 3];
+
 /// Writes the bodies of the last saved state as binary STL [m], where they are in it: `<stem>.stl` of all, and `<stem>_<body>.stl` of each. Cells that failed are
 /// left out, plates and membrane too. Returns the file of all, and how many bodies there are.
 ///
@@ -172,7 +175,7 @@ pub fn write_stl(reader: &Reader, folder: &Path, stem: &str) -> Result<(PathBuf,
         let p = cells.points[node] / size * 1e7;
         [0, 1, 2].map(|k| p[k].round() as i64)
     };
-    let mut outside: BTreeMap<(i64, [[i64; 3]; 3]), ([Vec3; 3], usize)> = BTreeMap::new();
+    let mut outside: BTreeMap<(i64, Corners), ([Vec3; 3], usize)> = BTreeMap::new();
     for cell in (0..cells.cells()).filter(|&cell| cells.grain[cell] >= 0 && failed[cell] < 0.5) {
         let nodes = cells.nodes(cell);
         let kind = cells.types[cell];
