@@ -195,8 +195,22 @@ fn the_page_needs_nothing_but_itself() {
     let html = read(&report.page);
     // Nothing is fetched: no address at all but SVG's own name.
     let rest = html.replace("http://www.w3.org/2000/svg", "");
-    for forbidden in ["http:", "https:", "<script", "<link", "@import", "url(", "src=\"/", "file:"] {
+    for forbidden in ["http:", "https:", "<link", "<iframe", "@import", "url(", "src=\"/", "file:"] {
         assert!(!rest.contains(forbidden), "the page has {forbidden}");
+    }
+    // Scripts are the viewer, once, and the data of each run, which cannot end the script that holds them.
+    let scripts: Vec<&str> =
+        rest.split("<script").skip(1).map(|s| s.split("</script").next().unwrap()).collect();
+    let viewers: Vec<_> = scripts.iter().filter_map(|script| script.strip_prefix('>')).collect();
+    let data: Vec<_> =
+        scripts.iter().filter_map(|script| script.strip_prefix(" type=\"application/json\">")).collect();
+    assert_eq!((viewers.len(), data.len(), scripts.len()), (1, 2, 3));
+    for reaching in ["fetch(", "XMLHttpRequest", "WebSocket", "EventSource", "sendBeacon", "import", "eval("]
+    {
+        assert!(!viewers[0].contains(reaching), "the viewer has {reaching}");
+    }
+    for data in data {
+        assert!(!data.contains('<') && serde_json::from_str::<serde_json::Value>(data).is_ok(), "{data:.80}");
     }
     for source in rest.split("src=\"").skip(1) {
         assert!(source.starts_with("data:image/png;base64,"), "{}", &source[..40.min(source.len())]);

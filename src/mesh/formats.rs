@@ -2,7 +2,7 @@
 //! those and of `.stl`, `.obj` and `.ply`.
 //!
 //! Sources: Gmsh reference manual, "Gmsh file formats", MSH 2.2 and 4.1; STL by `stl_io`; PLY: Turk (1994), "The PLY polygon file format"; OBJ: the
-//! `v` lines alone; `.vtu`: [`super::encoded`]. Cells have VTK's types and order of points. Lengths are those of the file.
+//! `v` lines alone; `.vtu`: `mesh::encoded`. Cells have VTK's types and order of points. Lengths are those of the file.
 
 use std::io::Cursor;
 use std::path::Path;
