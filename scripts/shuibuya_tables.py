@@ -77,7 +77,6 @@ def measures(results):
         "grains condensed, in the mean": f"{column('condensed_bodies')[history['axial_strain'] > 0].mean():.0f}",
         "of the damage, crushing / work": f"{share('energy_crushing'):.1f} %",
         "ledger error / work, at the end; worst beyond 1 %": f"{abs(share('energy_error')) / 100:.0e}; {errors.max(initial=0.0):.0e}",
-        "friction that gave way / work": f"{share('energy_overdrawn') / 100:.0e}",
         "cells failed; fragments": f"{column('deleted_cells')[-1]:.0f}; {column('fragments')[-1]:.0f}",
         "rock crushed": f"{100 * crushed:.1f} %" if numpy.isfinite(crushed) else "none can break",
         "increments, cut, out of balance by more than 1e-3": f"{len(work)}, {column('cuts').sum():.0f}, {(column('out_of_balance') > 1e-3).sum()}",

@@ -187,9 +187,8 @@ fn scenes_refuse_what_they_have_no_use_for() {
         ("/scene/bodies/2/fidelity", json!("full")),
         ("/scene/bodies/3/fidelity", json!("condensed")),
         ("/solver/energy_gate", json!("cut")),
-        ("/solver/rough_tolerance", json!(0.1)),
     ];
-    let refused = ["$.scene.bodies[2].fidelity", "$.solver.energy_gate", "$.solver.rough_tolerance"];
+    let refused = ["$.scene.bodies[2].fidelity", "$.solver.energy_gate"];
     assert_eq!(not_yet(SCENE, &set), refused);
     // A block that would fill the memory.
     let fine =

@@ -16,6 +16,7 @@ pub const SPECIMEN: &str = r#"{
   "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": null},
   "contact": {"friction": 0.5},
   "membrane": {"kind": "pressure"},
+  "solver": {"stabilisation": 1e-4},
   "stages": [{"kind": "consolidate", "pressure": "0.4 MPa"},
              {"kind": "shear", "axial_strain": 0.001, "increment": 2e-5}],
   "output": {"fields_every": 0.0002, "restart_every": 1}

@@ -5,9 +5,8 @@
 //! RIPRAP_REWRITE=1 cargo test --release --test regression
 //! ```
 //!
-//! `scalars.json` holds the last row of each run. Two processors may round differently, and contacts that slip, open and snap magnify that, so the
-//! runs end before their first snap. A friction coefficient changed by 1e-12 moves these numbers by less than 1e-8 (24 loose grains within a wall by a
-//! tenth: no member); tolerance of values: 1e-6. Counts of factorisations tell of lost speed: a tenth more or less (and two) is let pass.
+//! `scalars.json` holds the last row of each run. Two kinds of processors may round differently, and grains that are seated magnify that: a friction
+//! coefficient changed by 1e-12 moves the specimens' numbers by a tenth. So they hold for one kind of processor; tolerance of values: 1e-6. Counts of factorisations tell of lost speed: a tenth more or less (and two) is let pass.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -10,7 +10,8 @@ use riprap::contact::law::Friction;
 use riprap::grain::CondensedGrain;
 use riprap::material::Elastic;
 use riprap::mesh::grain_mesh;
-use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Stage, Steps, Test};
+use riprap::solver::Stabilisation;
+use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Stage, StageEnd, Steps, Test};
 
 use crate::ready::{PRESSURE, consolidate_seated, drive, finished, rig, run};
 
@@ -82,10 +83,9 @@ fn q_keeps_within_the_accuracy() {
     assert!(condensed[0] >= condensed[2] && condensed[0] > condensed[3], "{condensed:?}");
 }
 
-/// Grains that bend cannot fall, and augmentations follow a collapse slowly (300 grains at 1.6 MPa spent 40 of 66 thousand factorisations on two increments).
-/// So where bending is there for an accuracy all grains rest in a collapse, fall as rigid ones and wake behind it, in the same increment.
+/// A collapse that leads too far to be followed to rest at once: what moves goes on moving from row to row, at the end of the stage, too, and rows say so.
 #[test]
-fn grains_that_bend_for_an_accuracy_rest_in_collapses() {
+fn grains_that_bend_move_on_through_a_collapse() {
     let mut rig = rig(Cover::Pressure(Rims::Bonded));
     condensed(&mut rig);
     let mut test = Test::new(&rig);
@@ -94,14 +94,14 @@ fn grains_that_bend_for_an_accuracy_rest_in_collapses() {
     seated(&mut rig, &mut test);
     rig.wake_seated();
     consolidate_seated(&mut rig, &mut test, 6);
+    rig.settings.stabilisation = Some(Stabilisation::Unrest(3e-3));
     // Slippery grains cannot bear what they bore.
     rig.model.friction = Friction::constant(0.2);
-    let stage = Stage { steps: Steps::Count(2), ..drive(4e-3, Lateral::Pressure) };
+    let stage = Stage { steps: Steps::Count(10), ..drive(4e-3, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &stage);
-    finished(&rows, &end, 2);
-    let fell = |row: &&Row| row.counters.falling_steps > 0;
-    assert!(rows[0].counters.cuts == 0 && fell(&&rows[0]), "{:?}", rows[0].counters);
-    assert!(rows.iter().filter(fell).all(|row| row.fidelity.condensed > 0));
+    assert_eq!(end, StageEnd::Finished);
+    assert!(rows[0].restless && rows[0].unrest > 3e-3, "{:?}", rows[0]);
+    assert!(rows.iter().all(|row| row.restless || row.unrest < 3e-3));
     let last = &rows[rows.len() - 1].ledger;
     assert!(last.error().abs() < 1e-2 * last.external, "{last:?}");
 }

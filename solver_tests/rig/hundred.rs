@@ -9,6 +9,7 @@ use crate::recorded;
 
 /// Energy that no row accounts for, over the work.
 const CLOSED: f64 = 1e-3;
+const SMALLEST_CLOSED: f64 = 2e-2;
 
 /// The covers of `cases/membrane/covers_100.json`.
 const RUBBER: &str =
@@ -18,7 +19,11 @@ const RIGID_WALL: &str = r#"{"kind": "rigid_wall"}"#;
 
 /// Runs a case with so many grains to an axial strain, with what is given set; checks every row.
 fn rows_of(case: &str, grains: u64, axial_strain: f64, set: &[(&str, &str)]) -> Vec<HistoryRow> {
-    let mut all = vec![("/specimen/grains", json!(grains)), ("/stages/1/axial_strain", json!(axial_strain))];
+    let mut all = vec![
+        ("/specimen/grains", json!(grains)),
+        ("/stages/1/axial_strain", json!(axial_strain)),
+        ("/solver/stabilisation", json!(null)),
+    ];
     all.extend(set.iter().map(|&(path, text)| (path, serde_json::from_str(text).expect("JSON"))));
     let rows = recorded::rows_of(case, &all);
     for row in &rows {
@@ -38,18 +43,23 @@ fn loop_of(grains: u64, axial_strain: f64, cover: &str) {
     for row in rows.iter().filter(|row| row.stage > 0) {
         assert!((row.confining_pressure / 8e5 - 1.0).abs() < HELD, "{row:?}");
     }
-    // What the gate promises, increment by increment and from the start on. Where hardly any work is done, what is left may be what
-    // forces out of balance by the tolerance store: a millionth (its square) of the elastic energy.
-    let mut before = 0.0;
+    // What the gate promises, increment by increment. Where hardly any work is done, what is left may be what forces out of balance by the
+    // tolerance store: a millionth (its square) of the elastic energy. The smallest increments of a snap may close worse, but not by more than the gate
+    // leaves of all work.
+    let (mut before, mut beyond) = (0.0, 0.0);
     // Rows have it less what was stored when the ledger began, under half the pressure: less than as much again.
     let stored = 2.0 * rows.iter().map(|row| row.energy_elastic).fold(0.0, f64::max);
     for row in &rows {
         let left = (row.energy_error - before).abs();
-        assert!(row.energy_gap.abs() <= CLOSED || left < 1e-6 * stored, "{row:?}");
+        if row.energy_gap.abs() > CLOSED && left > 1e-6 * stored {
+            beyond += left;
+            assert!(row.energy_gap.abs() < SMALLEST_CLOSED, "{row:?}");
+        }
         assert!(row.energy_error.abs() < CLOSED * row.energy_external || row.stage == 0, "{row:?}");
         before = row.energy_error;
     }
-    // Snaps are known by balance only: if all were, closure would say nothing.
+    assert!(beyond < CLOSED * reloaded.energy_external, "{beyond}");
+    // If most rows were snaps, closure would say little.
     let snaps = rows.iter().filter(|row| row.snapped > 0).count();
     assert!(5 * snaps < rows.len(), "{snaps} of {}", rows.len());
     // Ladder D: between snaps nothing to speak of is booked as stabilisation.

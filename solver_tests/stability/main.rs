@@ -13,7 +13,6 @@ mod light_and_heavy;
 mod random_scenes;
 mod rolling_over_an_edge;
 mod scale_does_not_matter;
-mod starts_stay_out;
 mod unlike_bodies;
 mod vertex_on_vertex;
 mod wedge_pulled_out;

@@ -9,12 +9,10 @@
 //!   elastic and friction energy as well as without a change.
 //! - With an accuracy that no rigid body meets the outcome is that of condensed bodies, with one that all meet that of rigid ones, to the
 //!   last bit: nothing of the choice leaks into the solution.
-//! - What contacts make up for is all that a time as rigid bodies leaves behind: cubes that rest halfway, wake at the end and claim it back have the force of
-//!   cubes that bent all the time, normal and tangential, where nothing slips.
 
 use std::sync::Arc;
 
-use riprap::assembly::{Contacts, MadeUp};
+use riprap::assembly::Contacts;
 use riprap::grain::CondensedGrain;
 use riprap::model::Loads;
 use riprap::scene::{Row, Scene, SceneBody, SceneParameters};
@@ -155,39 +153,4 @@ fn energies_count_on() {
     // As of condensed cubes throughout: second order in the increment, 1e-3 in 16.
     let error = last.ledger.error().abs() / last.ledger.external;
     assert!(error < 5e-3, "{error}");
-}
-
-#[test]
-fn what_was_made_up_for_is_claimed_back() {
-    let parameters = pressed(Cubes::Condensed, 8, 0.5);
-    let (_, rows) = run(&parameters);
-    let bent = rows[7].bodies[3].contact_force;
-
-    let mut scene = interrupted(&parameters, 4);
-    let before = MadeUp::of(&scene.committed.memory);
-    let changed = |scene: &mut Scene, changes: [&[usize]; 2]| {
-        change(&mut scene.model, &mut scene.committed, &mut scene.contacts, 0.0, changes)
-    };
-    assert_eq!(changed(&mut scene, [&[], &CUBES]).rested, 2);
-    let end = scene.run(|_, _| true);
-    assert_eq!(end, StageEnd::Finished);
-    assert_eq!(changed(&mut scene, [&CUBES, &[]]).woken, 2);
-
-    let claimed = scene.contacts.without(&scene.committed.memory, &before);
-    let loads = plates_held(scene.model.bodies.len());
-    let kept = scene.committed.memory.clone();
-    let [kept, claimed] = [kept, claimed].map(|memory| {
-        scene.committed.memory = memory;
-        let (model, committed, settings) = (&scene.model, &scene.committed, &parameters.settings);
-        let increment = Increment { model, committed, loads: &loads, settings };
-        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
-        assert!(report.converged() && report.measures.sliding_fraction == 0.0);
-        report.contact_wrench[3].fixed_rows::<3>(0).into_owned()
-    });
-    println!("bent all the time {bent:?}\nas woken {kept:?}\nclaimed back {claimed:?}");
-    for (axis, bent) in [0, 2].map(|axis| (axis, bent[axis])) {
-        let off = |force: f64| (force / bent - 1.0).abs();
-        assert!(off(kept[axis]) > 0.05, "{axis}: nothing to claim: {kept:?} {bent:?}");
-        assert!(off(claimed[axis]) < 1e-3, "{axis}: {claimed:?} {bent:?}");
-    }
 }

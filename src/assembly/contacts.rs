@@ -120,10 +120,6 @@ impl PairWork {
     pub fn key(&self) -> PairKey {
         (self.features.a, self.features.b)
     }
-    /// Whether either body is among the moving ones; without a list all are.
-    fn moves(&self, moving: &[bool]) -> bool {
-        moving.is_empty() || moving[self.a()] || moving[self.b()]
-    }
     pub fn active(&self) -> impl Iterator<Item = &ContactPoint> {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }
@@ -453,9 +449,6 @@ pub struct Contacts {
     /// Contacts of the rigid wall, where the model has one.
     #[serde(skip)]
     pub wall: Vec<WallContact>,
-    /// Bodies that move meanwhile: contacts between others are left as they were evaluated. Empty where all may.
-    #[serde(skip)]
-    pub moving: Vec<bool>,
     /// Searches so far.
     pub searches: usize,
     /// What the work with these contacts has taken so far.
@@ -482,7 +475,6 @@ impl Default for Contacts {
             frames: Frames::default(),
             surplus: Vec::new(),
             network: Network::default(),
-            moving: Vec::new(),
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -527,9 +519,7 @@ impl Contacts {
             corners.clear();
             corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
         }
-        let mut anew = false;
         if !self.neighbours.is_valid(&model.shapes, poses) {
-            anew = true;
             let begun = Instant::now();
             self.search(model, committed, poses);
             self.timings.book(Kernel::Search, begun);
@@ -541,8 +531,7 @@ impl Contacts {
         let committed = &committed.fields;
         let view =
             View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength };
-        let moving: &[bool] = if anew { &[] } else { &self.moving };
-        self.pairs.par_iter_mut().filter(|pair| pair.moves(moving)).for_each(|pair| {
+        self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, reach);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {
                 let margin = margin(model, pair.key(), needed);
@@ -575,8 +564,8 @@ impl Contacts {
         if let Some(membrane) = &model.membrane {
             self.membrane.update_tangents(membrane, &self.corners, poses);
         }
-        let (kinematics, moving) = (&self.kinematics, &self.moving);
-        self.pairs.par_iter_mut().filter(|pair| pair.moves(moving)).for_each(|pair| {
+        let kinematics = &self.kinematics;
+        self.pairs.par_iter_mut().for_each(|pair| {
             let PairWork { features, points, tangents, elastic_tangents, .. } = &mut *pair;
             let (a, b) = (features.a as usize, features.b as usize);
             let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();

@@ -9,9 +9,12 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::contacts::Contacts;
+use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::SurfaceLoads;
 use crate::assembly::timings::Kernel;
+use crate::contact::ContactLaw;
+use crate::contact::force::PointState;
+use crate::contact::memory::PointMemory;
 use crate::error::Result;
 use crate::grain::{DamageChange, DamagedGrain};
 use crate::model::{Body, Model};
@@ -251,34 +254,26 @@ impl Contacts {
         Ok(total)
     }
 
-    /// Energy that the contacts of brittle bodies have set free since the committed state by getting softer [J]: work of the trapezoidal rule
-    /// less the energy gained, `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose stiffness goes from k1 to k2 and its force from f1 to f2, and that of the
-    /// hardening beside it ([`freed_by_hardening`](crate::contact::ContactLaw::freed_by_hardening)).
+    /// Energy that the contacts of brittle bodies have set free since the committed state by getting softer [J].
     pub fn softened(&self, model: &Model) -> f64 {
-        let mut freed = 0.0;
         if !model.can_break() {
-            return freed;
+            return 0.0;
         }
-        for (pair, point) in self.active() {
-            let Some(memory) = pair.carried.point(point.site.feature) else { continue };
-            if memory.firmness == point.firmness || memory.load <= 0.0 {
-                continue;
+        let freed = |pair: &PairWork| -> f64 {
+            let bends = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
+            let softer = pair.points.iter().filter_map(|point| {
+                let memory = pair.carried.point(point.site.feature)?;
+                let carried = memory.load > 0.0 && memory.firmness != point.firmness;
+                carried.then_some((point, memory))
+            });
+            if bends {
+                let active = softer.filter(|(point, _)| point.evaluation.is_active());
+                active.map(|(point, memory)| freed_on_the_way(&model.law, point, memory)).sum()
+            } else {
+                softer.map(|(point, memory)| freed_in_place(&model.law, point, memory)).sum()
             }
-            let e = &point.evaluation;
-            let gained = (1.0 - point.firmness / memory.firmness) / point.state.spring;
-            let weight = 0.5 * (e.weight + memory.pressure / memory.load);
-            let tangential = memory.traction.dot(&e.friction) / e.weight / model.law.tangential_ratio;
-            let sprung = memory.sprung() * e.sprung();
-            let softer = point.state.hardening;
-            let harder = 1.0 / (1.0 / softer - gained);
-            let hardening = model.law.freed_by_hardening(
-                [harder, memory.hardened],
-                [softer, e.hardened],
-                point.state.radii,
-            );
-            freed += weight * (0.5 * gained * (sprung + tangential) + hardening);
-        }
-        freed
+        };
+        self.pairs.iter().map(freed).sum()
     }
 
     /// The damage that goes with the accepted configuration; empty where nothing can break.
@@ -317,6 +312,33 @@ impl Contacts {
         }
         Ok(damages)
     }
+}
+
+/// What a contact of rigid bodies sets free by getting softer [J]: its energy goes with its firmness, whatever it then does. The work of its forces along
+/// the way is that of the softer spring (`solver::path`).
+fn freed_in_place(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) -> f64 {
+    let PointState { spring, hardening, radii, .. } = point.state;
+    let left = point.firmness / memory.firmness;
+    let weight = memory.pressure / memory.load;
+    let normal = spring / left * law.energy_at(memory.sprung() * left / spring);
+    let hardened = law.hardening_energy([hardening / left, memory.hardened], radii);
+    (1.0 - left) * (weight * (normal + hardened) + memory.tangential_energy)
+}
+
+/// The same where bodies bend, so that a force, not a place, is kept while a contact gets softer: work of the trapezoidal rule less the energy gained,
+/// `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose stiffness goes from k1 to k2 and its force from f1 to f2, and that of the hardening beside it
+/// ([`freed_by_hardening`](ContactLaw::freed_by_hardening)).
+fn freed_on_the_way(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) -> f64 {
+    let e = &point.evaluation;
+    let gained = (1.0 - point.firmness / memory.firmness) / point.state.spring;
+    let weight = 0.5 * (e.weight + memory.pressure / memory.load);
+    let tangential = memory.traction.dot(&e.friction) / e.weight / law.tangential_ratio;
+    let sprung = memory.sprung() * e.sprung();
+    let softer = point.state.hardening;
+    let harder = 1.0 / (1.0 / softer - gained);
+    let before = [harder, memory.hardened];
+    let hardening = law.freed_by_hardening(before, [softer, e.hardened], point.state.radii);
+    weight * (0.5 * gained * (sprung + tangential) + hardening)
 }
 
 #[cfg(test)]

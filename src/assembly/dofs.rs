@@ -50,19 +50,6 @@ impl Dofs {
         Dofs { contacts: index.len(), index, carriers, owner, nodes, scale, count }
     }
 
-    /// The same with the free components of those carriers alone for which `moves` holds.
-    pub fn restricted(&self, moves: impl Fn(usize) -> bool) -> Self {
-        let mut restricted = self.clone();
-        restricted.count = 0;
-        for (carrier, block) in restricted.index.iter_mut().enumerate() {
-            for component in block.iter_mut().filter(|component| component.is_some()) {
-                *component = moves(carrier).then_some(restricted.count as u32);
-                restricted.count += usize::from(component.is_some());
-            }
-        }
-        restricted
-    }
-
     /// Replaces the blocks of contacts by as many as there are `owners`, each of that body.
     pub fn renew_contacts(&mut self, owners: impl Iterator<Item = u32>) {
         let lost = self.index.drain(self.contacts..).map(|block| block.iter().flatten().count());

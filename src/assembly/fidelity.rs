@@ -5,17 +5,15 @@
 //! the body condensed, is `W f` at its place with the shell's compliance, less the local compliance: the displacement that is neglected.
 //! The same number, the other way round, is what a condensed body would neglect if it rested.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
+use crate::assembly::Dofs;
 use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
 };
-use crate::assembly::{Dofs, Heir};
-use crate::contact::memory::PairKey;
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{BodyKind, Committed, Model};
@@ -35,39 +33,6 @@ pub struct Recovery {
     neglected: Vec<[Vec3; 2]>,
     /// What changes of fidelity have kept, by contact [m].
     kept: Vec<Vec3>,
-}
-
-/// What changes of fidelity had contacts make up for at some time.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct MadeUp(BTreeMap<ContactKey, Lead>);
-
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-struct Lead {
-    /// Displacement of `b`'s surface relative to `a`'s [m], in space.
-    #[serde(with = "crate::tensor::stored")]
-    displaced: Vec3,
-    /// All by which the contact was ahead of the geometry [m].
-    lead: f64,
-}
-
-impl MadeUp {
-    /// What the contacts in `memory` make up for.
-    pub fn of(memory: &Memory) -> Self {
-        let points = memory.iter().flat_map(|(key, pair)| pair.points.iter().map(|point| (*key, point)));
-        let lead = |point: &PointMemory| Lead { displaced: point.neglected, lead: point.lead };
-        MadeUp(points.map(|(pair, point)| ((pair, point.feature), lead(point))).collect())
-    }
-
-    /// Knows contacts of new shapes by what those made up for that they go on for.
-    pub fn follow(&mut self, heirs: &[Heir]) {
-        let known: Vec<_> = heirs.iter().filter_map(|heir| Some((heir, *self.0.get(&heir.of)?))).collect();
-        let renewed: BTreeSet<PairKey> = heirs.iter().flat_map(|heir| [heir.of.0, heir.contact.0]).collect();
-        self.0.retain(|(pair, _), _| !renewed.contains(pair));
-        for (heir, Lead { displaced, lead }) in known {
-            let displaced = if heir.turned { -displaced } else { displaced };
-            self.0.insert(heir.contact, Lead { displaced, lead });
-        }
-    }
 }
 
 /// How the force between two bodies would change, by what is neglected in all contacts.
@@ -315,38 +280,6 @@ impl Contacts {
             }
         }
         any
-    }
-
-    /// `memory` of the configuration last evaluated, less what its contacts make up for now and did not `before`. A slipping contact's stretch follows
-    /// its force.
-    pub fn without(&self, memory: &Memory, before: &MadeUp) -> Memory {
-        let mut less = Memory::new();
-        for pair in &self.pairs {
-            let Some(of_pair) = memory.get(&pair.key()) else { continue };
-            let mut of_pair = of_pair.clone();
-            of_pair.points.retain_mut(|kept| {
-                let known = before.0.get(&(pair.key(), kept.feature));
-                let Some(point) = pair.active().find(|point| point.site.feature == kept.feature) else {
-                    // Open, and kept so.
-                    return known.is_some_and(|known| {
-                        kept.lead = known.lead;
-                        kept.lead < 0.0
-                    });
-                };
-                let e = &point.evaluation;
-                let displaced = known.copied().unwrap_or_default().displaced;
-                let claimed = kept.neglected - displaced;
-                let along = claimed.dot(&e.normal);
-                kept.neglected = displaced;
-                kept.lead -= along;
-                if !e.slides() {
-                    kept.stretch -= claimed - e.normal * along;
-                }
-                true
-            });
-            less.insert(pair.key(), of_pair);
-        }
-        less
     }
 
     /// Contacts that are open, and that the new elastic displacements would close, stay as open as they are.

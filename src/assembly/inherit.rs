@@ -7,23 +7,13 @@
 use std::collections::BTreeMap;
 
 use crate::assembly::contacts::{ContactPoint, Contacts, TooClose};
+use crate::contact::Memory;
 use crate::contact::memory::{PairKey, PairMemory, PointMemory};
-use crate::contact::{ContactKey, Memory};
 use crate::model::fracture::Fracture;
 use crate::model::{BodyKind, Committed, Model};
 
-/// A contact of a new shape and the one that it goes on for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heir {
-    pub of: ContactKey,
-    pub contact: ContactKey,
-    /// Whether its two bodies have changed places.
-    pub turned: bool,
-}
-
 /// What was known of two bodies before.
 struct Former<'a> {
-    key: PairKey,
     memory: &'a PairMemory,
     turned: bool,
 }
@@ -42,7 +32,7 @@ fn formers<'a>(model: &Model, fractures: &'a [Fracture]) -> BTreeMap<PairKey, Fo
         for a in now(key.0) {
             for b in now(key.1) {
                 let new = (a.min(b) as u32, a.max(b) as u32);
-                formers.insert(new, Former { key: *key, memory, turned: a > b });
+                formers.insert(new, Former { memory, turned: a > b });
             }
         }
     }
@@ -57,8 +47,8 @@ impl Former<'_> {
         bearing.min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// What the contact at `point` goes on with, and of which; `None` where it does not touch.
-    fn heir(&self, point: &ContactPoint) -> Option<(PointMemory, ContactKey)> {
+    /// What the contact at `point` goes on with; `None` where it does not touch.
+    fn heir(&self, point: &ContactPoint) -> Option<PointMemory> {
         let known = self.nearest(point).filter(|_| point.evaluation.weight > 0.0)?;
         let (feature, geometric) = (point.site.feature, point.geometric_overlap());
         let bears = geometric + known.lead > 0.0;
@@ -66,25 +56,24 @@ impl Former<'_> {
         let is_there = geometric > 0.0 || (known.place - point.evaluation.point).norm() < point.state.radii;
         let sign = if self.turned { -1.0 } else { 1.0 };
         let neglected = known.neglected * sign;
-        let heir = if bears && is_there {
+        if bears && is_there {
             let (stretch, traction) = (known.stretch * sign, known.traction * sign);
-            PointMemory { feature, stretch, traction, neglected, firmness: 1.0, ..*known }
+            Some(PointMemory { feature, stretch, traction, neglected, firmness: 1.0, ..*known })
         } else if geometric > 0.0 {
-            PointMemory { neglected, ..PointMemory::open(feature, known.lead) }
+            Some(PointMemory { neglected, ..PointMemory::open(feature, known.lead) })
         } else {
-            return None;
-        };
-        Some((heir, (self.key, known.feature)))
+            None
+        }
     }
 }
 
 impl Contacts {
-    /// Puts what contacts of the bodies that broke remembered into the committed memory of those that their new shapes have; which contact goes on for which.
+    /// Puts what contacts of the bodies that broke remembered into the committed memory of those that their new shapes have.
     /// Nothing where cores are so near that contacts cannot be evaluated.
-    pub fn inherit(&mut self, model: &Model, committed: &mut Committed, fractures: &[Fracture]) -> Vec<Heir> {
+    pub fn inherit(&mut self, model: &Model, committed: &mut Committed, fractures: &[Fracture]) {
         let formers = formers(model, fractures);
         if formers.is_empty() {
-            return Vec::new();
+            return;
         }
         let forget = |memory: &mut Memory| memory.retain(|key, _| !formers.contains_key(key));
         // For where new contacts are: they are listed as far off as what is ahead of the geometry may close them.
@@ -92,7 +81,7 @@ impl Contacts {
         committed.memory.extend(listed);
         let found = self.evaluate_committed(model, committed).map(|()| self.heirs(&formers));
         forget(&mut committed.memory);
-        let Ok((known, heirs)) = found else { return Vec::new() };
+        let Ok(known) = found else { return };
         committed.memory.extend(known);
         // What they bear, and what friction can hold of it.
         if self.evaluate_committed(model, committed).is_ok() {
@@ -101,7 +90,6 @@ impl Contacts {
             forget(&mut committed.memory);
             committed.memory.extend(memory);
         }
-        heirs
     }
 
     /// Evaluates the contacts as committed.
@@ -110,14 +98,13 @@ impl Contacts {
         self.evaluate(model, committed, &committed.poses)
     }
 
-    fn heirs(&self, formers: &BTreeMap<PairKey, Former<'_>>) -> (Memory, Vec<Heir>) {
-        let (mut memory, mut heirs) = (Memory::new(), Vec::new());
+    fn heirs(&self, formers: &BTreeMap<PairKey, Former<'_>>) -> Memory {
+        let mut memory = Memory::new();
         for pair in &self.pairs {
             let Some(former) = formers.get(&pair.key()) else { continue };
             let mut of_pair = PairMemory { slip: former.memory.slip, ..PairMemory::default() };
             for point in &pair.points {
-                if let Some((heir, of)) = former.heir(point) {
-                    heirs.push(Heir { of, contact: (pair.key(), heir.feature), turned: former.turned });
+                if let Some(heir) = former.heir(point) {
                     of_pair.put(heir);
                 }
             }
@@ -125,6 +112,6 @@ impl Contacts {
                 memory.insert(pair.key(), of_pair);
             }
         }
-        (memory, heirs)
+        memory
     }
 }

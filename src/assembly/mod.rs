@@ -25,9 +25,8 @@ pub use contacts::{ContactPoint, Contacts, PairWork, TooClose};
 pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
 pub use elastic::{OVERESTIMATE, SurfaceField};
-pub use fidelity::{ForceChange, MadeUp, Recovery, is_free_to_change};
+pub use fidelity::{ForceChange, Recovery, is_free_to_change};
 pub use full::{full_couplings, full_stiffness_into};
-pub use inherit::Heir;
 pub use membrane::MembraneContacts;
 pub use network::Network;
 pub use pattern::BlockPattern;
@@ -37,6 +36,43 @@ pub use wall::{pressure_loads_into, wall_couplings, wall_forces_into, wall_stiff
 
 use crate::model::{Loads, Model};
 use crate::tensor::{Pose, Vec3, Vector6};
+
+/// Forces and moments of contacts, of what covers the side under a pressure [Pa], and of weight in a gravity [m/s2] on every carrier [N, N m]: all but
+/// those applied from outside.
+pub fn carrier_forces_into(
+    wrenches: &mut Vec<Vector6<f64>>,
+    model: &Model,
+    contacts: &Contacts,
+    (pressure, gravity): (f64, Vec3),
+    poses: &[Pose],
+) {
+    wrenches.clear();
+    wrenches.resize(model.carriers(), Vector6::zeros());
+    for (pair, point) in contacts.active() {
+        let wrench = &point.evaluation.wrench;
+        for k in 0..6 {
+            wrenches[pair.a()][k] += wrench[k];
+            wrenches[pair.b()][k] += wrench[6 + k];
+        }
+    }
+    if model.cover.is_some() || model.wall.is_some() {
+        pressure_loads_into(wrenches, model, poses, pressure);
+        if let Some(membrane) = &model.membrane {
+            membrane_forces_into(wrenches, membrane, contacts, poses);
+        }
+        if let Some(wall) = &model.wall {
+            wall_forces_into(wrenches, wall, &contacts.wall, poses);
+        }
+    }
+    for ((wrench, body), pose) in wrenches.iter_mut().zip(&model.bodies).zip(poses) {
+        let weight = gravity * body.mass;
+        let moment = (pose.rotation * body.centre_of_mass).cross(&weight);
+        for k in 0..3 {
+            wrench[k] += weight[k];
+            wrench[3 + k] += moment[k];
+        }
+    }
+}
 
 /// Adds every force on the free components into `residual` [N], which it clears first.
 pub fn residual_into(
@@ -49,34 +85,11 @@ pub fn residual_into(
 ) {
     residual.clear();
     residual.resize(dofs.count(), 0.0);
-    for pair in &contacts.pairs {
-        for point in pair.points.iter().filter(|p| p.evaluation.is_active()) {
-            dofs.scatter(residual, pair.a(), &point.evaluation.wrench[..6]);
-            dofs.scatter(residual, pair.b(), &point.evaluation.wrench[6..]);
-        }
-    }
-    if model.cover.is_some() || model.wall.is_some() {
-        let mut wrenches = vec![Vector6::zeros(); model.carriers()];
-        pressure_loads_into(&mut wrenches, model, poses, loads.pressure);
-        if let Some(membrane) = &model.membrane {
-            membrane_forces_into(&mut wrenches, membrane, contacts, poses);
-        }
-        if let Some(wall) = &model.wall {
-            wall_forces_into(&mut wrenches, wall, &contacts.wall, poses);
-        }
-        for (i, wrench) in wrenches.iter().enumerate() {
-            dofs.scatter(residual, i, wrench.as_slice());
-        }
-    }
-    for (i, body) in model.bodies.iter().enumerate() {
-        let mut wrench = [0.0; 6];
-        let weight = loads.gravity * body.mass;
-        let moment = (poses[i].rotation * body.centre_of_mass).cross(&weight);
-        for k in 0..3 {
-            wrench[k] = loads.applied[i][k] + weight[k];
-            wrench[3 + k] = loads.applied[i][3 + k] + moment[k];
-        }
-        dofs.scatter(residual, i, &wrench);
+    let mut wrenches = Vec::new();
+    carrier_forces_into(&mut wrenches, model, contacts, (loads.pressure, loads.gravity), poses);
+    for (i, wrench) in wrenches.iter().enumerate() {
+        let applied = loads.applied.get(i).copied().unwrap_or_else(Vector6::zeros);
+        dofs.scatter(residual, i, (wrench + applied).as_slice());
     }
     full::node_forces_into(residual, model, dofs, contacts, loads, poses);
     contacts.network_forces_into(residual, dofs, poses);

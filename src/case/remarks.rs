@@ -79,6 +79,19 @@ impl Case {
                 "solver.accuracy {accuracy} decides nothing: the fidelity is given; \"auto\" is chosen by accuracy"
             ));
         }
+        if self.solver.rough_tolerance.is_some() {
+            remarks.push(
+                "solver.rough_tolerance has no effect any more: solver.stabilisation says how much may move at the end of an increment"
+                    .into(),
+            );
+        }
+        if self.rock.damage.is_some_and(|damage| damage.release_steps.is_some()) {
+            remarks.push(
+                "rock.damage.release_steps has no effect any more: what failed rock held goes at once, against the drag of \
+                 solver.stabilisation"
+                    .into(),
+            );
+        }
         remarks.extend(self.implausible());
         remarks.extend(self.too_wide_pores());
         remarks
@@ -197,6 +210,7 @@ mod tests {
         assert!(
             remarks(&["/solver/fidelity=rigid", "/solver/accuracy=0.05"]).contains("0.05 decides nothing")
         );
+        assert!(remarks(&["/solver/rough_tolerance=0.1"]).contains("no effect"));
         assert!(remarks(&["/specimen/diameter=0.15"]).contains("0.40 of the diameter"));
         assert!(remarks(&["/specimen/grading=[[0.06, 1], [0.002, 0]]"]).contains("a factor of 30"));
         assert!(

@@ -76,12 +76,9 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
 
 /// Settings of specimens that a scene has no use for.
 fn scene_solver(refuse: &mut dyn FnMut(&str, &str, &str, &str), solver: &SolverCase) {
-    let problem = "scenes are not cut for their energy, and accept no rough balance";
+    let problem = "scenes are not cut for their energy";
     if solver.energy_gate == Some(GateCase::Cut) {
         refuse("$.solver.energy_gate", "\"cut\"", problem, "\"warn\" or null");
-    }
-    if let Some(tolerance) = solver.rough_tolerance {
-        refuse("$.solver.rough_tolerance", &tolerance.to_string(), problem, "null");
     }
 }
 

@@ -324,11 +324,10 @@ static DAMAGE: &[Key] = &[
         "\"removed\"",
         "Cells that have failed: removed, as in the source, so that the rock loses their volume and what they held falls in; or kept as rubble that carries no stress inside the grain but goes on taking its room in contacts, a tenth as stiff. Kept is for grains that are rigid in their contacts.",
     ),
-    Key::default(
+    Key::optional(
         "release_steps",
         Count(1, 1000),
-        "5",
-        "Steps, each to a balance, in which the contact forces that went with failed rock are taken away from the bodies that it held; 1: at once. In specimens under a pressure cover; elsewhere they go at once.",
+        "Without effect: what failed rock held goes at once, against the drag of solver.stabilisation.",
     ),
 ];
 
@@ -600,11 +599,12 @@ static SOLVER: &[Key] = &[
     ),
     Key::default("force_tolerance", TOLERANCE, "1e-3", "Out-of-balance force over the mean contact force."),
     Key::default(
-        "rough_tolerance",
+        "stabilisation",
         Nullable(&TOLERANCE),
-        "null",
-        "Out-of-balance force over the mean contact force at which an increment of a specimen that finds no better balance, cut to the smallest or while broken grains come to rest, is accepted all the same (out_of_balance in the history says so); null: the run stops there.",
+        "3e-3",
+        "Mean force out of balance on a body over the mean contact force (the unbalanced force ratio) to which an increment of a specimen is taken; what still moves then goes on moving, against a drag, in the next one, and unrest in the history says how much does. Ends of stages, holds and unloading come to rest. null: every increment balances to force_tolerance. Scenes always do.",
     ),
+    Key::optional("rough_tolerance", Nullable(&TOLERANCE), "Without effect: see stabilisation."),
     Key::default(
         "gap_tolerance",
         TOLERANCE,
@@ -664,7 +664,7 @@ static SOLVER: &[Key] = &[
         "energy_tolerance",
         Quantity(Dimension::None, positive(1.0)),
         "1e-3",
-        "Energy error of an increment of a specimen over the work that ram and pressure exchange in it.",
+        "Energy error of an increment of a specimen over the larger of the work that ram and pressure exchange in it and what it loses.",
     ),
 ];
 

@@ -351,8 +351,9 @@ pub struct DamageCase {
     /// Parts below this share of the grain as generated are dust.
     pub least_fragment: f64,
     pub rubble: RubbleCase,
-    /// Steps in which contact forces of rock that has failed are taken away; 1: at once.
-    pub release_steps: usize,
+    /// Without effect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub release_steps: Option<usize>,
 }
 
 /// What becomes of cells that have failed.
@@ -614,7 +615,10 @@ pub struct SolverCase {
     pub full_nodes: Option<NodesCase>,
     /// Out-of-balance force over the mean contact force.
     pub force_tolerance: f64,
-    /// As `force_tolerance`, of increments that find no better balance; `None`: the run stops there.
+    /// Mean force out of balance on a body over the mean contact force; `None`: strict balance. Specimens only.
+    pub stabilisation: Option<f64>,
+    /// Without effect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rough_tolerance: Option<f64>,
     /// Mismatch of gaps and contact forces of bodies that deform, over the median size.
     pub gap_tolerance: f64,

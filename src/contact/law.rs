@@ -96,6 +96,15 @@ impl ContactLaw {
         overlap.max(HARDENS_FROM * roundings)
     }
 
+    /// Energy [J] of a hardening of this stiffness [N/m] under this force [N].
+    pub fn hardening_energy(&self, [stiffness, force]: [f64; 2], roundings: f64) -> f64 {
+        if force <= 0.0 {
+            return 0.0;
+        }
+        let overlap = self.hardening_overlap_for(force / stiffness, roundings);
+        stiffness * self.hardening(overlap, roundings).map_or(0.0, |[_, energy]| energy)
+    }
+
     /// Energy [J] that the hardening frees while it gets softer, from one stiffness [N/m] and force [N] to another: work of the trapezoidal rule
     /// less the energy gained.
     pub fn freed_by_hardening(&self, before: [f64; 2], after: [f64; 2], roundings: f64) -> f64 {

@@ -95,7 +95,8 @@ pub fn pushed(with_rejected_trials: bool) -> (Committed, usize) {
         if !report.converged() {
             break;
         }
-        committed = Committed { poses: report.poses, memory: report.memory, fields: report.fields };
+        committed =
+            Committed { memory: report.memory, fields: report.fields, ..Committed::new(report.poses) };
     }
     (committed, factorisations)
 }

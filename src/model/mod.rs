@@ -190,13 +190,6 @@ impl Model {
         !self.has_elastic() && self.membrane.is_none() && self.wall.is_none()
     }
 
-    /// Whether that is so where all bodies rest that may.
-    pub fn could_be_of_rigid_bodies(&self) -> bool {
-        self.bodies.iter().all(|body| !body.is_elastic() || body.can_rest())
-            && self.membrane.is_none()
-            && self.wall.is_none()
-    }
-
     /// Whether anything may come of two bodies' nearness: both are there, and not both are supports.
     pub fn can_meet(&self, a: usize, b: usize) -> bool {
         let [a, b] = [a, b].map(|i| self.bodies[i].kind);

@@ -1,7 +1,7 @@
 //! The committed state: what the last accepted increment left.
 
 use crate::contact::Memory;
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::{Pose, Vec3, Vector6};
 use serde::{Deserialize, Serialize};
 
 /// Poses and contact memory of the last accepted increment. A rejected trial leaves no trace here.
@@ -14,11 +14,16 @@ pub struct Committed {
     /// all before the first increment.
     #[serde(with = "crate::tensor::stored")]
     pub fields: Vec<Vec<Vec3>>,
+    /// Forces and moments on each carrier, but for those applied from outside [N, N m]; empty where they are not known.
+    #[serde(with = "crate::tensor::stored")]
+    pub forces: Vec<Vector6<f64>>,
+    /// Pressure on what covers the side [Pa]; `None` where it is that of the next increment.
+    pub pressure: Option<f64>,
 }
 
 impl Committed {
     pub fn new(poses: Vec<Pose>) -> Self {
-        Committed { poses, memory: Memory::new(), fields: Vec::new() }
+        Committed { poses, memory: Memory::new(), fields: Vec::new(), forces: Vec::new(), pressure: None }
     }
 }
 
@@ -28,8 +33,6 @@ pub struct Counters {
     pub augmentations: usize,
     pub newton_iterations: usize,
     pub factorisations: usize,
-    /// Of these, those of a part of the bodies (`solver::local`).
-    pub local_factorisations: usize,
     /// Steps of falls (`solver::fall`).
     pub falling_steps: usize,
     pub searches: usize,
@@ -41,7 +44,6 @@ impl Counters {
         self.augmentations += other.augmentations;
         self.newton_iterations += other.newton_iterations;
         self.factorisations += other.factorisations;
-        self.local_factorisations += other.local_factorisations;
         self.falling_steps += other.falling_steps;
         self.searches += other.searches;
         self.cuts += other.cuts;

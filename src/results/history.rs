@@ -167,23 +167,22 @@ history! {
     augmentations: i64, "1", "augmentations in this increment";
     newton_iterations: i64, "1", "Newton iterations in this increment";
     factorisations: i64, "1", "factorisations in this increment";
-    local_factorisations: i64, "1", "of these, of a part of the bodies";
-    snapped: i64, "1", "1 where this increment snapped to another equilibrium, so that its energy is known by balance only";
+    snapped: i64, "1", "1 where more was still moving at the end of this increment than solver.stabilisation asks for, or it took many steps to rest; in a scene, where it snapped to another equilibrium, so that its energy is known by balance only";
     cuts: i64, "1", "times this increment was cut before it was accepted";
     wall_time: f64, "s", "wall-clock time since the start of the run";
     solving_time: f64, "s", "wall-clock time of all increments so far, without what came before them and without the file";
     out_of_balance: f64, "1", "largest force out of balance on a body over the mean contact force; on a body of a scene that carries less than that, over what it carries";
+    unrest: f64, "1", "mean force out of balance on a body over the mean contact force (unbalanced force ratio)";
     max_penetration: f64, "m", "largest penetration of two bodies";
     energy_external: f64, "J", "work done on the specimen from outside, since the start";
     energy_elastic: f64, "J", "elastic energy stored in grains and contacts, less that at the start";
     energy_friction: f64, "J", "energy dissipated by friction, since the start";
     energy_damage: f64, "J", "energy dissipated by damage, crushing included, since the start";
     energy_crushing: f64, "J", "part of energy_damage: what contacts on failed rock had stored, and the work done against their forces while these are taken away, since the start";
-    energy_stabilisation: f64, "J", "energy set free in increments that snapped, where numerical stabilisation stands in for motion, and work of the forces that the tolerance leaves out of balance in the others, since the start";
-    energy_reshaped: f64, "J", "energy that contacts gained where breaking changed the shapes of bodies, and grains that were rigid in a collapse where they bend again, beyond what anything paid for, taken off energy_stabilisation, since the start";
-    energy_overdrawn: f64, "J", "friction by which snaps would have spent more than they had, taken off energy_friction, since the start";
+    energy_stabilisation: f64, "J", "work of the forces out of balance, summed step by step: of the drag on what moves; in a scene also what snaps set free, since the start";
+    energy_reshaped: f64, "J", "energy that contacts gained where breaking changed the shapes of bodies, which came from nowhere, since the start";
     energy_membrane: f64, "J", "elastic energy stored in the membrane";
-    energy_gap: f64, "1", "energy error of this increment over the work that ram and pressure exchanged in it";
+    energy_gap: f64, "1", "energy error of this increment over the larger of the work that ram and pressure exchanged in it and what it lost";
     energy_error: f64, "J", "external work minus all other energies";
 }
 

@@ -258,7 +258,7 @@ impl Scene {
                 counters.factorisations += settled.factorisations;
             }
             if !dwells {
-                counters.cuts = pace.accept(share, counters.augmentations);
+                counters.cuts = pace.accept(share, counters.augmentations <= 8);
             }
             let before = self.committed.poses.clone();
             let (row, broke) = match self.commit_press(
@@ -409,6 +409,7 @@ impl Scene {
                 worst_body: body,
                 reference_force: mean_force,
                 least_force: mean_force,
+                unrest: 0.0,
             },
             measures: ContactMeasures {
                 points: count,

@@ -375,7 +375,7 @@ impl Scene {
             }
             report.counters.add(&std::mem::take(&mut lost));
             if !dwells {
-                report.counters.cuts = pace.accept(share, report.augmentations);
+                report.counters.cuts = pace.accept(share, report.is_easy());
                 let fields = if self.model.has_nodes() { self.committed.fields.clone() } else { Vec::new() };
                 last = Some(Last { poses: self.committed.poses.clone(), fields, share });
             }
@@ -437,7 +437,13 @@ impl Scene {
     /// Judges fidelities in the balanced state that `report` holds, driven bodies held where they are.
     fn judge(&self, report: &IncrementReport, loads: &Loads) -> Verdict {
         let (poses, memory, fields) = (report.poses.clone(), report.memory.clone(), report.fields.clone());
-        judge(&self.model, &Committed { poses, memory, fields }, loads, &self.settings, &self.contacts)
+        judge(
+            &self.model,
+            &Committed { memory, fields, ..Committed::new(poses) },
+            loads,
+            &self.settings,
+            &self.contacts,
+        )
     }
 
     /// Wakes and rests bodies in the committed state; elastic energy counts on from what it was.
@@ -536,7 +542,7 @@ impl Scene {
         self.ledger.friction += report.energy.friction;
         self.ledger.damage += report.damage.dissipated;
         let left_over = self.ledger.error() - error_before;
-        let snapped = dwelt || report.is_snap(&self.settings) || fell(unborne, left_over);
+        let snapped = dwelt || report.is_snap() || fell(unborne, left_over);
         if snapped {
             self.ledger.stabilisation += left_over.max(0.0);
         }

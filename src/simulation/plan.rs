@@ -6,7 +6,7 @@ use crate::case::{
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, RubberLaw};
-use crate::solver::{DamageSettings, Settings};
+use crate::solver::{DamageSettings, Settings, Stabilisation};
 use crate::triaxial::{
     Cover, EnergyGate, Lateral, Path, RigParameters, Rims, RubberSheet, Stage, Steps, Until,
 };
@@ -181,34 +181,25 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
     }
 }
 
-/// In a specimen of so many grains the part that is far out of balance is solved for by itself, after so many augmentations of all
-/// (`solver::local`); with 300 grains that saves nothing (docs/decisions/0152-parts-by-themselves.md).
-const LOCAL_FROM: usize = 1000;
-const LOCAL_AFTER: usize = 2;
-
-/// First hold of an increment of a specimen. Most of its increments have snaps in them, and weaker holds then stall one after the other
-/// (docs/decisions/0151-first-proximal-weight.md).
-const FIRST_HOLD: f64 = 1e-2;
-
 /// Solver settings of a case; what it does not mention is as usual.
 pub fn settings(case: &Case) -> Settings {
     let solver = &case.solver;
     let usual = Settings::default();
-    let (first_hold, large) = match &case.geometry {
-        Geometry::Specimen(specimen) => (FIRST_HOLD, specimen.grains >= LOCAL_FROM),
-        Geometry::Scene(_) => (usual.proximal_start, false),
+    let stabilisation = match &case.geometry {
+        Geometry::Specimen(_) => {
+            Some(solver.stabilisation.map_or(Stabilisation::Rest, Stabilisation::Unrest))
+        }
+        Geometry::Scene(_) => None,
     };
     Settings {
-        proximal_start: first_hold,
         force_tolerance: solver.force_tolerance,
-        rough_tolerance: solver.rough_tolerance.unwrap_or(0.0),
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
+        stabilisation,
         max_newton: solver.max_newton_iterations,
         first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),
         damage: damage_settings(case),
-        local_after: large.then_some(LOCAL_AFTER),
         // Halvings that stay above the smallest increment.
         max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
         ..usual
@@ -222,7 +213,6 @@ pub fn damage_settings(case: &Case) -> DamageSettings {
     DamageSettings {
         max_change: case.solver.damage_change,
         least_share: asked.map_or(usual.least_share, |damage| damage.least_fragment),
-        release_steps: asked.map_or(usual.release_steps, |damage| damage.release_steps),
         ..usual
     }
 }

@@ -67,12 +67,7 @@ pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
     if reader.is_live() {
         return Err(fault(out, "in use by another process (it is locked); wait for that run to end"));
     }
-    let kept = reader.text("case/completed")?;
-    let kept: Value = serde_json::from_str(&kept).map_err(|e| Error::Results {
-        file: out.to_path_buf(),
-        dataset: "case/completed".into(),
-        message: format!("is not JSON: {e}"),
-    })?;
+    let kept = kept_case(&reader, out)?;
     let faults = differences(&kept, &case.completed(), "differs from the run to continue");
     if !faults.is_empty() {
         return Err(Error::Case { file: source.file.clone(), faults });
@@ -87,6 +82,27 @@ pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
     let dropped = reader.increments()?.saturating_sub(restart.rows);
     let host = Some(reader.text("case/host")?).filter(|begun_on| *begun_on != results::host());
     Ok(Found::Restart { dropped, host })
+}
+
+/// The completed case of a results file, with the defaults of keys that are newer than the file.
+///
+/// # Errors
+/// `Error::Results` where the file has none, or none that is JSON.
+pub fn kept_case(reader: &Reader, file: &Path) -> Result<Value> {
+    let text = reader.text("case/completed")?;
+    let kept: Value = serde_json::from_str(&text).map_err(|e| Error::Results {
+        file: file.to_path_buf(),
+        dataset: "case/completed".into(),
+        message: format!("is not JSON: {e}"),
+    })?;
+    Ok(completed_anew(kept, file))
+}
+
+/// A case completed by an older version, with this one's defaults for what that did not know. What this one refuses stays as it is.
+fn completed_anew(kept: Value, file: &Path) -> Value {
+    let raw =
+        RawCase { file: file.to_path_buf(), text: String::new(), value: kept.clone(), faults: Vec::new() };
+    raw.check().map_or(kept, |case| case.completed())
 }
 
 /// Opens a file to go on after the restart point that was read from it.
@@ -165,6 +181,19 @@ mod tests {
         assert_eq!(paths, ["$.stages[0].pressure", "$.stages[1]", "$.contact"]);
         assert_eq!((found[0].value.as_str(), found[0].accepted.as_str()), ("500000.0", "400000.0"));
         assert!(differences(&kept, &kept, "differs").is_empty());
+    }
+
+    #[test]
+    fn a_case_of_an_older_version_has_the_defaults_of_newer_keys() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/quick_start.json");
+        let now = crate::case::read(&file).and_then(|raw| raw.check()).expect("a case").completed();
+        let mut kept = now.clone();
+        let solver = kept["solver"].as_object_mut().expect("an object");
+        assert!(solver.remove("stabilisation").is_some());
+        assert_eq!(differences(&kept, &now, "differs").len(), 1);
+        assert_eq!(completed_anew(kept, &file), now);
+        // What is no case stays.
+        assert_eq!(completed_anew(json!({"seed": "x"}), &file), json!({"seed": "x"}));
     }
 
     #[test]

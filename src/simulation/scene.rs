@@ -204,7 +204,6 @@ pub fn history_row(row: &Row, [wall_time, solving_time]: [f64; 2]) -> HistoryRow
         augmentations: count(row.counters.augmentations),
         newton_iterations: count(row.counters.newton_iterations),
         factorisations: count(row.counters.factorisations),
-        local_factorisations: count(row.counters.local_factorisations),
         cuts: count(row.counters.cuts),
         wall_time,
         solving_time,
@@ -218,6 +217,7 @@ pub fn history_row(row: &Row, [wall_time, solving_time]: [f64; 2]) -> HistoryRow
         energy_membrane: row.ledger.membrane,
         energy_error: row.ledger.error(),
         snapped: row.snapped.into(),
+        unrest: row.balance.unrest,
         ..HistoryRow::UNKNOWN
     }
 }

@@ -17,7 +17,7 @@ use crate::specimen::Specimen;
 use super::kept::{Consolidated, Origin};
 use super::observer::Resumption;
 use super::restart;
-use super::resume::differences;
+use super::resume::{differences, kept_case};
 
 /// Keys of a case on which a consolidated specimen depends.
 const BINDING: [&str; 6] = ["seed", "specimen", "rock", "contact", "plates", "membrane"];
@@ -72,12 +72,7 @@ pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     }
     let file = beside(source, name);
     let reader = Reader::open(&file)?;
-    let kept = reader.text("case/completed")?;
-    let kept: Value = serde_json::from_str(&kept).map_err(|e| Error::Results {
-        file: file.clone(),
-        dataset: "case/completed".into(),
-        message: format!("is not JSON: {e}"),
-    })?;
+    let kept = kept_case(&reader, &file)?;
     let state = reader.consolidated()?;
     let consolidates = matches!(case.stages.first(), Some(StageCase::Consolidate { .. }));
     let consolidated = state.is_some() || !consolidates;

@@ -19,6 +19,8 @@ pub struct Balance {
     pub worst_body: usize,
     /// Mean contact force [N], or what stands in for it where nothing touches.
     pub reference_force: f64,
+    /// Mean over the free bodies of the force out of balance, over the reference force.
+    pub unrest: f64,
     /// The least force that any body is judged by [N]; at most the reference force.
     pub least_force: f64,
 }
@@ -121,6 +123,7 @@ impl Newton<'_> {
             out_of_balance: 0.0,
             worst_body: 0,
             reference_force: yardsticks.mean,
+            unrest: self.mean_imbalance() / yardsticks.mean,
             least_force: yardsticks.own.iter().copied().fold(yardsticks.mean, f64::min),
         };
         let first_contact = self.dofs.contact_block(0);

@@ -24,8 +24,6 @@ pub struct DamageSettings {
     pub max_moves: usize,
     /// Parts below this share of the grain as generated are given up.
     pub least_share: f64,
-    /// Steps in which contact forces of rock that has failed are taken away; 1: at once.
-    pub release_steps: usize,
 }
 
 impl Default for DamageSettings {
@@ -37,7 +35,6 @@ impl Default for DamageSettings {
             readiness: 10.0,
             max_moves: 1000,
             least_share: 0.02,
-            release_steps: 5,
         }
     }
 }

@@ -57,13 +57,14 @@ pub fn drape(increment: &Increment<'_>, contacts: &mut Contacts) -> Option<Drape
         newton.counters.newton_iterations += 1;
         let from = (newton.poses.clone(), vec![0.0; newton.dofs.count()]);
         let residual = newton.residual.clone();
-        let Some(step) = newton.step(weight, &residual) else {
+        newton.weights = vec![weight];
+        let Some(step) = newton.step(&residual) else {
             weight *= 10.0;
             continue;
         };
         let factor = newton.largest_factor(&step);
         let promised = factor * step.iter().zip(&residual).map(|(s, r)| s * r).sum::<f64>();
-        let fine = promised > 0.0 && newton.try_step(&from, &step, factor, 0.0).is_some();
+        let fine = promised > 0.0 && newton.try_step(&from, &step, factor).is_some();
         let now = if fine { potential(&newton, membrane) } else { f64::INFINITY };
         tracing::trace!(weight, factor, energy, gained = energy - now, promised, "step");
         if now <= energy - ENOUGH * promised {

@@ -3,34 +3,44 @@
 use crate::assembly::elastic::Relaxed;
 use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
-use crate::solver::fall::FallEnd;
 use crate::solver::hold::Hold;
-use crate::solver::local::Parts;
 use crate::solver::newton::{Newton, NewtonEnd};
-use crate::tensor;
+use crate::tensor::{self, Vector6};
 
 /// What the search for an equilibrium came to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     pub converged: bool,
     pub balance: Balance,
-    /// Out-of-balance of each augmentation, those of parts of the bodies included.
+    /// Out-of-balance of each augmentation.
     pub history: Vec<f64>,
-    /// Augmentations of all bodies together.
     pub augmentations: usize,
     /// Energy in elastic bodies [J].
     pub surface_energy: f64,
-    /// Whether it ended because bodies fell as far as they may before a commit.
-    pub far: bool,
-    /// Whether it ended far from balance for bodies that bend to rest, and to fall.
-    pub collapses: bool,
+    /// Work on each component of each carrier along a stabilised increment [J].
+    pub work: Vec<Vector6<f64>>,
     /// Why a body that damage has softened could not be solved for, if so.
     pub broke: Option<String>,
 }
 
+impl Equilibrium {
+    /// Nothing has been done yet.
+    pub(super) fn begun(balance: Balance) -> Self {
+        Equilibrium {
+            converged: false,
+            balance,
+            history: vec![balance.out_of_balance],
+            augmentations: 0,
+            surface_energy: 0.0,
+            work: Vec::new(),
+            broke: None,
+        }
+    }
+}
+
 /// A gap of elastic bodies may miss by this share of what a rigid body yields to the mean contact
 /// force, where that is less than the gap tolerance.
-const GAP_SHARE: f64 = 1e-2;
+pub(super) const GAP_SHARE: f64 = 1e-2;
 
 /// A dwell begins with contacts that all loads together press by this share of what they may yield; they then harden by a factor at a
 /// time, and need not balance better than this before.
@@ -40,16 +50,17 @@ const SOFT_TOLERANCE: f64 = 1e-2;
 /// An augmentation that stopped because bodies went as far as they may, in a dwell, over one that did not.
 const ON_THE_WAY: f64 = 0.1;
 
-/// The bounds of falls where the strongest hold gets nowhere, and after [`PATIENCE`] augmentations where a collapse is followed in pieces: what moves
-/// on at a small force goes a small way in each.
+/// The bounds of falls where the strongest hold gets nowhere.
 const LATE_FALLS: [f64; 2] = [5e-3, 1e-3];
-const PATIENCE: usize = 60;
 /// Falls in the search for one equilibrium; each waits twice as long as the one before.
 const MOST_FALLS: u32 = 6;
 
 impl Newton<'_> {
     /// Brings the model into balance from its present configuration.
     pub fn equilibrate(&mut self) -> Equilibrium {
+        if let Some(stabilisation) = self.settings.stabilisation {
+            return self.march(stabilisation);
+        }
         let mut history = Vec::new();
         if self.settings.dwells && !self.model.has_elastic() {
             history = self.soften();
@@ -116,19 +127,16 @@ impl Newton<'_> {
         let mut damage = DamageWatch::new(self.model, settings);
         self.gather();
         let mut falls = 0;
-        let mut parts = Parts::new(self);
         // Whether the strongest hold got nowhere.
         let mut exhausted = false;
         let mut next_fall = settings.falls_after.filter(|_| self.can_fall());
-        let rests_after = settings.rests_after.filter(|_| !self.can_fall() && self.could_fall());
-        let ended = |converged, balance, history: Vec<f64>, parts: &Parts, surface_energy| Equilibrium {
+        let ended = |converged, balance, history: Vec<f64>, surface_energy| Equilibrium {
             converged,
             balance,
-            augmentations: history.len() - parts.augmentations,
+            augmentations: history.len(),
             history,
             surface_energy,
-            far: false,
-            collapses: false,
+            work: Vec::new(),
             broke: None,
         };
         loop {
@@ -157,10 +165,7 @@ impl Newton<'_> {
                     Ok(settled) => converged &= settled,
                     Err(problem) => {
                         let broke = Some(problem.to_string());
-                        return Equilibrium {
-                            broke,
-                            ..ended(false, balance, history, &parts, surface_energy)
-                        };
+                        return Equilibrium { broke, ..ended(false, balance, history, surface_energy) };
                     }
                 }
                 if !converged {
@@ -168,27 +173,18 @@ impl Newton<'_> {
                     self.gather();
                 }
             }
-            // Augmentations of all bodies.
-            let whole = history.len() - parts.augmentations;
+            let whole = history.len();
             let spared = damage.moves() + ((1.0 - ON_THE_WAY) * f64::from(on_the_way)) as usize;
             let tired = whole.saturating_sub(spared) > settings.max_augmentations;
             if converged {
-                return ended(true, balance, history, &parts, surface_energy);
+                return ended(true, balance, history, surface_energy);
             }
             if tired || settings.stop.is_raised() {
-                return ended(false, balance, history, &parts, self.surface_energy());
+                return ended(false, balance, history, self.surface_energy());
             }
             let balance = self.balance();
-            if rests_after.is_some_and(|after| whole > after)
-                && balance.out_of_balance > settings.fall_bounds[0]
-            {
-                let given_up = ended(false, balance, history, &parts, self.surface_energy());
-                return Equilibrium { collapses: true, ..given_up };
-            }
             self.counters.augmentations += 1;
-            let in_pieces = settings.fall_travel.is_finite();
-            let late = exhausted || in_pieces && whole > PATIENCE;
-            let limits = if late { LATE_FALLS } else { settings.fall_bounds };
+            let limits = if exhausted { LATE_FALLS } else { settings.fall_bounds };
             let due = next_fall.is_some_and(|next| whole > next);
             if exhausted || due && balance.out_of_balance > limits[0] {
                 exhausted = false;
@@ -199,16 +195,7 @@ impl Newton<'_> {
                 let end = self.fall(limits[1], settings.fall_steps);
                 let (steps, to) = (self.counters.falling_steps - steps, self.balance().out_of_balance);
                 tracing::debug!(from, to, steps, ?end, "fall");
-                if end == FallEnd::Far {
-                    history.push(to);
-                    return Equilibrium { far: true, ..ended(false, self.balance(), history, &parts, 0.0) };
-                }
                 (hold, fresh) = (Hold::new(settings), false);
-                continue;
-            }
-            let rested = parts.solve(self, tolerance, &mut history);
-            let balance = self.balance();
-            if rested && balance.out_of_balance < tolerance {
                 continue;
             }
             let target = balance.target(settings, tolerance);
@@ -226,7 +213,7 @@ impl Newton<'_> {
             let drives = !self.can_fall() && self.balance().out_of_balance > balance.out_of_balance;
             if !hold.after(end, drives, settings) {
                 if next_fall.is_none() || !settings.falls_when_stuck {
-                    return ended(false, balance, history, &parts, self.surface_energy());
+                    return ended(false, balance, history, self.surface_energy());
                 }
                 exhausted = true;
             }

@@ -10,7 +10,6 @@
 use crate::contact::force::PointState;
 use crate::model::{BodyKind, Committed};
 use crate::solver::newton::Newton;
-use crate::tensor::Pose;
 use std::borrow::Cow;
 
 /// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. A contact moves by four terms (two bodies, each
@@ -40,8 +39,6 @@ const TOLD_EVERY: usize = 50;
 pub(super) enum FallEnd {
     /// Bodies are nearly in balance.
     Landed,
-    /// One that touches others has gone as far as friction may be told from where it was: commit, and go on from there.
-    Far,
     /// They still move, or swing.
     Moving,
 }
@@ -52,11 +49,6 @@ impl Newton<'_> {
         self.steering.is_none() && self.model.is_of_rigid_bodies()
     }
 
-    /// Whether they could if all bodies that bend rested.
-    pub(super) fn could_fall(&self) -> bool {
-        self.steering.is_none() && self.model.could_be_of_rigid_bodies()
-    }
-
     /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are
     /// done.
     pub(super) fn fall(&mut self, enough: f64, most_steps: usize) -> FallEnd {
@@ -65,7 +57,6 @@ impl Newton<'_> {
         let mut step = vec![0.0; count];
         let mut stiffness = Vec::new();
         let lengths = self.settings.travel.lengths(self.model);
-        let centre = self.poses.clone();
         let rebases = self.settings.fall_rebase.is_some();
         let usual = if rebases { STEP } else { STEP_FROM_COMMIT };
         let mut pace = usual;
@@ -82,9 +73,6 @@ impl Newton<'_> {
             }
             if self.settings.stop.is_raised() {
                 break;
-            }
-            if self.has_gone_far(&centre) {
-                return FallEnd::Far;
             }
             self.counters.falling_steps += 1;
             self.stiffness_of_bodies_into(&mut stiffness);
@@ -116,7 +104,7 @@ impl Newton<'_> {
             if self.settings.fall_rebase.is_some_and(|every| done % every.max(1) == 0) {
                 self.rebase();
             }
-            if self.try_step(&from, &step, 1.0, 0.0).is_some() {
+            if self.try_step(&from, &step, 1.0).is_some() {
                 shocks = 0;
                 pace = (1.1 * pace).min(usual);
             } else {
@@ -140,12 +128,6 @@ impl Newton<'_> {
         let mut here = Committed { fields, ..Committed::new(self.poses.clone()) };
         self.contacts.rebase(self.model, &mut here);
         self.committed = Cow::Owned(here);
-    }
-
-    fn has_gone_far(&self, from: &[Pose]) -> bool {
-        let most = self.settings.fall_travel * self.model.smallest_rounding();
-        let gone = |i: usize| (self.poses[i].position - from[i].position).norm() > most;
-        most.is_finite() && self.contacts.active().any(|(pair, _)| gone(pair.a()) || gone(pair.b()))
     }
 
     /// What contacts resist each body's translation and rotation with [N/m], and at least what one would.

@@ -163,7 +163,8 @@ impl<'a, 'n> Network<'a, 'n> {
     /// `None` where its tangent cannot be factored.
     fn new(newton: &'a mut Newton<'n>, recovery: &'a Recovery, settings: &Settings) -> Option<Self> {
         let nothing = vec![0.0; newton.dofs.count()];
-        newton.step(settings.proximal_min, &nothing)?;
+        newton.weights = vec![settings.proximal_min];
+        newton.step(&nothing)?;
         Some(Network { newton, recovery })
     }
 

@@ -56,24 +56,23 @@ pub struct IncrementReport {
     pub energy: Energies,
     /// Change of the volume under the cover by elastic displacements [m^3].
     pub elastic_volume: f64,
-    /// Force and moment that the tolerance leaves out of balance on what is free of each carrier [N, N m].
-    pub left: Vec<Vector6<f64>>,
+    /// Forces and moments on each carrier at the end, but for those applied from outside [N, N m].
+    pub forces: Vec<Vector6<f64>>,
     /// Force and moment that contacts, and a membrane glued to it, exert on each body [N, N m].
     pub contact_wrench: Vec<Vector6<f64>>,
     pub counters: Counters,
-    /// Out-of-balance at each augmentation, those of parts of the bodies included, for the dossier.
+    /// Out-of-balance at each augmentation, for the dossier.
     pub history: Vec<f64>,
-    /// Augmentations of all bodies together.
     pub augmentations: usize,
     pub measures: ContactMeasures,
     /// Damage of the bodies that can break.
     pub damage: Damages,
-    /// Whether bodies fell as far as they may before a commit ([`Settings::fall_travel`]).
-    pub fell: bool,
-    /// Whether it was given up far from balance for bodies that bend to rest, and to fall ([`Settings::rests_after`]).
-    pub collapses: bool,
     /// The load factor that the loads' control was found to need; zero without one.
     pub factor: f64,
+    /// Work of contacts, cover and weight on each component of each carrier along a stabilised increment [J].
+    pub work: Vec<Vector6<f64>>,
+    /// Whether more moves at the end than was asked for.
+    pub restless: bool,
 }
 
 impl IncrementReport {
@@ -81,16 +80,15 @@ impl IncrementReport {
         self.status == StepStatus::Converged
     }
 
-    /// Whether it found no balance but a rough one that the settings let pass.
-    pub fn is_rough(&self, settings: &Settings) -> bool {
-        matches!(self.status, StepStatus::OutOfBalance { .. })
-            && self.balance.out_of_balance < settings.rough_tolerance
-    }
-
     /// Whether the solver had to relax through an instability (a snap of the force chains): more
     /// augmentations than a steady increment takes.
-    pub fn is_snap(&self, settings: &Settings) -> bool {
-        settings.beyond_start(self.augmentations) > SNAP_AUGMENTATIONS
+    pub fn is_snap(&self) -> bool {
+        self.augmentations > SNAP_AUGMENTATIONS
+    }
+
+    /// Whether a longer increment would probably do as well.
+    pub fn is_easy(&self) -> bool {
+        !self.restless && !self.is_snap()
     }
 }
 
@@ -156,27 +154,24 @@ pub fn advance(
                 worst_body: 0,
                 reference_force: 0.0,
                 least_force: 0.0,
+                unrest: f64::INFINITY,
             },
             energy: Energies::default(),
             elastic_volume: 0.0,
-            left: Vec::new(),
+            forces: Vec::new(),
             contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
             counters: Counters::default(),
             history: Vec::new(),
             augmentations: 0,
             measures: ContactMeasures::default(),
             damage: Damages::default(),
-            fell: false,
-            collapses: false,
             factor: 0.0,
+            work: Vec::new(),
+            restless: false,
         };
     };
     let outcome = newton.equilibrate();
-    let passes = outcome.converged || outcome.balance.out_of_balance < settings.rough_tolerance;
-    let takes_damage = passes && settings.damage.moves;
-    if takes_damage && !outcome.converged && !model.has_elastic() {
-        newton.contacts.note_loads(model, &newton.loads, &newton.poses);
-    }
+    let takes_damage = outcome.converged && settings.damage.moves;
     // What is not taken goes on being followed, but contacts stay as soft as they became.
     let damage = if takes_damage {
         newton.contacts.damages(model)
@@ -184,10 +179,8 @@ pub fn advance(
         Ok(Damages { dissipated: newton.contacts.softened(model), ..Damages::default() })
     };
     let damage = damage.map(|found| Damages { dissipated: found.dissipated + newton.softened, ..found });
-    // Neither a balance nor a place to go on from.
-    let state = (passes || outcome.far).then_some(&newton.poses);
+    let state = outcome.converged.then_some(&newton.poses);
     let overlap = state.and_then(|poses| audit::fault(model, &newton.contacts, poses));
-    let fell = outcome.far && overlap.is_none();
     let status = if let Some(problem) = overlap {
         StepStatus::Overlapping { problem }
     } else if outcome.converged && damage.is_ok() {
@@ -248,16 +241,16 @@ pub fn advance(
         balance: outcome.balance,
         energy,
         elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
-        left: newton.dofs.wrenches(&newton.residual),
+        forces: newton.forces(),
         contact_wrench,
         counters,
         history: outcome.history,
         augmentations: outcome.augmentations,
         measures,
         damage: damage.unwrap_or_default(),
-        fell,
-        collapses: outcome.collapses,
         factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
+        restless: settings.stabilisation.is_some_and(|until| !until.is_met(&outcome.balance, settings)),
+        work: outcome.work,
     };
     *contacts = newton.contacts;
     report

@@ -45,6 +45,13 @@ pub struct Newton<'a> {
     /// Generation of contact forces that could not be iterated: all unknowns are factorised together for these.
     pub(super) together_for: Option<u64>,
     pub(super) values: Vec<f64>,
+    /// Weight of the proximal term of every block of unknowns over its holding stiffness; those behind the list have the last.
+    pub(super) weights: Vec<f64>,
+}
+
+/// The weight of a block of unknowns.
+pub(super) fn weight_of(weights: &[f64], block: usize) -> f64 {
+    weights.get(block).or(weights.last()).copied().unwrap_or(0.0)
 }
 
 /// How a Newton solve ended.
@@ -104,6 +111,7 @@ impl<'a> Newton<'a> {
             system: None,
             together_for: None,
             values: Vec::new(),
+            weights: vec![0.0],
         };
         newton.update_residual();
         Ok(newton)
@@ -157,12 +165,12 @@ impl<'a> Newton<'a> {
     }
 
     /// The residual with the proximal term.
-    fn held_residual(&self, weight: f64) -> Vec<f64> {
+    pub(super) fn held_residual(&self) -> Vec<f64> {
         let mut held = self.residual.clone();
         // Nothing holds the load factor, the last entry with a control, back.
         for carrier in 0..self.dofs.bodies() {
             let hold = self.dofs.sign(carrier)
-                * weight
+                * weight_of(&self.weights, carrier)
                 * self.model.holding_stiffness(carrier, self.typical_stiffness);
             for &unknown in self.dofs.of(carrier).iter().flatten() {
                 held[unknown as usize] -= hold * self.away[unknown as usize];
@@ -211,14 +219,15 @@ impl<'a> Newton<'a> {
         self.steering.iter_mut().for_each(Steering::recentre);
         self.contacts.recentre_nodes(self.model);
         self.contacts.network.recentre();
-        let mut held = self.held_residual(weight);
+        self.weights = vec![weight];
+        let mut held = self.held_residual();
         let first = merit(&held);
         let mut merits = vec![first];
         let mut best = (first, self.poses.clone(), self.away.clone());
         let mut end = NewtonEnd::Stalled;
         for iteration in 0..self.settings.max_newton {
             self.counters.newton_iterations += 1;
-            let Some(step) = self.step(weight, &held) else { break };
+            let Some(step) = self.step(&held) else { break };
             let mut factor = self.largest_factor(&step);
             let capped = factor < 1.0;
             self.was_capped = capped;
@@ -228,7 +237,7 @@ impl<'a> Newton<'a> {
             let mut fallback: Option<(f64, f64)> = None;
             let mut accepted = false;
             for backtrack in 0..self.settings.max_backtracks {
-                let new = self.try_step(&from, &step, factor, weight);
+                let new = self.try_step(&from, &step, factor);
                 if let Some(new_held) = new {
                     let value = merit(&new_held);
                     if value < reference * (1.0 - 0.1 * factor) {
@@ -245,7 +254,7 @@ impl<'a> Newton<'a> {
             }
             if !accepted {
                 // Take the best that was met, even uphill: the best iterate of all is kept aside.
-                let taken = fallback.and_then(|(_, factor)| self.try_step(&from, &step, factor, weight));
+                let taken = fallback.and_then(|(_, factor)| self.try_step(&from, &step, factor));
                 let Some(new_held) = taken else {
                     self.go_to(from.0, from.1);
                     break;
@@ -310,7 +319,6 @@ impl<'a> Newton<'a> {
         from: &(Vec<Pose>, Vec<f64>),
         step: &[f64],
         factor: f64,
-        weight: f64,
     ) -> Option<Vec<f64>> {
         self.dofs.move_into(&mut self.poses, &from.0, step, factor);
         for (d, (old, s)) in self.away.iter_mut().zip(from.1.iter().zip(step)) {
@@ -320,7 +328,7 @@ impl<'a> Newton<'a> {
         if !self.evaluate() {
             return None;
         }
-        let held = self.held_residual(weight);
+        let held = self.held_residual();
         held.iter().all(|x| x.is_finite()).then_some(held)
     }
 }

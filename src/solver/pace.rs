@@ -3,8 +3,6 @@
 use crate::tensor::{Pose, Vec3, Vector6};
 use serde::{Deserialize, Serialize};
 
-/// Augmentations up to which an increment counts as easy.
-const EASY: usize = 8;
 const GROWTH: f64 = 1.5;
 
 /// Progress of a stage, 0 to 1, and the size of its next increment.
@@ -55,10 +53,10 @@ impl Pace {
         if share >= 1.0 - self.done { 1.0 } else { self.done + share }
     }
 
-    /// Takes note of an accepted increment; returns how often it was cut.
-    pub fn accept(&mut self, share: f64, augmentations: usize) -> usize {
+    /// Takes note of an accepted increment, after an `easy` one of which the next may be longer; returns how often it was cut.
+    pub fn accept(&mut self, share: f64, easy: bool) -> usize {
         self.done = self.after(share);
-        if augmentations <= EASY {
+        if easy {
             self.size = (self.growth * self.size).min(self.largest);
         }
         std::mem::take(&mut self.cuts)
@@ -96,7 +94,7 @@ mod tests {
             let mut pace = Pace::new(1.0 / count as f64, 1e-3, 1.0 / count as f64);
             let mut taken = 0;
             while let Some(share) = pace.next() {
-                assert_eq!(pace.accept(share, 1), 0);
+                assert_eq!(pace.accept(share, true), 0);
                 taken += 1;
             }
             assert_eq!((taken, pace.done()), (count, 1.0));
@@ -116,10 +114,10 @@ mod tests {
         }
         assert_eq!(cuts, 3);
         let share = pace.next().expect("more to do");
-        assert_eq!(pace.accept(share, 1), 3);
+        assert_eq!(pace.accept(share, true), 3);
         for _ in 0..5 {
             let share = pace.next().expect("more to do");
-            pace.accept(share, 1);
+            pace.accept(share, true);
         }
         assert!(pace.next().is_none_or(|share| share > 0.05));
     }

@@ -36,9 +36,9 @@ pub fn plain_newton(
         if force < least {
             break;
         }
-        let Some(step) = newton.step(0.0, &residual) else { break };
+        let Some(step) = newton.step(&residual) else { break };
         let from = (newton.poses.clone(), newton.away.clone());
-        if newton.try_step(&from, &step, 1.0, 0.0).is_none() {
+        if newton.try_step(&from, &step, 1.0).is_none() {
             break;
         }
     }

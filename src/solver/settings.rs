@@ -2,6 +2,7 @@
 
 use crate::model::Travel;
 use crate::solver::damage::DamageSettings;
+use crate::solver::stabilised::Stabilisation;
 use crate::solver::stop::StopSignal;
 
 /// Steps of a fall after which friction is re-based where it is to work along the way.
@@ -14,9 +15,6 @@ const SEATING_STEPS: usize = 5000;
 pub struct Settings {
     /// Largest force out of balance on a body over the mean contact force.
     pub force_tolerance: f64,
-    /// As `force_tolerance`, for a specimen's increment that finds no balance at its smallest size or in a dwell: it is accepted all the
-    /// same if it misses by less than this. Zero: never.
-    pub rough_tolerance: f64,
     /// Largest change of a multiplier in an augmentation, as an overlap over the typical grain size.
     pub gap_tolerance: f64,
     /// First penalty of a contact of condensed bodies over the default; each adapts. Only the number
@@ -31,22 +29,16 @@ pub struct Settings {
     pub dwells: bool,
     /// Augmentations before bodies that are far from balance fall (`solver::fall`); `None`: never.
     pub falls_after: Option<usize>,
-    /// Augmentations before an increment that is far from balance is given up where bodies bend that may rest, for these to rest and to fall
-    /// (`triaxial::test::collapse`); `None`: never.
-    pub rests_after: Option<usize>,
-    /// Augmentations before those bodies that are far out of balance are solved for by themselves, between those of all
-    /// (`solver::local`); `None`: never.
-    pub local_after: Option<usize>,
     /// Whether bodies that may fall do so, however near to balance, where the strongest hold gets nowhere.
     pub falls_when_stuck: bool,
     /// Bodies fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
     pub fall_bounds: [f64; 2],
-    /// How far bodies fall before a state is committed, over the smallest rounding: a piece of a collapse.
-    pub fall_travel: f64,
     /// Most steps of a fall.
     pub fall_steps: usize,
     /// Steps of a fall after which friction is re-based, so that it acts against the way from there on; `None`: not before a commit.
     pub fall_rebase: Option<usize>,
+    /// How increments are stabilised; `None`: each balances to `force_tolerance`.
+    pub stabilisation: Option<Stabilisation>,
     /// Newton iterations in an augmentation.
     pub max_newton: usize,
     /// Backtracking steps in a line search.
@@ -80,20 +72,17 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             force_tolerance: 1e-3,
-            rough_tolerance: 0.0,
             gap_tolerance: 1e-5,
             first_penalty: 1.0,
             max_augmentations: 600,
             max_dwell: 0,
             dwells: false,
             falls_after: None,
-            rests_after: None,
-            local_after: None,
             falls_when_stuck: false,
             fall_bounds: [0.1, 0.03],
-            fall_travel: f64::INFINITY,
             fall_steps: 3000,
             fall_rebase: None,
+            stabilisation: None,
             max_newton: 12,
             max_backtracks: 5,
             motion_cap: 0.6,
@@ -114,12 +103,6 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Of so many augmentations those that a first hold as strong as the default would have left.
-    pub fn beyond_start(&self, augmentations: usize) -> usize {
-        let stronger = (self.proximal_start / Settings::default().proximal_start).max(1.0);
-        augmentations.saturating_sub((stronger.ln() / -self.proximal_lower.ln()).ceil() as usize)
-    }
-
     /// For a first contact of loose bodies, which nothing yet holds: stronger stabilisation, and a
     /// balance just good enough to load from.
     pub fn for_seating(&self) -> Self {
@@ -129,11 +112,6 @@ impl Settings {
             proximal_min: 1e-3,
             ..self.clone()
         }
-    }
-
-    /// For grains that broke, and increments that were given up at their smallest: bodies that do not soon come to rest fall.
-    pub fn falling(&self) -> Self {
-        Settings { falls_after: Some(8), falls_when_stuck: true, ..self.clone() }
     }
 
     /// For grains that are brought into touch, from a rough balance on: where augmentations do not soon lead to it, they fall again.
@@ -158,18 +136,5 @@ impl Settings {
             travel: Travel::Own,
             ..self.clone()
         })
-    }
-
-    /// For an increment that failed: stronger stabilisation, smaller steps, a more patient line
-    /// search.
-    pub fn cautious(&self) -> Self {
-        Settings {
-            proximal_start: 100.0 * self.proximal_start,
-            proximal_min: 10.0 * self.proximal_min,
-            max_newton: 2 * self.max_newton,
-            motion_cap: 0.4 * self.motion_cap,
-            merit_memory: 2 * self.merit_memory,
-            ..self.clone()
-        }
     }
 }

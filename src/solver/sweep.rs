@@ -1,7 +1,6 @@
 //! Whether bodies pass through each other on the way to where an increment wants to start, and which had better stay.
 
 use crate::contact::ContactShape;
-use crate::contact::law::CORE_FLOOR;
 use crate::geometry::separation::{GjkShape, gjk_closest_points};
 use crate::model::Model;
 use crate::solver::motion_between;
@@ -16,28 +15,7 @@ const MOST_STEPS: usize = 500;
 /// their cores apart all the way. Conservative advancement: each step is no longer than what the
 /// distance then allows (Mirtich 1996).
 pub fn is_clear(model: &Model, from: &[Pose], to: &[Pose]) -> bool {
-    Sweep::new(model, from, to).blocked(0.0).next().is_none()
-}
-
-/// Puts those bodies of `to` back to where they are in `from` that would pass through others on the way, of two the one that goes further.
-/// `from` has to be a state that was accepted, no cores of which are nearer than the contacts allow.
-pub fn hold_back(model: &Model, from: &[Pose], to: &mut [Pose]) {
-    loop {
-        let sweep = Sweep::new(model, from, to);
-        let further = |[a, b]: [usize; 2]| match [a, b].map(|body| model.bodies[body].kind.is_support()) {
-            [true, _] => b,
-            [_, true] => a,
-            _ if sweep.speeds[b] > sweep.speeds[a] => b,
-            _ => a,
-        };
-        let mut held: Vec<usize> = sweep.blocked(CORE_FLOOR - FLOOR).map(further).collect();
-        // Once back, a body stays there, met or not.
-        held.retain(|&body| to[body] != from[body]);
-        if held.is_empty() {
-            return;
-        }
-        held.iter().for_each(|&body| to[body] = from[body]);
-    }
+    Sweep::new(model, from, to).blocked().next().is_none()
 }
 
 /// All bodies on their ways.
@@ -60,14 +38,13 @@ impl<'a> Sweep<'a> {
         Sweep { model, from, motions, speeds }
     }
 
-    /// Pairs that would pass through each other, but for those that close by less than the share `unseen` of their roundings.
-    fn blocked(&self, unseen: f64) -> impl Iterator<Item = [usize; 2]> {
+    /// Pairs that would pass through each other.
+    fn blocked(&self) -> impl Iterator<Item = [usize; 2]> {
         let (model, from) = (self.model, self.from);
         let pairs = (0..self.motions.len()).flat_map(|b| (0..b).map(move |a| [a, b]));
         pairs.filter(move |&[a, b]| {
             let closing = self.speeds[a] + self.speeds[b];
-            let radii = model.shapes[a].rounded.radius + model.shapes[b].rounded.radius;
-            closing > unseen * radii
+            closing > 0.0
                 && model.can_meet(a, b)
                 && model.between_spheres(from, a, b) <= closing
                 && !pair_is_clear(model, from, &self.motions, [a, b], closing)

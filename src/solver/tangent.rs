@@ -9,7 +9,7 @@ use crate::assembly::network::Lumps;
 use crate::assembly::{self, BlockPattern, Dofs, Kernel, Network};
 use crate::linalg::lu::SolveFailure;
 use crate::linalg::{MultifrontalLu, gmres, norm};
-use crate::solver::newton::Newton;
+use crate::solver::newton::{Newton, weight_of};
 
 /// 2-norm of the residual over that of the right side to which the forces are iterated, in so many iterations at most.
 const LINEAR_TOLERANCE: f64 = 1e-6;
@@ -34,26 +34,26 @@ enum Unknowns {
 
 impl Newton<'_> {
     /// The Newton step for `held`, or `None` where the matrix is singular.
-    pub(super) fn step(&mut self, weight: f64, held: &[f64]) -> Option<Vec<f64>> {
+    pub(super) fn step(&mut self, held: &[f64]) -> Option<Vec<f64>> {
         self.contacts.update_tangents(self.model, &self.poses);
         let (network, generation) = (&self.contacts.network, self.contacts.network.generation);
         if !self.symmetrised && self.together_for != Some(generation) && network.can_be_split() {
-            match self.step_by(Unknowns::Bodies, weight, held) {
+            match self.step_by(Unknowns::Bodies, held) {
                 Ok(step) => return Some(step),
                 Err(failure) => tracing::debug!(?failure, "contact forces are not iterated"),
             }
             self.together_for = Some(generation);
         }
-        let step = self.step_by(Unknowns::All(generation), weight, held);
+        let step = self.step_by(Unknowns::All(generation), held);
         if let Err(failure) = &step {
             tracing::warn!(?failure, "linear system");
         }
         step.ok()
     }
 
-    fn step_by(&mut self, unknowns: Unknowns, weight: f64, held: &[f64]) -> Result<Vec<f64>, SolveFailure> {
+    fn step_by(&mut self, unknowns: Unknowns, held: &[f64]) -> Result<Vec<f64>, SolveFailure> {
         self.analyse(unknowns)?;
-        self.assemble(weight)?;
+        self.assemble()?;
         let start = Instant::now();
         let system = self.system.as_mut().ok_or(SolveFailure::Singular)?;
         self.counters.factorisations += 1;
@@ -115,8 +115,8 @@ impl Newton<'_> {
         })
     }
 
-    /// The tangent with a proximal term of this weight, into `values`.
-    fn assemble(&mut self, weight: f64) -> Result<(), SolveFailure> {
+    /// The tangent with the proximal term, into `values`.
+    fn assemble(&mut self) -> Result<(), SolveFailure> {
         let start = Instant::now();
         let system = self.system.as_mut().ok_or(SolveFailure::Singular)?;
         let System { unknowns, pattern, lumps, .. } = system;
@@ -142,8 +142,10 @@ impl Newton<'_> {
                 contacts.network.lumped_stiffness_into(values, pattern, dofs, lumps);
             }
         }
-        let hold =
-            |carrier| dofs.sign(carrier) * weight * model.holding_stiffness(carrier, self.typical_stiffness);
+        let hold = |carrier| {
+            let weight = weight_of(&self.weights, carrier);
+            dofs.sign(carrier) * weight * model.holding_stiffness(carrier, self.typical_stiffness)
+        };
         pattern.add_diagonal(values, dofs, hold);
         if self.symmetrised {
             pattern.symmetrise(values);

@@ -70,73 +70,99 @@ fn a_balance_of_bodies_inside_each_other_is_none() {
     assert!(report.balance.out_of_balance < 1e-3, "{}", report.balance.out_of_balance);
     let StepStatus::Overlapping { problem } = &report.status else { panic!("{:?}", report.status) };
     assert!(problem.contains("inner") && problem.contains("cube"), "{problem}");
-    assert!(!report.converged() && !report.fell && !report.is_rough(&Settings::default()));
+    assert!(!report.converged());
 }
 
-/// Twelve cubes on a plate, one pushed into it: it settles by itself, and then all are where they were.
+/// A block pressed on a plate that is moved away by 1 um under it: a spring pulled through a dashpot, in steps `x = K (d - x) / (K + c k)` with the
+/// stiffness `K` of the contacts, the drag `c k` and the motion `d` of the plate. The work of contacts is what they lose, that of the
+/// drag its mean force times the way. `K` is a secant of contacts that are not quite linear.
 #[test]
-fn a_part_settles_by_itself() {
+fn a_spring_is_pulled_through_a_dashpot() {
+    let (model, mut committed, mut loads) = block_on_plate(0.65);
+    loads.applied[1].z = -1e4;
+    let rest = |loads: &Loads, committed: &Committed| {
+        let settings = Settings { force_tolerance: 1e-9, ..Settings::default() };
+        let increment = Increment { model: &model, committed, loads, settings: &settings };
+        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+        assert!(report.converged(), "{:?}", report.history);
+        report
+    };
+    let first = rest(&loads, &committed);
+    let heavier = Loads { applied: vec![loads.applied[0], 1.01 * loads.applied[1]], ..loads.clone() };
+    let second = rest(&heavier, &committed);
+    let stiffness = 100.0 / (first.poses[1].position.z - second.poses[1].position.z);
+    committed =
+        Committed { poses: first.poses.clone(), memory: first.memory, forces: first.forces, ..committed };
+    let d = -1e-6;
+    let mut moved = committed.poses.clone();
+    moved[0].position.z += d;
+    // So little may move that three steps are taken, and each is solved well.
+    let settings = Settings { stabilisation: Some(Stabilisation::Unrest(1e-7)), ..Settings::default() };
+    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+    let report = advance(&increment, vec![moved], &mut Contacts::default());
+    assert!(report.converged() && !report.restless && report.augmentations == 3, "{:?}", report.history);
+    let (mut x, mut force) = (0.0, 0.0);
+    for share in [3e-2, 9e-3, 3e-3] {
+        let drag = share * model.typical_stiffness();
+        let step = stiffness * (d - x) / (stiffness + drag);
+        (x, force) = (x + step, drag * step);
+    }
+    // Friction counts all three steps as one straight way, on which the drag grows from nothing to its last force.
+    let expected = 0.5 * force * x;
+    let moved = report.poses[1].position.z - committed.poses[1].position.z;
+    assert!((moved / x - 1.0).abs() < 1e-4, "{moved:e} {x:e}, stiffness {stiffness:e}");
+    let contacts: f64 = report.work.iter().map(Vector6::sum).sum();
+    let lost = first.energy.elastic - report.energy.elastic;
+    assert!((contacts - lost).abs() < 1e-9 * first.energy.elastic, "{contacts:e} {lost:e}");
+    let dragged = report.work[1].sum() + loads.applied[1].z * moved;
+    // What is left to go has the stiffness in it three times.
+    assert!((dragged / expected - 1.0).abs() < 1e-2, "{dragged:e} {expected:e}");
+}
+
+/// Steps to rest come to the balance that augmentations come to.
+#[test]
+fn steps_come_to_the_same_rest() {
+    let (model, committed, mut loads) = block_on_plate(0.65);
+    loads.applied[1] = Vector6::new(2e3, 1e3, -1e4, 0.0, 30.0, 0.0);
+    let [augmented, stepped] = [None, Some(Stabilisation::Rest)].map(|stabilisation| {
+        let settings = Settings { stabilisation, force_tolerance: 1e-7, ..Settings::default() };
+        let increment =
+            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+        assert!(report.converged() && !report.restless, "{:?}", report.history);
+        report
+    });
+    // To what a part in 1e7 of the force moves a block whose contacts yield some micrometres.
+    let apart = (augmented.poses[1].position - stepped.poses[1].position).norm();
+    assert!(apart < 1e-9, "{apart:e}");
+}
+
+/// Where one body of many is stuck, its drag rises and that of what touches it; the others' stays.
+#[test]
+fn drag_rises_where_a_body_is_stuck() {
     let (model, committed, _) = block_on_plate(0.65);
     let (mut bodies, mut shapes) = (vec![model.bodies[0].clone()], vec![model.shapes[0].clone()]);
     let mut poses = vec![committed.poses[0]];
-    for place in 0..12 {
+    for place in 0..6 {
         bodies.push(Body { name: format!("cube {place}"), ..model.bodies[1].clone() });
         shapes.push(model.shapes[1].clone());
-        let beside = Vec3::new(0.15 * f64::from(place % 6) - 0.375, 0.2 * f64::from(place / 6), 0.05);
-        poses.push(Pose::new(beside, crate::tensor::Rotation::identity()));
+        let x = 0.15 * f64::from(place / 2) - 0.15;
+        // Three towers of two, which overlap by 10 um where they touch.
+        let z = 0.05 + 0.1 * f64::from(place % 2) - 1e-5 * f64::from(1 + place % 2);
+        poses.push(Pose::new(Vec3::new(x, 0.0, z), crate::tensor::Rotation::identity()));
     }
     let model = Model::new(bodies, shapes, model.law, model.friction);
-    let mut loads = Loads::none(13);
+    let mut loads = Loads::none(7);
     loads.prescribed[0] = [true; 6];
-    loads.applied[1..].iter_mut().for_each(|wrench| wrench[2] = -5e3);
-    let balanced = |from: &Committed, start: &[Pose], force_tolerance: f64, local_after: Option<usize>| {
-        let settings = Settings { local_after, force_tolerance, ..Settings::default() };
-        let increment = Increment { model: &model, committed: from, loads: &loads, settings: &settings };
-        let report = advance(&increment, vec![start.to_vec()], &mut Contacts::default());
-        assert!(report.converged(), "{:?}", report.status);
-        report
-    };
-    let settled = balanced(&Committed::new(poses.clone()), &poses, 1e-8, None);
-    let rest = Committed { memory: settled.memory.clone(), ..Committed::new(settled.poses.clone()) };
-    let mut pushed = rest.poses.clone();
-    pushed[7].position.z -= 2e-5;
-    let [whole, in_parts] = [None, Some(0)].map(|local_after| balanced(&rest, &pushed, 1e-6, local_after));
-    let local = in_parts.counters.local_factorisations;
-    assert_eq!(whole.counters.local_factorisations, 0);
-    assert!(local > 0 && local == in_parts.counters.factorisations, "{:?}", in_parts.counters);
-    for (one, other) in whole.poses.iter().zip(&in_parts.poses) {
-        assert!((one.position - other.position).norm() < 1e-9, "{} {}", one.position, other.position);
-    }
-    // The others have not been touched.
-    assert!((1..13).filter(|i| *i != 7).all(|i| in_parts.poses[i] == rest.poses[i]));
-}
-
-/// Contacts that are left as they were evaluated, because neither body moves, are those of a full evaluation, to the bit.
-#[test]
-fn contacts_of_what_moves_are_enough() {
-    let (model, committed, _) = pile(1e-3, |_, _, _| ());
-    let loads = Loads::none(3);
-    let dofs = crate::assembly::Dofs::new(&model, &loads);
-    let forces = |contacts: &Contacts, poses: &[Pose]| {
-        let mut residual = Vec::new();
-        crate::assembly::residual_into(&mut residual, &model, &dofs, contacts, &loads, poses);
-        residual
-    };
-    let mut contacts = Contacts::default();
-    contacts.start(&model, &committed);
-    contacts.evaluate(&model, &committed, &committed.poses).expect("apart");
-    let before = forces(&contacts, &committed.poses);
-    let mut moved = committed.poses.clone();
-    moved[2].position += Vec3::new(1e-6, 2e-6, -3e-6);
-    contacts.moving = vec![false, false, true];
-    contacts.evaluate(&model, &committed, &moved).expect("apart");
-    let mut fresh = Contacts::default();
-    fresh.start(&model, &committed);
-    fresh.evaluate(&model, &committed, &moved).expect("apart");
-    assert_eq!(forces(&contacts, &moved), forces(&fresh, &moved));
-    assert_ne!(before, forces(&fresh, &moved));
-    let part = dofs.restricted(|carrier| carrier == 2);
-    assert_eq!((part.count(), part.of(2)[0], part.of(1)[0]), (6, Some(0), None));
+    let (committed, settings) = (Committed::new(poses.clone()), Settings::default());
+    let newton = Newton::new(&model, &committed, &loads, &settings, Contacts::default(), poses);
+    let Ok(newton) = newton else { panic!("bodies overlap") };
+    let mut drag = newton.uniform_drag(0.01);
+    let mut held = vec![1.0; newton.dofs.count()];
+    newton.dofs.scatter(&mut held, 4, &[0.0, 0.0, 1e3, 0.0, 0.0, 0.0]);
+    newton.raise(&mut drag, &held, &held);
+    let raised: Vec<bool> = (1..7).map(|body| drag.of(body) > 0.01).collect();
+    assert_eq!(raised, [false, false, true, true, false, false]);
 }
 
 /// Where a change of fidelity keeps contacts more open than the bodies are, or less, that is no overlap that they do not know of.
@@ -185,7 +211,8 @@ fn iterated_contact_forces_are_those_of_a_factor() {
         let held = newton.residual.clone();
         assert!(newton.contacts.network.can_be_split() && newton.contacts.network.count() > 8);
         newton.together_for = together.then_some(newton.contacts.network.generation);
-        let step = newton.step(1e-3, &held).expect("regular");
+        newton.weights = vec![1e-3];
+        let step = newton.step(&held).expect("regular");
         let mut response = held.iter().enumerate().map(|(k, _)| (k as f64).sin()).collect::<Vec<f64>>();
         newton.respond(&mut response).expect("regular");
         assert_eq!(newton.together_for.is_some(), together, "no silent way out");
@@ -274,7 +301,7 @@ fn a_block_falls_onto_a_plate() {
     let start = || vec![committed.poses.clone()];
     let fell = advance(&increment, start(), &mut Contacts::default());
     assert_eq!(fell.status, StepStatus::Converged, "{:?}", fell.history);
-    assert!(fell.counters.falling_steps > 10 && !fell.fell, "{:?}", fell.counters);
+    assert!(fell.counters.falling_steps > 10, "{:?}", fell.counters);
     // A force that misses by 1e-3 moves the block by that share of what its contacts yield.
     let yielded = committed.poses[1].position.z - 0.02 - rest.poses[1].position.z;
     let apart = fell.poses[1].position.z - rest.poses[1].position.z;
@@ -286,23 +313,6 @@ fn a_block_falls_onto_a_plate() {
     let same = advance(&increment, start(), &mut Contacts::default());
     assert!(same.converged() && same.counters.falling_steps > 10, "{:?}", same.counters);
     assert!((same.poses[1].position.z - rest.poses[1].position.z).abs() < 2e-3 * yielded);
-
-    // In pieces: it stops where it has come to touch, and goes on from there.
-    let pieces = Settings { fall_travel: 3.0, ..falling.clone() };
-    let mut here = committed.clone();
-    let mut count = 0;
-    let end = loop {
-        let piece = Increment { committed: &here, settings: &pieces, ..increment };
-        let report = advance(&piece, vec![here.poses.clone()], &mut Contacts::default());
-        if !report.fell {
-            break report;
-        }
-        count += 1;
-        assert!(count < 10, "falls for ever");
-        here = Committed { poses: report.poses, memory: report.memory, ..here };
-    };
-    assert!(count > 0 && end.converged(), "{count}, {:?}", end.history);
-    assert!((end.poses[1].position.z - rest.poses[1].position.z).abs() < 2e-3 * yielded);
 }
 
 /// Newton's method that may do no iteration gets nowhere under any hold. A block 20 um above the plate then falls onto it, down to the tolerance of an
@@ -450,8 +460,8 @@ fn a_raised_signal_has_the_increment_given_up() {
         advance(&increment, vec![committed.poses.clone()], &mut Contacts::default())
     };
     assert!(attempt().converged());
-    // Copies of the settings, for a more careful try say, hear the same signal.
-    let careful = settings.cautious();
+    // Copies of the settings hear the same signal.
+    let careful = settings.clone();
     settings.stop.raise();
     assert!(careful.stop.is_raised() && !Settings::default().stop.is_raised());
     let report = attempt();

@@ -11,8 +11,6 @@ use crate::triaxial::stage::{Lateral, Path, Stage, Steps};
 
 /// Prescribed kinematic quantities are met to this share of an increment's axial strain.
 pub const CONTROL_TOLERANCE: f64 = 1e-3;
-/// The cross-section under which a load was computed and the one that it leads to agree to this.
-pub const AREA_TOLERANCE: f64 = 1e-4;
 
 /// Where a stage starts: what of the state its path depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,9 +28,6 @@ pub struct Origin {
     /// Whether the top plate was loaded, not driven.
     pub loaded: bool,
 }
-
-/// A load whose deviatoric stress grows by less than this share of the pressure over a stage is taken for an isotropic one.
-const PRESSING: f64 = 1e-3;
 
 /// A stage under way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -106,10 +101,14 @@ impl Drive {
         matches!(self.kind, Kind::Driven { lateral: Lateral::Volume | Lateral::Area, .. })
     }
 
-    /// Whether the top plate is under a load that grows: past a peak nothing would stop it.
-    pub fn presses_on(&self) -> bool {
-        let least = PRESSING * self.origin.pressure;
-        self.asked_stress().is_some_and(|asked| asked - self.origin.deviatoric_stress > least)
+    /// Whether each increment has to come to rest: nothing drives the specimen, or it is unloaded.
+    pub fn comes_to_rest(&self) -> bool {
+        match self.kind {
+            Kind::Loaded { pressure, deviatoric_stress } => {
+                pressure == self.origin.pressure && deviatoric_stress <= self.origin.deviatoric_stress
+            }
+            Kind::Driven { travel, .. } => travel >= 0.0,
+        }
     }
 
     pub fn is_loaded(&self) -> bool {

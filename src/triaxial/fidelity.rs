@@ -53,7 +53,7 @@ impl Rig {
         let (poses, memory, fields) = (report.poses.clone(), report.memory.clone(), report.fields.clone());
         judge(
             &self.model,
-            &Committed { poses, memory, fields },
+            &Committed { memory, fields, ..Committed::new(poses) },
             &self.loads(false, pressure),
             &self.settings,
             &self.contacts,

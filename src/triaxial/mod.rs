@@ -8,7 +8,6 @@ mod fidelity;
 pub mod ledger;
 pub mod measures;
 pub mod network;
-mod remnants;
 pub mod response;
 pub mod rig;
 pub mod rubber;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::{Contacts, Failing, Heir};
+use crate::assembly::{Contacts, Failing};
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
@@ -159,13 +159,13 @@ impl Rig {
         Ok(fits)
     }
 
-    /// Breaks up what the last increment left to; what broke, and which contacts of new shapes go on for which.
+    /// Breaks up what the last increment left to; what broke.
     ///
     /// # Errors
     /// `Error::Mesh` where a part cannot be made.
-    pub fn break_up(&mut self) -> Result<(Vec<Fracture>, Vec<Heir>)> {
+    pub fn break_up(&mut self) -> Result<Vec<Fracture>> {
         if self.failing.is_empty() {
-            return Ok((Vec::new(), Vec::new()));
+            return Ok(Vec::new());
         }
         let failing = std::mem::take(&mut self.failing);
         let displacements = failing.displacements(self.model.bodies.len());
@@ -185,8 +185,8 @@ impl Rig {
                 "broken"
             );
         }
-        let heirs = self.contacts.inherit(&self.model, &mut self.committed, &fractures);
-        Ok((fractures, heirs))
+        self.contacts.inherit(&self.model, &mut self.committed, &fractures);
+        Ok(fractures)
     }
 
     /// Places the specimen between plates and drapes the cover.

@@ -1,9 +1,12 @@
 //! Where an increment of a test starts from, and what is said of one that found no balance.
 
-use crate::solver::{IncrementReport, Start, StepStatus, continued_fields, continued_poses, sweep};
+use crate::solver::{IncrementReport, Start, StepStatus, continued_fields, continued_poses};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::test::Last;
+
+/// A body whose motion goes on by more than this share of the smallest rounding beyond the affine squeeze is taken to go with that alone.
+const MOST_CONTINUED: f64 = 0.1;
 
 /// Starting configurations in order of preference: the last motion continued, an affine
 /// squeeze, the driven plate alone. `lift` [m] is the motion of a driven top plate.
@@ -11,19 +14,8 @@ pub(super) fn starts(rig: &Rig, last: Option<(&Last, f64)>, lift: Option<f64>, h
     let now = &rig.committed.poses;
     let mut plain: Vec<Pose> = now.clone();
     plain[rig.top].position.z += lift.unwrap_or(0.0);
-    let mut starts = Vec::new();
-    if let Some((last, ratio)) = last {
-        let mut poses = continued_poses(&last.poses, now, ratio);
-        if lift.is_some() {
-            poses[rig.top].position.z = plain[rig.top].position.z;
-        }
-        poses[rig.bottom] = plain[rig.bottom];
-        // What fell by millimetres in a snap would go on into its neighbours, deeper than their contacts can tell.
-        sweep::hold_back(&rig.model, now, &mut poses);
-        starts.push(Start { poses, fields: continued_fields(&last.fields, &rig.committed.fields, ratio) });
-    }
+    let mut squeezed = plain.clone();
     if let Some(lift) = lift.filter(|lift| *lift != 0.0) {
-        let mut squeezed = plain.clone();
         let base = now[rig.bottom].position.z;
         for (i, pose) in squeezed.iter_mut().enumerate() {
             let is_wall = i >= rig.model.bodies.len() && !rig.model.is_node(i);
@@ -31,6 +23,24 @@ pub(super) fn starts(rig: &Rig, last: Option<(&Last, f64)>, lift: Option<f64>, h
                 pose.position += Vec3::new(0.0, 0.0, lift * (pose.position.z - base) / height);
             }
         }
+    }
+    let mut starts = Vec::new();
+    if let Some((last, ratio)) = last {
+        let mut poses = continued_poses(&last.poses, now, ratio);
+        if lift.is_some() {
+            poses[rig.top].position.z = plain[rig.top].position.z;
+        }
+        poses[rig.bottom] = plain[rig.bottom];
+        // What fell in the last increment would go on into its neighbours.
+        let most = MOST_CONTINUED * rig.model.smallest_rounding();
+        for (pose, squeezed) in poses.iter_mut().zip(&squeezed) {
+            if (pose.position - squeezed.position).norm() > most {
+                *pose = *squeezed;
+            }
+        }
+        starts.push(Start { poses, fields: continued_fields(&last.fields, &rig.committed.fields, ratio) });
+    }
+    if squeezed != plain {
         starts.push(squeezed.into());
     }
     starts.push(plain.into());

@@ -1,29 +1,27 @@
 //! A triaxial test in progress: stages, increments, landings, and the books kept over them.
 
-mod collapse;
-mod sleep;
+mod breaking;
 mod trial;
 
 use serde::{Deserialize, Serialize};
 
+use crate::assembly::Contacts;
 use crate::model::{BodyKind, Counters, DamageCounts};
 use crate::solver::{
-    DamageSettings, Dossier, Energies, FALL_REBASE, Increment, IncrementReport, Pace, Settings, Verdict,
+    DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, Stabilisation, StepStatus,
     advance,
 };
-use crate::tensor::{Pose, Vec3, Vector6};
+use crate::tensor::{Pose, Vec3};
 use crate::triaxial::deformation::LocalStrain;
-use crate::triaxial::drive::{AREA_TOLERANCE, Drive, Guess, Origin};
+use crate::triaxial::drive::{Drive, Guess, Origin};
 use crate::triaxial::fidelity::FidelityCounts;
 use crate::triaxial::ledger::{EnergyGate, Ledger};
 use crate::triaxial::measures::{Measures, Picture, Zero};
-use crate::triaxial::remnants::Remnants;
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd};
 use crate::triaxial::starts::{describe, starts};
 use crate::triaxial::watch::Watch;
-use sleep::{Claim, Sleep};
 use trial::Trial;
 
 /// What is known after each accepted increment.
@@ -35,18 +33,20 @@ pub struct Row {
     pub ledger: Ledger,
     pub damage: DamageCounts,
     pub fidelity: FidelityCounts,
-    /// Energy of the increment that no row of the ledger accounts for, over the work that ram and
-    /// pressure exchanged in it.
+    /// Energy of the increment that no row of the ledger accounts for, over the larger of the work that
+    /// ram and pressure exchanged in it and what it lost.
     pub energy_gap: f64,
     /// Whether that is beyond the gate.
     pub poorly_closed: bool,
-    /// Whether it snapped: what it leaves over is then booked as set free, its friction limited by what there was.
-    pub snapped: bool,
+    /// Whether more was still moving at its end than was asked for.
+    pub restless: bool,
     /// By how much what the stage prescribes is missed: stresses relative to the larger of their value and the
     /// pressure, the volume to what an increment sweeps, the top plate to its travel in it.
     pub control_error: f64,
     pub counters: Counters,
     pub out_of_balance: f64,
+    /// Mean force out of balance on a body over the mean contact force.
+    pub unrest: f64,
     pub sliding_fraction: f64,
     pub max_penetration: f64,
     pub mean_contact_force: f64,
@@ -69,20 +69,10 @@ pub struct StepReport<'a> {
 /// Share of the consolidation pressure under which grains are seated. Under a small share the
 /// forces are too weak to bring loose grains into touch within the solver's limits.
 const SEATING_SHARE: f64 = 0.5;
-/// Trials of a load whose cross-section is not known before.
-const AREA_TRIALS: usize = 5;
-/// Where a stage is over and grains broke in its last increment, the tolerances of the dwell are those of an increment of this share.
-const DWELL_SHARE: f64 = 1e-3;
-/// Rough balances that a dwell gets where it does not find a fine one.
-const MOST_SETTLINGS: usize = 10;
-/// Augmentations of an increment of a specimen that has broken, before its grains fall, and of any before grains that bend rest and fall.
-const LATE: usize = 60;
-/// The same where no grain has broken.
-const SOON: usize = 20;
-/// How far bodies fall in a piece, over the smallest rounding.
-const PIECE: f64 = 1.0;
-/// Increments in a row that may be accepted in rough balance.
-const MOST_ROUGH: usize = 50;
+/// Where a stage is over and grains broke in its last increment, the tolerances of the one that follows are those of an increment of this share.
+const REST_SHARE: f64 = 1e-3;
+/// Increments under constant loads that follow the last one of a stage where grains went on breaking.
+const MOST_AFTERMATHS: usize = 20;
 /// Times that an increment is repeated since a grain ought to have been condensed in it.
 const MOST_REPEATS: usize = 3;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
@@ -102,9 +92,6 @@ pub struct Test {
     start_membrane: f64,
     /// Force of the ram on the top plate, upwards [N].
     ram: f64,
-    /// Force and moment that the committed state leaves out of balance on each carrier [N, N m]; empty where that is not known.
-    #[serde(with = "crate::tensor::stored")]
-    left: Vec<Vector6<f64>>,
     /// Whether the top plate is under a load, not driven.
     loaded: bool,
     /// Height at which the last drive upwards began [m].
@@ -122,26 +109,11 @@ struct UnderWay {
     watch: Watch,
     curve: Curve,
     last: Option<Last>,
-    /// Whether grains broke and are not in balance yet.
-    dwells: bool,
-    /// Rough balances that the dwell has been given so far.
-    settlings: usize,
-    /// Pieces of the collapse that the dwell follows.
-    pieces: usize,
-    /// Increments accepted in rough balance, one after the other.
-    rough: usize,
-    /// What failed rock still holds.
-    remnants: Remnants,
-    /// What pieces and rough balances have taken.
+    /// Increments since the path ended, under constant loads, while grains went on breaking.
+    aftermaths: usize,
+    /// What attempts took that were not accepted.
     #[serde(skip)]
     spent: Counters,
-    /// Whether the increment at hand was given up, at its smallest or for bodies that bend to rest, and is tried once more with bodies that may fall. Kept
-    /// with the bodies that rest for it: a run that is interrupted there goes on with the same attempt.
-    falls: bool,
-    /// Bodies that are rigid until the collapse is over.
-    sleep: Sleep,
-    /// What bodies that woke have to find a balance without.
-    claim: Option<Claim>,
     /// Times that the increment at hand has been repeated with more condensed grains.
     #[serde(skip)]
     repeats: usize,
@@ -160,6 +132,11 @@ impl UnderWay {
     fn is_over(&self) -> bool {
         self.next().is_none()
     }
+
+    /// The increment under constant loads that follows the end of the path where grains have just broken.
+    fn aftermath(&self, broke: bool) -> Option<(f64, f64)> {
+        (broke && self.aftermaths < MOST_AFTERMATHS).then(|| (REST_SHARE, self.pace.done()))
+    }
 }
 
 /// An accepted increment, for the next one to go on from.
@@ -170,57 +147,15 @@ pub(super) struct Last {
     #[serde(with = "crate::tensor::stored")]
     pub(super) fields: Vec<Vec<Vec3>>,
     share: f64,
+    area: f64,
     pressure: f64,
     deviatoric_stress: f64,
 }
 
-/// Whether bodies may fall in an increment: a plate under a load, or one that grows where nothing has broken, would do so until nothing is left.
-fn may_fall(rig: &Rig, way: &UnderWay) -> bool {
-    if rig.model.is_broken() { !way.drive.is_loaded() } else { !way.drive.presses_on() }
-}
-
-/// How bodies may fall in an increment; `None` where they may not. Grains that have broken are followed in pieces, each of which begins anew, its
-/// damage as well; friction works along the whole way, but under a load that grows.
-fn falling(rig: &Rig, way: &UnderWay) -> Option<Settings> {
-    if way.claim.is_some() {
-        // Nothing falls: bodies that have woken find a balance soon, or are left with what they have.
-        return Some(Settings { rests_after: Some(LATE), ..rig.settings.clone() });
-    }
-    let (broken, freely) = (rig.model.is_broken(), way.dwells || may_fall(rig, way));
-    let usual = rig.settings.falling();
-    // Nothing more breaks while failed rock still holds what it held.
-    let moves = usual.damage.moves && way.remnants.is_over();
-    let falling = Settings {
-        damage: DamageSettings { moves, ..usual.damage },
-        fall_travel: if way.dwells || broken && freely { PIECE } else { usual.fall_travel },
-        fall_rebase: freely.then_some(FALL_REBASE),
-        ..usual
-    };
-    if way.dwells && way.pieces > 0 {
-        return Some(Settings { falls_after: Some(1), ..falling });
-    }
-    if way.dwells || way.falls {
-        return Some(falling);
-    }
-    let falls_after = if broken { Some(LATE) } else { freely.then_some(SOON) };
-    // An increment that gets stuck is cut first. Grains that bend where that matters to some accuracy need not to while they fall.
-    let rests_after = falls_after.and(rig.settings.accuracy).map(|_| LATE);
-    falls_after.map(|_| Settings { falls_after, rests_after, falls_when_stuck: false, ..falling })
-}
-
-/// An increment that found no balance.
+/// An increment that was not accepted: why, and what it took.
 struct Miss {
     reason: String,
-    /// What it came to, where it came to anything; what it took is in `counters`.
-    report: Option<Box<IncrementReport>>,
     counters: Counters,
-}
-
-impl Miss {
-    /// Whether bodies that bend are to rest, and to fall.
-    fn collapses(&self) -> bool {
-        self.report.as_ref().is_some_and(|report| report.collapses)
-    }
 }
 
 impl Test {
@@ -232,7 +167,6 @@ impl Test {
             start_elastic: 0.0,
             start_membrane: 0.0,
             ram: 0.0,
-            left: Vec::new(),
             loaded: true,
             turning: None,
             peak_friction_angle: f64::NEG_INFINITY,
@@ -274,79 +208,35 @@ impl Test {
             return StageEnd::Stopped { reason };
         }
         loop {
-            match self.break_up(rig, &mut way) {
-                Ok(true) => {
-                    (way.dwells, way.last) = (true, None);
-                    self.mend_cover(rig, &way.drive);
-                }
-                Ok(false) => {}
+            let broke = match self.break_up(rig, &way) {
+                Ok(broke) => broke,
                 Err(error) => return StageEnd::Stopped { reason: error.to_string() },
-            }
-            // Where grains broke, first a new balance under the loads as they are.
-            let (share, to) = match (way.dwells, way.next()) {
-                (true, next) => (next.unwrap_or(DWELL_SHARE), way.pace.done()),
-                (false, Some(share)) => (share, way.pace.after(share)),
-                (false, None) => break,
             };
-            let attempt = self.attempt(rig, &way, share, to);
-            if let Err(miss) = &attempt {
-                way.spent.add(&miss.counters);
+            if broke {
+                way.last = None;
+                self.mend_cover(rig, &way.drive);
             }
+            let goes_on = way.next().map(|share| (share, way.pace.after(share)));
+            let Some((share, to)) = goes_on.or_else(|| way.aftermath(broke)) else { break };
+            let attempt = self.attempt(rig, &way, share, to);
             let mut report = match attempt {
-                Ok(report) => {
-                    way.rough = 0;
-                    report
-                }
+                Ok(report) => report,
                 Err(_) if rig.settings.stop.is_raised() => {
                     self.under_way = Some(way);
                     return StageEnd::Interrupted;
                 }
-                Err(_) if self.waive(rig, &mut way) => continue,
-                Err(miss) if self.follow(rig, &mut way, &miss, share, to) => continue,
-                Err(_) if !way.remnants.is_over() => {
-                    // What is left of them goes at once.
-                    way.remnants = Remnants::default();
-                    continue;
-                }
-                Err(miss) if miss.collapses() && !way.falls => {
-                    self.lull(rig, &mut way);
-                    way.falls = true;
-                    continue;
-                }
-                Err(_) if !way.dwells && (way.watch.gives_up_landing() || way.pace.cut(share)) => continue,
-                // A loaded plate would fall until nothing is left of the specimen.
-                Err(_) if !way.dwells && !way.falls && may_fall(rig, &way) => {
-                    self.lull(rig, &mut way);
-                    way.falls = true;
-                    continue;
-                }
-                Err(miss) => match miss.report.filter(|report| report.is_rough(&rig.settings)) {
-                    Some(report) if way.rough < MOST_ROUGH => {
-                        way.rough += 1;
-                        *report
-                    }
-                    Some(_) | None
-                        if way.dwells
-                            && way.settlings < MOST_SETTLINGS
-                            && self.settle(rig, &mut way, share, to) =>
-                    {
+                Err(miss) => {
+                    way.spent.add(&miss.counters);
+                    if way.watch.gives_up_landing() || way.pace.cut(share) {
                         continue;
                     }
-                    Some(_) | None if way.dwells => return StageEnd::Stopped { reason: miss.reason },
-                    Some(_) | None => {
-                        let limit = way.drive.asked_stress();
-                        let limit = limit.map(|asked| self.describe_limit(rig, &way, asked));
-                        return StageEnd::Stopped { reason: limit.unwrap_or_default() + &miss.reason };
-                    }
-                },
+                    let limit = way.drive.asked_stress();
+                    let limit = limit.map(|asked| self.describe_limit(rig, &way, asked));
+                    return StageEnd::Stopped { reason: limit.unwrap_or_default() + &miss.reason };
+                }
             };
-            if !way.remnants.is_over() {
-                self.let_down(rig, &mut way, &report, share, to);
-                continue;
-            }
             let pressure = way.drive.pressure(to, report.factor);
-            let settled = way.sleep.is_over() && way.claim.is_none();
-            let verdict = if settled { rig.judge(&report, pressure) } else { Verdict::unknown() };
+            let verdict = rig.judge(&report, pressure);
             if verdict.urgent && way.repeats < MOST_REPEATS {
                 way.spent.add(&report.counters);
                 way.repeats += 1;
@@ -355,26 +245,22 @@ impl Test {
                 way.woken += transition.woken;
                 continue;
             }
-            let mut trial = self.weigh(rig, &way, &report, share, to);
-            if !way.dwells && way.watch.overshoots(share, &trial.measures) {
+            let trial = self.weigh(rig, &way, &report, share, to);
+            if way.watch.overshoots(share, &trial.measures) {
                 way.spent.add(&report.counters);
                 continue;
             }
-            let unclosed = trial.poorly_closed || trial.overdraws;
-            let refused = trial.creates_energy || (unclosed && self.energy_gate.cuts);
-            if refused && !way.dwells && way.pace.cut(share) {
+            let refused = trial.creates_energy || (trial.poorly_closed && self.energy_gate.cuts);
+            if refused && way.pace.cut(share) {
                 tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
                 way.spent.add(&report.counters);
                 way.watch.limit = None;
                 continue;
             }
-            if trial.poorly_closed && self.energy_gate.cuts {
-                // What does not close however short it is has jumped.
-                trial = self.weigh_as(rig, &way, &report, [share, to], true);
-            }
-            if !way.dwells {
-                report.counters.cuts =
-                    way.pace.accept(share, rig.settings.beyond_start(report.augmentations));
+            if way.is_over() {
+                way.aftermaths += 1;
+            } else {
+                report.counters.cuts = way.pace.accept(share, report.is_easy());
             }
             let m = &trial.measures;
             way.watch.accept(m);
@@ -399,26 +285,22 @@ impl Test {
                 fidelity: FidelityCounts::default(),
                 energy_gap: trial.energy_gap,
                 poorly_closed: trial.poorly_closed,
-                snapped: trial.snapped,
+                restless: report.restless || report.is_snap(),
                 control_error: trial.control_error,
                 counters,
                 out_of_balance: report.balance.out_of_balance,
+                unrest: report.balance.unrest,
                 sliding_fraction: report.measures.sliding_fraction,
                 max_penetration: report.measures.max_penetration,
                 mean_contact_force: report.measures.mean_force,
                 progress: way.watch.progress(way.pace.done()),
                 path: way.pace.done(),
             };
-            let last = self.commit(rig, &way.drive, &report, &trial, share);
-            way.last = Some(last).filter(|_| !way.dwells);
-            (way.dwells, way.falls, way.settlings, way.pieces) = (false, false, 0, 0);
-            way.remnants = Remnants::default();
+            way.last = Some(self.commit(rig, &way.drive, &report, &trial, share));
             way.spent = Counters::default();
             let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
             let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
             self.start_elastic += transition.energy;
-            self.settle_claim(&mut way);
-            self.wake(rig, &mut way);
             self.under_way = Some(way);
             let fidelity = FidelityCounts::of(&rig.model, &verdict, &transition, early);
             let row = Row { damage: rig.model.damage_counts(), fidelity, ledger: self.ledger, ..row };
@@ -474,15 +356,8 @@ impl Test {
             watch,
             curve,
             last: None,
-            dwells: false,
-            settlings: 0,
-            pieces: 0,
-            rough: 0,
-            remnants: Remnants::default(),
-            sleep: Sleep::default(),
-            claim: None,
+            aftermaths: 0,
             spent: Counters::default(),
-            falls: false,
             repeats: 0,
             woken: 0,
         })
@@ -500,6 +375,7 @@ impl Test {
         let area = |rig: &Rig| rig.volume(&rig.committed.poses) / rig.height(&rig.committed.poses);
         let last = Last {
             share,
+            area: area(rig),
             pressure: rig.pressure,
             deviatoric_stress: -self.ram / area(rig),
             poses: std::mem::replace(&mut rig.committed.poses, report.poses.clone()),
@@ -514,9 +390,10 @@ impl Test {
         rig.model.take_damage(&report.damage.grains);
         rig.failing = report.damage.failing(&rig.model);
         rig.pressure = trial.pressure;
+        rig.committed.pressure = Some(trial.pressure);
         self.ledger = trial.ledger;
         self.ram = trial.ram;
-        self.left.clone_from(&report.left);
+        rig.committed.forces.clone_from(&report.forces);
         self.loaded = drive.is_loaded();
         last
     }
@@ -553,6 +430,7 @@ impl Test {
         let mut counters = Counters::default();
         // Grains do not break by being put into touch.
         let fine = Settings {
+            stabilisation: None,
             damage: DamageSettings { moves: false, ..rig.settings.damage },
             ..rig.settings.clone()
         };
@@ -575,8 +453,9 @@ impl Test {
             // What slipped before the test began weakens nothing.
             rig.committed.memory.values_mut().for_each(|pair| pair.slip = 0.0);
             rig.pressure = SEATING_SHARE * pressure;
+            rig.committed.pressure = Some(rig.pressure);
             self.restart(rig, &report.energy);
-            self.left.clone_from(&report.left);
+            rig.committed.forces.clone_from(&report.forces);
             let rough = settings != fine;
             if report.converged() && rough {
                 settings = fine.clone();
@@ -587,8 +466,7 @@ impl Test {
         }
     }
 
-    /// Tries the increment of `share` to the share `to` of a stage, under a cross-section that agrees with
-    /// what comes of it. Where it fails, says why.
+    /// Tries the increment of `share` to the share `to` of a stage. Where it fails, says why.
     fn attempt(
         &self,
         rig: &mut Rig,
@@ -601,63 +479,45 @@ impl Test {
         let continued = |now: f64, before: fn(&Last) -> f64| {
             last.map_or(now, |last| now + (now - before(last)) * (share / last.share))
         };
-        let mut guess = Guess {
-            area: now.volume / now.height,
+        let guess = Guess {
+            area: continued(now.volume / now.height, |last| last.area),
             pressure: continued(now.pressure, |last| last.pressure),
             deviatoric_stress: continued(now.deviatoric_stress, |last| last.deviatoric_stress),
         };
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
-        let mut starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
-        let (mut counters, mut longest, mut augmentations) = (Counters::default(), Vec::new(), 0);
-        let falling = falling(rig, way);
-        let settings = falling.as_ref().unwrap_or(&rig.settings);
-        for _ in 0..AREA_TRIALS {
-            let mut loads = drive.loads(rig, share, to, &guess);
-            // Whether they follow from the cross-section; what failed rock exerts does not.
-            let depends = loads.applied[rig.top].z != 0.0
-                || loads.control.as_ref().is_some_and(|control| !control.applied.is_empty());
-            way.remnants.add_to(&mut loads);
+        let starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
+        let loads = drive.loads(rig, share, to, &guess);
+        let comes_to_rest = to >= 1.0 || drive.comes_to_rest() || rig.settings.stabilisation.is_none();
+        let rest = Settings { stabilisation: Some(Stabilisation::Rest), ..rig.settings.clone() };
+        let advance_with = |settings: &Settings, contacts: &mut Contacts| {
             let increment =
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
-            let mut report = advance(&increment, starts.clone(), &mut rig.contacts);
-            counters.add(&report.counters);
-            let falls = report.fell || report.collapses;
-            if !report.converged() && !falls && !way.dwells && !way.falls {
-                // Once more with care, from the plainest start, before the increment is cut.
-                let settings = rig.settings.cautious();
-                let careful = Increment { settings: &settings, ..increment };
-                report = advance(&careful, starts.into_iter().rev().collect(), &mut rig.contacts);
-                counters.add(&report.counters);
-            }
-            if !report.converged() {
-                let mut dossier = Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings);
-                dossier.factorisations = way.spent.factorisations + counters.factorisations;
-                rig.dossier = Some(dossier);
-                let reason = describe(rig, &report, drive.pressure(to, report.factor));
-                report.counters = Counters::default();
-                return Err(Miss { reason, report: Some(Box::new(report)), counters });
-            }
-            let pressure = drive.pressure(to, report.factor);
-            if pressure < LEAST_PRESSURE * drive.origin.pressure {
-                let reason = format!(
-                    "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
-                );
-                return Err(Miss { reason, report: None, counters });
-            }
-            let area = rig.volume(&report.poses) / rig.height(&report.poses);
-            // The trial that had the way to go says whether it was a snap.
-            if report.augmentations >= augmentations {
-                (longest, augmentations) = (std::mem::take(&mut report.history), report.augmentations);
-            }
-            if !depends || (area / guess.area - 1.0).abs() <= AREA_TOLERANCE {
-                return Ok(IncrementReport { counters, history: longest, augmentations, ..report });
-            }
-            guess.area = area;
-            guess.deviatoric_stress = report.factor;
-            starts = vec![report.poses.into()];
+            advance(&increment, starts.clone(), contacts)
+        };
+        let settings = if comes_to_rest { &rest } else { &rig.settings };
+        let mut report = advance_with(settings, &mut rig.contacts);
+        let may_move_on = comes_to_rest && rig.settings.stabilisation.is_some() && !drive.comes_to_rest();
+        if may_move_on && matches!(report.status, StepStatus::OutOfBalance { .. }) {
+            // Behind a collapse that goes on, the end of a stage is as restless as the way to it; its row says so.
+            let spent = report.counters;
+            report = advance_with(&rig.settings, &mut rig.contacts);
+            report.counters.add(&spent);
         }
-        let reason = format!("the cross-section did not settle in {AREA_TRIALS} trials");
-        Err(Miss { reason, report: None, counters })
+        if !report.converged() {
+            let mut dossier = Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings);
+            dossier.factorisations += way.spent.factorisations;
+            rig.dossier = Some(dossier);
+            let reason = describe(rig, &report, drive.pressure(to, report.factor));
+            return Err(Miss { reason, counters: report.counters });
+        }
+        let pressure = drive.pressure(to, report.factor);
+        if pressure < LEAST_PRESSURE * drive.origin.pressure {
+            let reason = format!(
+                "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
+            );
+            return Err(Miss { reason, counters: report.counters });
+        }
+        Ok(report)
     }
 
     /// What a stage can depend on, in the configuration `poses`.

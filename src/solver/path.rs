@@ -1,0 +1,121 @@
+//! Work of forces along the way that bodies take in an increment.
+//!
+//! Between states that friction counts from the way is a straight one (screw-like for rotations), cut into pieces. On each piece forces are evaluated
+//! at two places: Gauss's rule, exact for forces that change with the cube of the way. Contacts that open, close or begin to slide on it make an error,
+//! which the energy balance tells. (Points at the ends would weigh forces before a contact slides too much, with one sign in all of them.)
+//!
+//! Bodies that bend come to their displacements by augmentations, at the end of a step only: there the mean of the forces at both ends of the increment stands in, and
+//! tells nothing of what snaps in it.
+
+use crate::assembly;
+use crate::solver::newton::Newton;
+use crate::solver::pace::motion_between;
+use crate::tensor::{Pose, Vector6};
+
+/// Where forces are evaluated on the way of a step, as shares of it.
+const GAUSS_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// Pieces of a way a step, and the longest as a share of what a body may go in an iteration, as far as that takes no more than so many.
+const PIECES_A_STEP: usize = 2;
+const LONGEST_PIECE: f64 = 0.05;
+const MOST_PIECES: f64 = 32.0;
+
+/// The way so far.
+#[derive(Debug, Clone)]
+pub(super) struct Path {
+    poses: Vec<Pose>,
+    forces: Vec<Vector6<f64>>,
+    /// Pressure there [Pa], which goes to the present one in a step.
+    pressure: f64,
+    /// Work on each component of each carrier [J].
+    pub work: Vec<Vector6<f64>>,
+}
+
+impl Path {
+    /// Begins in the committed state.
+    pub fn from(newton: &Newton<'_>) -> Self {
+        let poses = newton.committed.poses.clone();
+        let forces = newton.committed.forces.clone();
+        let known = forces.len() == poses.len();
+        let forces = if known { forces } else { vec![Vector6::zeros(); poses.len()] };
+        let pressure = newton.committed.pressure.unwrap_or(newton.loads.pressure);
+        Path { work: vec![Vector6::zeros(); poses.len()], poses, forces, pressure }
+    }
+
+    /// How far any body has come since, over the length that it may go in an iteration.
+    pub fn reach(&self, newton: &Newton<'_>) -> f64 {
+        let lengths = newton.settings.travel.lengths(newton.model);
+        let ways = self.poses.iter().zip(&newton.poses).zip(&newton.model.shapes).zip(lengths);
+        ways.map(|(((from, to), shape), length)| {
+            let (shift, turn) = motion_between(from, to);
+            (shift.norm() + turn.norm() * shape.bounding_radius) / (newton.settings.motion_cap * length)
+        })
+        .fold(0.0, f64::max)
+    }
+
+    /// Goes on to where `newton` is after so many steps; its contacts are evaluated there before and after.
+    pub fn go_on(&mut self, newton: &mut Newton<'_>, steps: usize) {
+        let end = newton.forces();
+        let pieces = (PIECES_A_STEP * steps.max(1))
+            .max((self.reach(newton) / LONGEST_PIECE).min(MOST_PIECES) as usize);
+        let mean = newton
+            .mean_forces_since(&self.poses, self.pressure, pieces)
+            .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
+        let ways = self.poses.iter().zip(&newton.poses);
+        for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(ways) {
+            let (shift, turn) = motion_between(from, to);
+            *work += mean.component_mul(&Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z));
+        }
+        self.poses.clone_from(&newton.poses);
+        self.forces = end;
+        self.pressure = newton.loads.pressure;
+    }
+}
+
+impl Newton<'_> {
+    /// Forces on all carriers where contacts were evaluated last, but for those applied from outside [N, N m].
+    pub(super) fn forces(&self) -> Vec<Vector6<f64>> {
+        self.forces_at(self.loads.pressure, &self.poses)
+    }
+
+    fn forces_at(&self, pressure: f64, poses: &[Pose]) -> Vec<Vector6<f64>> {
+        let mut forces = Vec::new();
+        let weighing = (pressure, self.loads.gravity);
+        assembly::carrier_forces_into(&mut forces, self.model, &self.contacts, weighing, poses);
+        forces
+    }
+
+    /// The mean of the same over the straight way from `start`, in so many pieces; `None` where that is not known: where bodies deform, or are too close there.
+    fn mean_forces_since(
+        &mut self,
+        start: &[Pose],
+        pressure: f64,
+        pieces: usize,
+    ) -> Option<Vec<Vector6<f64>>> {
+        if self.model.has_elastic() {
+            return None;
+        }
+        let mut forces_at = |share: f64| {
+            let there = |(from, to): (&Pose, &Pose)| {
+                let (shift, turn) = motion_between(from, to);
+                from.moved(&(share * shift), &(share * turn))
+            };
+            let poses: Vec<Pose> = start.iter().zip(&self.poses).map(there).collect();
+            let met = self.contacts.evaluate(self.model, &self.committed, &poses);
+            let pressure = pressure + share * (self.loads.pressure - pressure);
+            met.is_ok().then(|| self.forces_at(pressure, &poses))
+        };
+        let weight = 0.5 / pieces as f64;
+        let mut mean = vec![Vector6::zeros(); start.len()];
+        let mut known = true;
+        for piece in 0..pieces {
+            for point in GAUSS_POINTS {
+                let there = forces_at((piece as f64 + point) / pieces as f64);
+                known &= there.is_some();
+                mean.iter_mut().zip(there.iter().flatten()).for_each(|(mean, force)| *mean += weight * force);
+            }
+        }
+        self.evaluate();
+        known.then_some(mean)
+    }
+}

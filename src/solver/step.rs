@@ -1,0 +1,163 @@
+//! One implicit step: forces in balance with a drag on each body.
+//!
+//! A step solves `r(q) - c k (q - q_c) = 0` for the configuration `q` (forces [N]): `r` are the forces out of balance, `q_c` is where the step
+//! begins, `k` a typical contact stiffness [N/m] and `c` the drag of each body over it. That is a backward Euler step of bodies in a viscous fluid.
+//! The drag of a body rises where Newton's iterations get nowhere, there alone: one place of thousands does not hold up the others.
+
+use crate::solver::control::Steering;
+use crate::solver::newton::Newton;
+
+/// Newton iterations of a step, and times that the drag of some bodies rises in it.
+const MOST_ITERATIONS: usize = 12;
+const MOST_RAISES: usize = 6;
+/// Factor on a drag that rises, and the strongest.
+const RAISE: f64 = 6.0;
+const STRONGEST: f64 = 30.0;
+/// Bodies whose held force is this share of the largest get more drag, and what touches them.
+const STUCK_SHARE: f64 = 0.2;
+/// Halvings in a line search.
+const MOST_HALVINGS: usize = 4;
+/// Decrease of the merit that a step of full length has to bring.
+const DECREASE: f64 = 0.1;
+/// Drag of a body without a stiffness of its own, a plate: it moves with what it touches, and only just has a position where that is nothing.
+const PLATE_DRAG: f64 = 1e-6;
+
+/// How a step ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum StepEnd {
+    /// Forces and drag balance.
+    Solved,
+    /// Nearer to that than it began.
+    Reduced,
+    /// It got nowhere.
+    Stalled,
+}
+
+/// The drag of every carrier over the typical contact stiffness.
+#[derive(Debug, Clone)]
+pub(super) struct Drag {
+    weights: Vec<f64>,
+}
+
+impl Newton<'_> {
+    /// The same drag on all bodies, but for plates.
+    pub(super) fn uniform_drag(&self, weight: f64) -> Drag {
+        let mut drag = Drag { weights: vec![weight; self.dofs.bodies()] };
+        drag.free_plates(self);
+        drag
+    }
+
+    /// Takes an implicit step from the present configuration, to where no component of the forces with the drag is larger than `target` [N].
+    pub(super) fn implicit_step(&mut self, drag: &mut Drag, target: f64) -> StepEnd {
+        let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        self.recentre();
+        drag.weights.resize(self.dofs.bodies(), drag.weights.last().copied().unwrap_or(0.0));
+        self.weights.clone_from(&drag.weights);
+        let mut held = self.held_residual();
+        let first = merit(&held);
+        let (mut now, mut raises, mut gained) = (first, 0, false);
+        for _ in 0..MOST_ITERATIONS {
+            if largest(&held) < target {
+                return StepEnd::Solved;
+            }
+            self.counters.newton_iterations += 1;
+            let Some(mut step) = self.step(&held) else { break };
+            self.clip(&mut step);
+            let from = (self.poses.clone(), self.away.clone());
+            let (mut factor, mut refused) = (self.largest_factor(&step), None);
+            let accepted = (0..MOST_HALVINGS).find_map(|_| {
+                let trial = self.try_step(&from, &step, factor);
+                let value = trial.as_deref().map_or(f64::INFINITY, merit);
+                if value < now * (1.0 - DECREASE * factor) {
+                    return trial;
+                }
+                factor *= 0.5;
+                refused = refused.take().or(trial);
+                None
+            });
+            if let Some(new) = accepted {
+                (now, held, gained) = (merit(&new), new, true);
+                continue;
+            }
+            self.go_to(from.0, from.1);
+            raises += 1;
+            if raises > MOST_RAISES || self.settings.stop.is_raised() {
+                break;
+            }
+            self.raise(drag, &held, refused.as_deref().unwrap_or(&held));
+            self.weights.clone_from(&drag.weights);
+            held = self.held_residual();
+            now = merit(&held);
+        }
+        if largest(&held) < target {
+            StepEnd::Solved
+        } else if gained {
+            StepEnd::Reduced
+        } else {
+            StepEnd::Stalled
+        }
+    }
+
+    /// Makes the present configuration the one that motion counts from.
+    fn recentre(&mut self) {
+        self.away.iter_mut().for_each(|d| *d = 0.0);
+        self.steering.iter_mut().for_each(Steering::recentre);
+        self.contacts.recentre_nodes(self.model);
+        self.contacts.network.recentre();
+    }
+
+    /// Raises the drag where the forces are largest, of where a step stands or of where it was refused, and of what touches there.
+    pub(super) fn raise(&self, drag: &mut Drag, held: &[f64], refused: &[f64]) {
+        let force = |body: usize| self.dofs.force_on(held, body).max(self.dofs.force_on(refused, body));
+        let carriers = self.dofs.carriers();
+        let most = (0..carriers).map(force).fold(0.0, f64::max);
+        let stuck: Vec<bool> = (0..carriers).map(|body| !(force(body) <= STUCK_SHARE * most)).collect();
+        let mut raised = stuck.clone();
+        for (pair, _) in self.contacts.active() {
+            let meets = stuck[pair.a()] || stuck[pair.b()];
+            raised[pair.a()] |= meets;
+            raised[pair.b()] |= meets;
+        }
+        for (weight, _) in drag.weights.iter_mut().zip(raised).filter(|(_, raised)| *raised) {
+            *weight = (RAISE * *weight).min(STRONGEST);
+        }
+        drag.free_plates(self);
+    }
+
+    /// Shortens the motion of each body to what it may go at once.
+    fn clip(&self, step: &mut [f64]) {
+        let lengths = self.settings.travel.lengths(self.model);
+        for body in 0..self.model.bodies.len() {
+            let most = self.settings.motion_cap * lengths[body];
+            let reach = self.reach(step, body);
+            if reach > most {
+                for unknown in self.dofs.of(body).iter().flatten() {
+                    step[*unknown as usize] *= most / reach;
+                }
+            }
+        }
+    }
+}
+
+impl Drag {
+    /// Lowers all drags by a factor, to no less than `least`.
+    pub(super) fn lower(&mut self, factor: f64, least: f64, newton: &Newton<'_>) {
+        self.weights.iter_mut().for_each(|weight| *weight = (*weight * factor).max(least));
+        self.free_plates(newton);
+    }
+
+    /// Of one carrier.
+    #[cfg(test)]
+    pub(super) fn of(&self, carrier: usize) -> f64 {
+        self.weights[carrier]
+    }
+
+    fn free_plates(&mut self, newton: &Newton<'_>) {
+        for (weight, body) in self.weights.iter_mut().zip(&newton.model.bodies) {
+            if !body.stiffness.is_finite() {
+                *weight = PLATE_DRAG;
+            }
+        }
+    }
+}

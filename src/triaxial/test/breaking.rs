@@ -1,0 +1,51 @@
+//! What broke in an increment is broken up behind it: failed rock is taken out, and what it held is out of balance until grains have moved.
+
+use crate::error::Result;
+use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
+use crate::triaxial::drive::{Drive, Guess};
+use crate::triaxial::rig::Rig;
+use crate::triaxial::test::{REST_SHARE, Test, UnderWay};
+
+impl Test {
+    /// Breaks up what the last increment left to; whether anything did. Contacts store other energy on new shapes: what they lose is crushing, what
+    /// they gain came from nowhere and is told as such.
+    pub(super) fn break_up(&mut self, rig: &mut Rig, way: &UnderWay) -> Result<bool> {
+        if rig.failing.is_empty() {
+            return Ok(false);
+        }
+        let before = self.forces_now(rig, way).energy.elastic;
+        let fractures = rig.break_up()?;
+        let after = self.forces_now(rig, way);
+        let change = after.energy.elastic - before;
+        rig.committed.forces = after.forces;
+        let lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
+        let (released, gained) = ((-change).max(0.0), change.max(0.0));
+        tracing::info!(released, gained, lost, "shapes changed");
+        // What parts that were given up had stored is part of the change.
+        self.ledger.crushing += (released - lost).max(0.0);
+        self.ledger.damage += released;
+        self.ledger.reshaped += gained;
+        self.ledger.elastic += change;
+        Ok(true)
+    }
+
+    /// Forces and elastic energy of the committed state, in balance or not.
+    fn forces_now(&self, rig: &mut Rig, way: &UnderWay) -> IncrementReport {
+        let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
+        let (area, pressure) = (now.volume / now.height, now.pressure);
+        let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
+        let loads = way.drive.loads(rig, REST_SHARE, way.pace.done(), &guess);
+        let damage = DamageSettings { moves: false, ..rig.settings.damage };
+        let settings = Settings { max_augmentations: 0, stabilisation: None, damage, ..rig.settings.clone() };
+        let increment =
+            Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
+        advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts)
+    }
+
+    /// Has a folded cover laid anew where that is free to change the volume.
+    pub(super) fn mend_cover(&mut self, rig: &mut Rig, drive: &Drive) {
+        if !drive.prescribes_volume() {
+            self.zero.mend(rig);
+        }
+    }
+}
