@@ -97,6 +97,37 @@ fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
     assert_eq!(refused(SPECIMEN, &[area, whole, ("/solver/accuracy", json!(0.05))]), 1);
 }
 
+#[test]
+fn asperities_stand_between_rigid_bodies_of_known_strength() {
+    let refused = |base: &str, overrides: &[(&str, Value)]| {
+        not_yet(base, overrides).iter().filter(|path| *path == "$.contact.normal").count()
+    };
+    let asperity = ("/contact/normal", json!("asperity"));
+    assert_eq!(refused(SPECIMEN, std::slice::from_ref(&asperity)), 0);
+    for how in [json!({"fidelity": "condensed"}), json!({"fidelity": "full"}), json!({"accuracy": 0.05})] {
+        assert_eq!(refused(SPECIMEN, &[asperity.clone(), ("/solver", how)]), 1);
+    }
+    let limit = ("/contact/limit_pressure", json!("600 MPa"));
+    let meshed = ("/scene/bodies/1/fidelity", json!("condensed"));
+    assert_eq!(refused(SCENE, &[asperity.clone(), limit.clone()]), 0);
+    assert_eq!(refused(SCENE, &[asperity.clone(), limit.clone(), meshed]), 1);
+    // The scene's rock has no strength, that of the block, which is its own, neither.
+    let own = |(at, to): &(&str, Value)| (at.to_string(), to.clone());
+    let faults = faults_of(SCENE, &[own(&asperity)]);
+    let paths: Vec<&str> = faults.iter().map(|fault| fault.path.as_str()).collect();
+    assert_eq!(paths, ["$.rock.compressive_strength", "$.scene.bodies[1].rock.compressive_strength"]);
+    assert!(faults.iter().all(|fault| fault.problem.contains("2.8 times")), "{faults:?}");
+    // By the strength, or as given.
+    let limit_of = |set: &[(&str, Value)]| {
+        let mut raw = RawCase::parse(Path::new("case.json"), SPECIMEN).expect("parses");
+        raw.set(&set.iter().map(own).collect::<Vec<_>>());
+        let case = raw.check().expect("a sound case");
+        case.limit_pressure_of(&case.rock)
+    };
+    assert!((limit_of(std::slice::from_ref(&asperity)) / 7e8 - 1.0).abs() < 1e-12);
+    assert_eq!(limit_of(&[asperity, limit]), 6e8);
+}
+
 /// A random grain and a mesh file are bodies like others: what they overlap is refused, with the depth.
 #[test]
 fn bodies_of_any_shape_are_checked_for_overlap() {
@@ -292,6 +323,8 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/contact/friction", "-0.1", "$.contact.friction", "-0.1", &["must not be negative"]),
     (SPECIMEN, "/contact/residual_friction", "0.7", "$.contact.residual_friction", "0.7", &["exceeds the peak friction 0.65"]),
     (SPECIMEN, "/contact/faces", "\"edges\"", "$.contact.faces", "\"edges\"", &["is not one of the choices"]),
+    (SPECIMEN, "/contact/normal", "\"hertz\"", "$.contact.normal", "\"hertz\"", &["is not one of the choices"]),
+    (SPECIMEN, "/contact/limit_pressure", "0", "$.contact.limit_pressure", "0", &["must be positive"]),
     (SPECIMEN, "/solver/first_penalty", "1e4", "$.solver.first_penalty", "10000.0", &["must be at most 1000"]),
     (SPECIMEN, "/contact/rounding", "0.5", "$.contact.rounding", "0.5", &["must be at most 0.1"]),
     (SPECIMEN, "/stages/1/axial_strain", "15", "$.stages[1].axial_strain", "15", &["must be at most 0.5"]),

@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use riprap::contact::NormalLaw;
 use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
 use riprap::material::{Rubber, RubberLaw};
@@ -53,6 +54,8 @@ pub fn rig_on(plate_friction: f64, cover: Cover) -> Rig {
         friction: Friction::constant(0.65),
         plate_friction: Friction::constant(plate_friction),
         faces: FaceContact::Corners,
+        normal: NormalLaw::Spring,
+        limit_pressure: f64::INFINITY,
         tilting: false,
         cover,
     };

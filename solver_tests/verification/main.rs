@@ -4,6 +4,7 @@
 #[path = "../audited.rs"]
 mod audited;
 
+mod asperities;
 mod block_on_incline;
 mod block_pushed_along_plane;
 mod broken_between_plates;

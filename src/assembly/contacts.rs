@@ -1,11 +1,13 @@
 //! All contacts of the model in one configuration, with buffers that are reused.
 
+use crate::assembly::crushing::Crushing;
 use crate::assembly::damage::Trial;
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, SurfaceLoads, reach};
 use crate::assembly::faces;
 use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::network::Network;
+use crate::assembly::sites::{facing_corners, site_points};
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::wall::touch_wall_into;
 use crate::contact::force::{self, ElasticTangent, Evaluation, Kinematics, PointState, SitePoints, Tangent};
@@ -13,7 +15,7 @@ use crate::contact::law::{CORE_FLOOR, ContactLaw, Weakening};
 use crate::contact::memory::{PairKey, PairMemory};
 use crate::contact::patch;
 use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
-use crate::contact::{ContactShape, Corner, FaceRule, FaceShare, Feature, Site};
+use crate::contact::{Crushed, FaceRule, FaceShare, Feature, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::wall::WallContact;
 use crate::model::{Body, BodyKind, Committed, Model, Travel};
@@ -162,8 +164,8 @@ impl PairWork {
     }
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
-        let View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength } =
-            *view;
+        let View { kinematics, corners, poses, grains, trial, fields, committed, .. } = *view;
+        let View { first_scale, strength, crushed, .. } = *view;
         let PairWork {
             features,
             stiffness,
@@ -238,8 +240,10 @@ impl PairWork {
                 compliance: 0.0,
                 given: Vec3::zeros(),
                 hardening: 0.0,
+                asperity: None,
             }
         };
+        let crushing = Crushing { model, bodies: [a, b], carried, crushed };
         let mut put = |law: &ContactLaw, site: Site, sites: SitePoints, mut state: PointState| {
             let spring = state.spring;
             let mut firmness = 1.0;
@@ -262,6 +266,7 @@ impl PairWork {
                 firmness = spots[place].firmness;
                 if firmness != 1.0 {
                     (state.spring, state.stiffness) = (spring * firmness, spring * firmness);
+                    state.asperity.iter_mut().for_each(|asperity| asperity.share *= firmness);
                 }
                 if brittle {
                     let sharpness = spring / *stiffness;
@@ -296,7 +301,11 @@ impl PairWork {
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
             };
             let mut sites = site_points(&site, shapes, [&corners[a], &corners[b]], [&poses[a], &poses[b]]);
-            let mut state = plain(&site, stiffness.min(strength / yielding) * sharpness);
+            let spring = stiffness.min(strength / yielding) * sharpness;
+            let mut state = plain(&site, spring);
+            state.asperity = crushing.asperity(site.feature, spring / *stiffness);
+            // Cores keep apart however much is crushed between them.
+            state.hardening = state.asperity.map_or(0.0, |_| spring);
             state.corners = facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine));
             if let Some(facing) = faces::of_contact(&facings, &site, &sites) {
                 sites.normals = facing.normals;
@@ -356,6 +365,7 @@ struct View<'a> {
     committed: &'a [SurfaceField],
     first_scale: f64,
     strength: f64,
+    crushed: &'a Crushed,
 }
 
 /// How far beyond its radii a pair's features are listed for the sake of elastic displacements
@@ -368,32 +378,6 @@ fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
 /// How far elastic displacements and offsets may bring a contact forward [m].
 fn elastic_reach(pair: &PairWork, reach: &[f64]) -> f64 {
     reach[pair.a()] + reach[pair.b()] + pair.offset + pair.carried.lead()
-}
-
-fn site_points(
-    site: &Site,
-    shapes: [&ContactShape; 2],
-    corners: [&[Vec3]; 2],
-    poses: [&Pose; 2],
-) -> SitePoints {
-    let place = |side: usize, vertices: &[u32; 3]| vertices.map(|v| corners[side][v as usize]);
-    let (a, b) = (place(0, &site.on_a), place(1, &site.on_b));
-    let mut points = SitePoints { a, b, normals: [Vec3::zeros(); 2] };
-    if let Some([a, b]) = facing_corners(site, shapes) {
-        points.a[1] = points.a[0] + poses[0].rotation * a.axis;
-        points.b[1] = points.b[0] + poses[1].rotation * b.axis;
-    }
-    points
-}
-
-/// The corners of two vertices that face each other, where both are sharp.
-fn facing_corners(site: &Site, shapes: [&ContactShape; 2]) -> Option<[Corner; 2]> {
-    if (site.count_a, site.count_b) != (1, 1) {
-        return None;
-    }
-    let [a, b] = [(0, site.on_a), (1, site.on_b)]
-        .map(|(side, vertices)| shapes[side].corners.get(vertices[0] as usize).copied().flatten());
-    Some([a?, b?])
 }
 
 /// All pairs within reach. What is stored with a restart point is the search: which features are listed
@@ -449,6 +433,9 @@ pub struct Contacts {
     /// Contacts of the rigid wall, where the model has one.
     #[serde(skip)]
     pub wall: Vec<WallContact>,
+    /// How deep features were crushed at the start of the increment.
+    #[serde(skip)]
+    pub(super) crushed: Crushed,
     /// Searches so far.
     pub searches: usize,
     /// What the work with these contacts has taken so far.
@@ -475,6 +462,7 @@ impl Default for Contacts {
             frames: Frames::default(),
             surplus: Vec::new(),
             network: Network::default(),
+            crushed: Crushed::new(),
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -487,6 +475,7 @@ impl Contacts {
     /// Starts an increment from the committed memory.
     pub fn start(&mut self, model: &Model, committed: &Committed) {
         self.membrane.start();
+        self.crushed.clone_from(&committed.memory.crushed);
         self.network.clear();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
@@ -525,12 +514,19 @@ impl Contacts {
             self.timings.book(Kernel::Search, begun);
             start += begun.elapsed();
         }
-        let (kinematics, corners, fields) = (&self.kinematics, &self.corners, &self.fields);
-        let (reach, grains, trial) = (&self.reach, &self.grains, &self.trial);
-        let (first_scale, strength) = (self.first_scale, self.strength);
-        let committed = &committed.fields;
-        let view =
-            View { kinematics, corners, poses, grains, trial, fields, committed, first_scale, strength };
+        let (corners, reach) = (&self.corners, &self.reach);
+        let view = View {
+            kinematics: &self.kinematics,
+            corners,
+            poses,
+            grains: &self.grains,
+            trial: &self.trial,
+            fields: &self.fields,
+            committed: &committed.fields,
+            first_scale: self.first_scale,
+            strength: self.strength,
+            crushed: &self.crushed,
+        };
         self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, reach);
             if !pair.features.is_valid(&model.shapes, poses) || pair.features.margin() < needed {

@@ -67,6 +67,8 @@ pub struct Damages {
     /// Energy that damage set free in the increment [J], as contacts and bodies store it: of a brittle body that is what its contacts lose as they
     /// get softer.
     pub dissipated: f64,
+    /// Work that crushing took at the contacts [J]: part of `dissipated`.
+    pub crushing: f64,
     /// Elastic energy that left with points that failed [J]: part of `dissipated`.
     pub removed: f64,
     pub newly_failed: usize,
@@ -320,7 +322,14 @@ fn freed_in_place(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) 
     let PointState { spring, hardening, radii, .. } = point.state;
     let left = point.firmness / memory.firmness;
     let weight = memory.pressure / memory.load;
-    let normal = spring / left * law.energy_at(memory.sprung() * left / spring);
+    let normal = match point.state.asperity {
+        None => spring / left * law.energy_at(memory.sprung() * left / spring),
+        Some(now) => {
+            let before = now.share / left;
+            let indentation = now.law.indentation_for(memory.sprung() / before, memory.depth);
+            before * now.law.press(indentation, memory.depth).energy
+        }
+    };
     let hardened = law.hardening_energy([hardening / left, memory.hardened], radii);
     (1.0 - left) * (weight * (normal + hardened) + memory.tangential_energy)
 }

@@ -93,7 +93,9 @@ impl Contacts {
             1.0
         } else {
             let radii: f64 = [pair.a(), pair.b()].map(|body| model.shapes[body].rounded.radius).iter().sum();
-            let overlap = model.law.overlap_for(lost.load / pair.spring());
+            let pressed = pair.indentation_for(model, lost.feature, lost.load, lost.depth);
+            let by_spring = || model.law.overlap_for(lost.load / pair.spring());
+            let overlap = pressed.map_or_else(by_spring, |indentation| indentation - lost.depth);
             overlap / (overlap + (pair.nearest - radii).max(0.0))
         };
         let [of_a, of_b] = [pair.a(), pair.b()].map(|body| self.kinematics[body].moved(&lost.place));
@@ -110,7 +112,7 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
     if e.coefficient <= 0.0 {
         return 0.0;
     }
-    let stiffness = state.spring * law.tangential_ratio;
+    let stiffness = state.tangential_stiffness(law, e.grip);
     let at = |bound: f64, weight: f64, stretch: f64| Stretched::new(law, stiffness, bound, weight, stretch);
     let own = state.own_stretch(law, e);
     let end = at(e.coefficient * e.load, e.weight, own.norm());
@@ -120,20 +122,24 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
         return slid - at(0.0, e.weight, 0.0).gained_until(&end);
     };
     let weight = memory.pressure / memory.load;
-    let start = at(memory.bound, weight, memory.stretch.norm());
+    // A patch that has grown holds the same force by less stretch, and energy.
+    let before = state.tangential_stiffness(law, state.asperity.map_or(0.0, |asperity| asperity.grip));
+    let held = memory.stretch.norm();
+    let start = at(memory.bound, weight, held * before / stiffness);
+    let stiffened = Stretched::new(law, before, memory.bound, weight, held).energy - start.energy;
     // The mean of a coefficient that falls in the step is not that of its ends.
     let bent = e.mean_coefficient / (0.5 + 0.5 * state.friction.coefficient / e.coefficient);
     // What stuck when the step began slips from when it is at its bound, not from the force it began with.
-    let held = memory.traction.norm();
-    let stuck = held < (1.0 - 1e-6) * memory.bound;
+    let traction = memory.traction.norm();
+    let stuck = traction < (1.0 - 1e-6) * memory.bound;
     let before = if stuck && slip != Vec3::zeros() {
         slip.normalize() * memory.bound
     } else {
         // Along the stretch, with which it turns.
-        e.carried_stretch.try_normalize(0.0).map_or(memory.traction, |along| along * held)
+        e.carried_stretch.try_normalize(0.0).map_or(memory.traction, |along| along * traction)
     };
     let force = 0.5 * (e.friction + before * weight);
-    bent * force.dot(&slip) - start.gained_until(&end)
+    bent * force.dot(&slip) - start.gained_until(&end) + weight * stiffened
 }
 
 #[cfg(test)]

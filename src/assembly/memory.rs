@@ -1,5 +1,6 @@
 //! What an accepted configuration leaves to the next increment.
 
+use crate::assembly::crushing::depth_of;
 use crate::assembly::{ContactPoint, Contacts};
 use crate::contact::memory::{Memory, PairMemory, PointMemory};
 use crate::contact::{FaceRule, Feature};
@@ -10,6 +11,7 @@ impl Contacts {
     /// Goes on from the present configuration, `committed` but for its memory, as if it had been committed. Points have to be evaluated again.
     pub fn rebase(&mut self, model: &Model, committed: &mut Committed) {
         committed.memory = self.memory(model);
+        self.crushed.clone_from(&committed.memory.crushed);
         for pair in &mut self.pairs {
             pair.reset(model, committed);
         }
@@ -17,7 +19,7 @@ impl Contacts {
 
     /// What contacts will remember once the present configuration is accepted.
     pub fn memory(&self, model: &Model) -> Memory {
-        let mut memory = Memory::new();
+        let mut memory = Memory::with_crushed(self.crushed_now());
         for pair in &self.pairs {
             let mut points: Vec<PointMemory> = Vec::new();
             let (mut slip, mut force) = (0.0, 0.0);
@@ -42,6 +44,8 @@ impl Contacts {
                     neglected: pair.carried.neglected(point.site.feature),
                     scale: held.map_or(self.first_scale, |h| h.scale),
                     firmness: point.firmness,
+                    depth: depth_of(point),
+                    grip: e.grip,
                 });
             }
             let slip = if points.is_empty() { 0.0 } else { pair.carried.slip + slip / force };

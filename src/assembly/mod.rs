@@ -5,6 +5,7 @@
 //! residuals of a force [N]. The residual is the force that is out of balance.
 
 pub mod contacts;
+mod crushing;
 pub mod damage;
 mod dissipation;
 pub mod dofs;
@@ -18,6 +19,7 @@ mod memory;
 pub mod network;
 pub mod pattern;
 mod rubber;
+mod sites;
 pub mod timings;
 pub mod wall;
 

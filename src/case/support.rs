@@ -1,5 +1,6 @@
 //! What a case may ask for and riprap cannot run yet. Each room that fills strikes its line here.
 
+use crate::contact::asperity::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::error::Fault;
 use crate::mesh::MOST_CELLS;
@@ -71,6 +72,9 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
     if case.contact.faces == FaceContact::Area {
         patches(&mut refuse, case);
     }
+    if case.contact.normal == NormalLaw::Asperity {
+        asperities(&mut refuse, case);
+    }
     faults
 }
 
@@ -97,6 +101,23 @@ fn patches(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     if case.solver.chosen_accuracy().is_some() {
         let problem = "faces share no patches yet where the fidelity of bodies changes";
         refuse("$.contact.faces", "\"area\"", problem, accepted);
+    }
+}
+
+/// Asperities stand between rigid bodies; others have a spring behind their mesh, and what a change of fidelity carries over is a spring's.
+fn asperities(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
+    let problem = "asperities bear between rigid bodies only";
+    let is_rigid = match &case.geometry {
+        Geometry::Specimen(_) => case.fidelity_of_grains() == Fidelity::Rigid,
+        Geometry::Scene(scene) => scene.bodies.iter().all(|body| case.fidelity_of(body) == Fidelity::Rigid),
+    };
+    if !is_rigid {
+        let accepted = "\"spring\", or bodies of fidelity \"rigid\"";
+        refuse("$.contact.normal", "\"asperity\"", problem, accepted);
+    }
+    if matches!(case.membrane, MembraneCase::RigidWall) && matches!(case.geometry, Geometry::Specimen(_)) {
+        let problem = "a rigid wall meets grains by springs";
+        refuse("$.contact.normal", "\"asperity\"", problem, "\"spring\", or another membrane");
     }
 }
 

@@ -169,7 +169,7 @@ static BODY: &[Key] = &[
         "Replaces the peak friction of contact on this body; of two touching bodies the lower value rules.",
     ),
     Key::optional("rounding", LENGTH, "Radius of edges and corners; replaces contact.rounding on this body."),
-    Key::default("fixed", Flag, "false", "Prescribes all six components of the body's motion to zero."),
+    Key::default("fixed", Flag, "false", "Holds its motion at zero; rigid, it does not yield at contacts."),
 ];
 
 static REFINE: &[Key] = &[
@@ -297,8 +297,8 @@ static DAMAGE: &[Key] = &[
     Key::default(
         "recovery_in_compression",
         Quantity(Dimension::None, within(0.0, 1.0)),
-        "1",
-        "Share of the stiffness lost in tension that returns in compression.",
+        "0",
+        "Share of the stiffness lost in tension that returns in compression. Above 0 the law has no potential: rock whose cracks close gives back more than was put in.",
     ),
     Key::default(
         "recovery_in_tension",
@@ -351,6 +351,17 @@ static CONTACT: &[Key] = &[
         Choice(&["corners", "area"]),
         "\"corners\"",
         "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
+    ),
+    Key::default(
+        "normal",
+        Choice(&["spring", "asperity"]),
+        "\"spring\"",
+        "What bears the normal force where rigid bodies meet: a spring that goes with their size alone, or asperities, whose rounding is elastic up to the limit pressure and crushed beyond.",
+    ),
+    Key::optional(
+        "limit_pressure",
+        PRESSURE,
+        "Crushes rock at asperities; else 2.8 times its mean strength.",
     ),
 ];
 

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::asperity::{LIMIT_OVER_STRENGTH, NormalLaw};
 use crate::contact::face::FaceContact;
 use crate::crushing::Grip;
 use crate::model::Thickness;
@@ -52,6 +53,13 @@ impl Case {
     /// How a body of a scene deforms, likewise.
     pub fn fidelity_of(&self, body: &BodyCase) -> Fidelity {
         self.settled(body.fidelity.unwrap_or(self.solver.fidelity))
+    }
+
+    /// The pressure at which a rock is crushed where it is indented [Pa]; infinite where nothing is said of it.
+    pub fn limit_pressure_of(&self, rock: &RockCase) -> f64 {
+        let by_strength =
+            rock.compressive_strength.as_ref().map(|strength| LIMIT_OVER_STRENGTH * strength.mean);
+        self.contact.limit_pressure.or(by_strength).unwrap_or(f64::INFINITY)
     }
 
     /// Meshes, surfaces and tables that the case reads, as it names them: relative to itself.
@@ -380,6 +388,11 @@ pub struct ContactCase {
     pub rounding: f64,
     /// What parallel faces carry by.
     pub faces: FaceContact,
+    /// What bears the normal force where rigid bodies meet.
+    pub normal: NormalLaw,
+    /// Pressure at which rock is crushed at a contact of asperities [Pa]; `None`: it follows from the compressive strength.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_pressure: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -13,6 +13,47 @@ use crate::tensor::dual::{Real, Vector};
 /// Corners whose cone is narrower than this sine of its half angle count as part of a face.
 const BLUNT: f64 = 0.1;
 
+/// The most by which a section grows per depth: what is flatter counts as this flat.
+const FLATTEST: f64 = 20.0;
+
+/// Of each vertex of a convex polyhedron the radius of a circle with the area of the vertex's section, over its depth below the vertex; and of each edge the
+/// tangent of half the angle between its facets. A core that is a point is a ball's: there the tangent plays no part.
+pub fn section_spreads(core: &Polyhedron) -> (Vec<f64>, Vec<f64>) {
+    let edges = core.edges.iter().map(|edge| {
+        let [f, g] = edge.facets.map(|facet| core.normals[facet]);
+        let (sine, cosine) = (f.cross(&g).norm(), f.dot(&g));
+        ((1.0 + cosine) / sine.max(f64::MIN_POSITIVE)).min(FLATTEST)
+    });
+    let mut axes = vec![Vec3::zeros(); core.vertices.len()];
+    for (facet, normal) in core.facets.iter().zip(&core.normals) {
+        for k in 0..3 {
+            let [a, b, c] = [0, 1, 2].map(|i| core.vertices[facet[(k + i) % 3]]);
+            axes[facet[k]] += normal * (b - a).angle(&(c - a));
+        }
+    }
+    // Each facet at a vertex is a triangle of the section, whose corners are where its two edges come to the unit depth.
+    let mut areas = vec![0.0; core.vertices.len()];
+    for facet in &core.facets {
+        for k in 0..3 {
+            let [own, next, last] = [0, 1, 2].map(|i| facet[(k + i) % 3]);
+            let inwards = -axes[own].normalize();
+            let [p, q] = [next, last].map(|other| {
+                let along = core.vertices[other] - core.vertices[own];
+                let deep = along.dot(&inwards);
+                (deep > along.norm() / (2.0 * FLATTEST)).then(|| along / deep - inwards)
+            });
+            areas[own] += match (p, q) {
+                (Some(p), Some(q)) => 0.5 * p.cross(&q).dot(&-inwards),
+                (None, _) | (_, None) => f64::INFINITY,
+            };
+        }
+    }
+    let spread = |area: &f64| {
+        if core.facets.is_empty() { 1.0 } else { (area / std::f64::consts::PI).sqrt().min(FLATTEST) }
+    };
+    (areas.iter().map(spread).collect(), edges.collect())
+}
+
 /// The region of a vertex: a circular cone inside the cone of its facets' normals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corner {
@@ -94,6 +135,18 @@ mod tests {
             // The cone touches the three planes between the edges: its sine is the axis's height over them.
             assert!((corner.cosine.powi(2) - 2.0 / 3.0).abs() < 1e-12);
         }
+    }
+
+    /// A cube's corner is cut in equilateral triangles of area `3 sqrt(3)/2` times the depth squared, its edges are right-angled; a ball has no corner.
+    #[test]
+    fn sections_of_a_box_are_known() {
+        let (corners, edges) = section_spreads(&Polyhedron::cuboid([1.0, 1.0, 1.0]).expect("a box"));
+        let expected = (1.5 * 3.0f64.sqrt() / std::f64::consts::PI).sqrt();
+        assert!(corners.iter().all(|t| (t - expected).abs() < 1e-12), "{corners:?}");
+        // Six diagonals lie within faces.
+        let [sharp, flat] = [1.0, FLATTEST].map(|t| edges.iter().filter(|e| (*e - t).abs() < 1e-12).count());
+        assert_eq!((sharp, flat), (12, 6));
+        assert_eq!(section_spreads(&Polyhedron::point()).0, [1.0]);
     }
 
     #[test]

@@ -4,12 +4,13 @@
 //! `-d/dq [ w s psi(overlap) ]`, a plain spring. Where the bodies' own flexibility is in the gap, a compliance stands behind the
 //! spring (both together are the penalty, `stiffness`) and `offset` is what it gave under the force of the last
 //! augmentation. The spring keeps its own law, onset and bend included, so that at rest that law is left, and
-//! energies are the spring's (`assembly::elastic`). Friction: the trial
+//! energies are the spring's (`assembly::elastic`). Rigid bodies of rock meet by an asperity in the spring's place (`contact::asperity`). Friction: the trial
 //! force `k_t w (stretch - slide)` is bent smoothly onto the disc of radius `mu w p`, `p` being the
 //! normal force of the same configuration (implicit, never lagged). The bend is elastic; only what
 //! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing. `mu` weakens with the slip
 //! of the present step too (`law::Weakening`), solved for together with it.
 
+use crate::contact::asperity::AsperityState;
 use crate::contact::corner::CornerWeight;
 use crate::contact::face::{FaceShare, FaceWeight};
 use crate::contact::features::{LinePair, Site, closest_points};
@@ -89,12 +90,24 @@ pub struct PointState {
     /// Stiffness with which it hardens before the cores meet ([`ContactLaw::hardening`]) [N/m]; zero where no body can break. That of the contact of
     /// rigid bodies, so that it does not depend on which of them deform.
     pub hardening: f64,
+    /// In the place of the spring, where the contact is one of asperities. The spring is then what hardens it, and a scale.
+    pub asperity: Option<AsperityState>,
 }
 
 impl PointState {
     /// Compliance that stands behind the spring, over the spring's own; zero for two rigid bodies.
     pub(super) fn behind(&self) -> f64 {
         self.spring / self.stiffness - 1.0
+    }
+
+    /// Tangential stiffness over the weight where the contact holds on to a patch of this radius [m]; a spring's is what it is [N/m].
+    pub fn tangential_stiffness(&self, law: &ContactLaw, grip: f64) -> f64 {
+        law.tangential_ratio * self.asperity.map_or(self.spring, |a| grip * a.stiffness_of_patch())
+    }
+
+    /// Normal stiffness over the weight where it unloads from a patch of this radius [m], which is the largest it has [N/m].
+    pub fn unloading_stiffness(&self, patch: f64) -> f64 {
+        self.asperity.map_or(self.spring, |a| patch * a.stiffness_of_patch())
     }
 
     /// The part of an evaluation's stretch that is the spring's own [m].
@@ -135,6 +148,9 @@ pub struct Evaluation {
     pub stretch: Vec3,
     /// Energy stored in the tangential stretch [J].
     pub tangential_energy: f64,
+    /// Radius of the patch of its asperity now, and of the one that friction holds on to [m]; zero without one.
+    pub patch: f64,
+    pub grip: f64,
     /// Energy of the normal part [J].
     pub energy: f64,
     /// Force and moment about the body's reference point on `a`, then on `b` [N, N m].
@@ -159,6 +175,8 @@ impl Evaluation {
             trial_stretch: Vec3::zeros(),
             stretch: Vec3::zeros(),
             tangential_energy: 0.0,
+            patch: 0.0,
+            grip: 0.0,
             energy: 0.0,
             wrench: [0.0; 12],
         }
@@ -386,7 +404,12 @@ fn wrench<T: Real>(
     let given = Vector::constant(&state.given);
     let pushed = overlap + T::constant(state.offset) + normal.dot(given);
     let behind = T::constant(state.behind()) + weight.scaled(state.spring * state.compliance);
-    let linear = law.normal_behind(pushed, behind).scaled(state.spring);
+    let press = state.asperity.map(|asperity| (asperity, asperity.law.press(pushed, asperity.depth)));
+    let linear = match &press {
+        Some((asperity, press)) => press.force.scaled(asperity.share),
+        None => law.normal_behind(pushed, behind).scaled(state.spring),
+    };
+    let grip = press.map(|(asperity, press)| asperity.grip(press.patch));
     let hardens = state.hardening > 0.0;
     let hardened = if hardens { law.hardening(undeformed, state.radii) } else { None };
     let hardened = hardened.map(|both| both.map(|part| part.scaled(state.hardening)));
@@ -396,6 +419,8 @@ fn wrench<T: Real>(
         gap: -overlap.value(),
         load: load.value(),
         hardened: hardened.map_or(0.0, |[more, _]| more.value()),
+        patch: press.map_or(0.0, |(_, press)| press.patch.value()),
+        grip: grip.map_or(0.0, T::value),
         ..Evaluation::new(state, weight.value(), normal.value(), point.value(), pressure.value())
     };
     if pressure.value() <= 0.0 {
@@ -404,7 +429,7 @@ fn wrench<T: Real>(
 
     let mut force_on_b = normal.times(pressure);
     if state.friction.coefficient > 0.0 {
-        let pressed = Pressed { point, normal, pressure, weight, overlap };
+        let pressed = Pressed { point, normal, pressure, weight, overlap, grip };
         force_on_b = force_on_b + rub(law, state, [frame_a, frame_b], &pressed, displaced, &mut evaluation);
     }
     let bending = hardened.map_or(force_on_b, |[more, _]| force_on_b - normal.times(weight * more));
@@ -415,7 +440,10 @@ fn wrench<T: Real>(
     let mut force_b = force_on_b;
     let mut moment_b = arm_b.cross(force_b);
 
-    let excess = law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring);
+    let excess = match press {
+        Some((asperity, press)) => press.energy.scaled(asperity.share),
+        None => law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring),
+    };
     let excess = hardened.map_or(excess, |[_, more]| excess + more);
     evaluation.energy = (weight * excess).value();
     if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)

@@ -18,6 +18,8 @@ pub(super) struct Pressed<T> {
     pub weight: T,
     /// Of the rounded surfaces, elastic displacement included [m].
     pub overlap: T,
+    /// Radius of the patch that friction holds on to [m], where the contact is one of asperities.
+    pub grip: Option<T>,
 }
 
 /// The friction force on `b` [N], and what it is made of in `evaluation`. The trial force bends onto the disc of radius `mu w p`.
@@ -25,14 +27,21 @@ pub(super) fn rub<T: Real>(
     law: &ContactLaw,
     state: &PointState,
     [frame_a, frame_b]: [&Frame<T>; 2],
-    &Pressed { point, normal, pressure, weight, overlap }: &Pressed<T>,
+    &Pressed { point, normal, pressure, weight, overlap, grip }: &Pressed<T>,
     displaced: &Vector<T>,
     evaluation: &mut Evaluation,
 ) -> Vector<T> {
     let one = T::constant(1.0);
-    let tangential_spring = state.spring * law.tangential_ratio;
-    let behind = T::constant(state.behind()) + weight.scaled(tangential_spring * state.compliance);
-    let spring = weight.scaled(tangential_spring);
+    // A patch that grows is stiffer from then on; the force that it had stays.
+    let (tangential_spring, kept) = match (&state.asperity, grip) {
+        (Some(asperity), Some(grip)) => (
+            grip.scaled(asperity.stiffness_of_patch() * law.tangential_ratio),
+            T::constant(asperity.grip) / grip,
+        ),
+        (None, _) | (_, None) => (T::constant(state.spring * law.tangential_ratio), one),
+    };
+    let behind = T::constant(state.behind()) + weight * tangential_spring.scaled(state.compliance);
+    let spring = weight * tangential_spring;
     let stiffness = spring / (one + behind);
     let moved = frame_a.committed(point) - frame_b.committed(point)
         + Vector::constant(&state.elastic_change)
@@ -40,7 +49,7 @@ pub(super) fn rub<T: Real>(
     let slide =
         if state.is_new { moved.times(share_in_touch(&moved, normal, overlap, state.radii)) } else { moved };
     let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
-    let carried = carried_over(&state.stretch, normal, [frame_a, frame_b]);
+    let carried = carried_over(&state.stretch, normal, [frame_a, frame_b]).times(kept);
     let trial = carried + tangential(Vector::constant(&(state.behind_stretch + state.given)) - slide);
     let trial_length = trial.norm();
     let mut bound = pressure.scaled(state.friction.coefficient);

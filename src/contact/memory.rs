@@ -1,19 +1,49 @@
 //! What contacts remember between increments: forces, tangential stretch, slip.
 //!
 //! Kept per pair of bodies and feature, so that nothing has to be transported when a contact
-//! slides: its identity is the feature. A pair forgets everything once it separates (healing).
+//! slides: its identity is the feature. A pair forgets its friction once it separates (healing); what is crushed stays crushed.
 
 use crate::contact::features::Feature;
 use crate::contact::quadrature::FaceRule;
 use crate::tensor::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
 
 /// Two bodies in contact, the smaller index first.
 pub type PairKey = (u32, u32);
 
 /// One contact of the model.
 pub type ContactKey = (PairKey, Feature);
+
+/// A feature that its contacts crush: a body's corner, whichever body it meets, or where two edges cross.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Crushable {
+    Corner { body: u32, vertex: u32 },
+    Edges { bodies: PairKey, edges: (u32, u32) },
+}
+
+impl Crushable {
+    /// What a contact crushes; `None` where faces carry.
+    pub fn of((bodies, feature): ContactKey) -> Option<Self> {
+        match feature {
+            Feature::VertexOfA(vertex) => Some(Crushable::Corner { body: bodies.0, vertex }),
+            Feature::VertexOfB(vertex) => Some(Crushable::Corner { body: bodies.1, vertex }),
+            Feature::Edges(i, j) => Some(Crushable::Edges { bodies, edges: (i, j) }),
+            Feature::Faces(..) => None,
+        }
+    }
+
+    fn is_on(&self, index: u32) -> bool {
+        match self {
+            Crushable::Corner { body, .. } => *body == index,
+            Crushable::Edges { bodies, .. } => bodies.0 == index || bodies.1 == index,
+        }
+    }
+}
+
+/// How deep features have been crushed [m], whatever they touch now.
+pub type Crushed = BTreeMap<Crushable, f64>;
 
 /// Memory of one contact point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,6 +78,10 @@ pub struct PointMemory {
     pub scale: f64,
     /// What damage of the rock below has left of the contact's spring; it never gets firmer again.
     pub firmness: f64,
+    /// How deep its asperity has been crushed [m].
+    pub depth: f64,
+    /// Radius of the largest patch that it has had since it touched, which friction holds on to [m].
+    pub grip: f64,
 }
 
 impl PointMemory {
@@ -72,6 +106,8 @@ impl PointMemory {
             neglected: Vec3::zeros(),
             firmness: 1.0,
             scale: 1.0,
+            depth: 0.0,
+            grip: 0.0,
         }
     }
 }
@@ -111,5 +147,54 @@ impl PairMemory {
     }
 }
 
-/// Memory of all pairs, in a fixed order.
-pub type Memory = BTreeMap<PairKey, PairMemory>;
+/// Memory of all pairs, in a fixed order, as which it can be used, and of what their contacts crushed, which stays when they part.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    pairs: BTreeMap<PairKey, PairMemory>,
+    pub crushed: Crushed,
+}
+
+impl Memory {
+    pub fn new() -> Self {
+        Memory::default()
+    }
+
+    /// Of no pairs yet.
+    pub fn with_crushed(crushed: Crushed) -> Self {
+        Memory { crushed, ..Memory::default() }
+    }
+
+    /// Forgets what was crushed on a body: its features are others now.
+    pub fn renew_features_of(&mut self, body: usize) {
+        self.crushed.retain(|feature, _| !feature.is_on(body as u32));
+    }
+}
+
+impl Deref for Memory {
+    type Target = BTreeMap<PairKey, PairMemory>;
+    fn deref(&self) -> &Self::Target {
+        &self.pairs
+    }
+}
+
+impl DerefMut for Memory {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.pairs
+    }
+}
+
+impl<'a> IntoIterator for &'a Memory {
+    type Item = (&'a PairKey, &'a PairMemory);
+    type IntoIter = std::collections::btree_map::Iter<'a, PairKey, PairMemory>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.pairs.iter()
+    }
+}
+
+impl IntoIterator for Memory {
+    type Item = (PairKey, PairMemory);
+    type IntoIter = std::collections::btree_map::IntoIter<PairKey, PairMemory>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.pairs.into_iter()
+    }
+}

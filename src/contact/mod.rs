@@ -13,6 +13,7 @@
 //!
 //! Units SI. A gap is positive when open; `overlap = -gap`. Forces are on body `b` unless said.
 
+pub mod asperity;
 pub mod corner;
 pub mod face;
 pub mod features;
@@ -25,6 +26,7 @@ pub mod patch;
 pub mod quadrature;
 pub mod search;
 
+pub use asperity::{Asperity, NormalLaw};
 pub use corner::Corner;
 pub use face::{Face, FaceShare};
 pub use features::{Feature, Site};
@@ -32,6 +34,6 @@ pub use force::{Evaluation, Kinematics};
 pub use law::ContactLaw;
 
 pub use membrane::{MembraneContact, MembraneContactLaw, MembraneForce, MembraneTangent, Offset};
-pub use memory::{ContactKey, Memory, PairMemory, PointMemory};
+pub use memory::{ContactKey, Crushable, Crushed, Memory, PairMemory, PointMemory};
 pub use quadrature::FaceRule;
 pub use search::{ContactShape, Neighbours, PairFeatures};

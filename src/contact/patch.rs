@@ -135,7 +135,8 @@ fn wrenches<T: Real>(
         };
         let mut force = normal.times(pressure);
         if state.friction.coefficient > 0.0 {
-            let pressed = Pressed { point: place, normal, pressure, weight: weight_here, overlap: mean };
+            let (weight, overlap) = (weight_here, mean);
+            let pressed = Pressed { point: place, normal, pressure, weight, overlap, grip: None };
             force = force + rub(law, state, [frame_a, frame_b], &pressed, &Vector::zero(), &mut evaluation);
         }
         let stored = sums.square.scaled(0.5 * state.spring / faces.reference_area());
@@ -312,6 +313,7 @@ mod tests {
                 compliance: 0.0,
                 given: Vec3::zeros(),
                 hardening: 0.0,
+                asperity: None,
             };
             let [a, b] = [&kinematics[0], &kinematics[1]];
             let evaluated = evaluate(&LAW, &faces, [a, b], &[state; POINTS])?;

@@ -1,7 +1,7 @@
 //! Which features can touch: a broad phase over bounding boxes, then per pair the vertices, facets
 //! and edges within reach, kept with a skin until some body has moved through half of it.
 
-use crate::contact::corner::Corner;
+use crate::contact::corner::{Corner, section_spreads};
 use crate::contact::face::{Face, look_at_each_other, may_face};
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::geometry::rounded::RoundedBody;
@@ -21,6 +21,10 @@ pub struct ContactShape {
     pub edge_weight: Vec<f64>,
     /// The corner at each vertex, `None` where it is blunt or the core is a point.
     pub corners: Vec<Option<Corner>>,
+    /// By how much the section of each corner grows per depth, as the radius of a circle of its area over the depth.
+    pub corner_spread: Vec<f64>,
+    /// The tangent of half the angle between each edge's facets.
+    pub edge_spread: Vec<f64>,
     /// Faces that may share a patch with another body's; none unless asked for.
     pub faces: Vec<Face>,
     /// Distance of the farthest core vertex from the reference point [m].
@@ -41,7 +45,9 @@ impl ContactShape {
             .collect();
         let bounding_radius = core.bounding_radius();
         let corners = Corner::of(core);
-        ContactShape { rounded, edge_weight, corners, faces: Vec::new(), bounding_radius }
+        let (corner_spread, edge_spread) = section_spreads(core);
+        let faces = Vec::new();
+        ContactShape { rounded, edge_weight, corners, corner_spread, edge_spread, faces, bounding_radius }
     }
 
     /// Has its faces share patches.
@@ -60,7 +66,7 @@ impl ContactShape {
         self.rounded.radius.min(0.04 * self.outer_radius())
     }
 
-    fn is_point(&self) -> bool {
+    pub fn is_point(&self) -> bool {
         self.rounded.core.vertices.len() == 1
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
@@ -29,12 +30,14 @@ pub fn body(name: &str, shape: SceneShape, position: [f64; 3], rotation: [f64; 3
         density: DENSITY,
         youngs_modulus: 30e9,
         poissons_ratio: 0.2,
+        limit_pressure: f64::INFINITY,
         friction: None,
         grain: None,
         full: None,
         damaged: None,
         rests: false,
         fixed: false,
+        unyielding: false,
     }
 }
 
@@ -88,6 +91,7 @@ pub fn scene(bodies: Vec<SceneBody>, friction: f64, stages: Vec<LoadStage>) -> S
         gravity: Vec3::zeros(),
         friction: Friction::constant(friction),
         faces: FaceContact::Corners,
+        normal: NormalLaw::Spring,
         settings,
         increment_range: [1.0 / 64.0, 1.0],
         stages,

@@ -21,6 +21,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::contact::ContactShape;
+use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
@@ -156,6 +157,8 @@ impl Wrapped {
             friction: Friction::constant(0.5),
             plate_friction: Friction::constant(0.5),
             faces: FaceContact::Corners,
+            normal: NormalLaw::Spring,
+            limit_pressure: f64::INFINITY,
             cover: Cover::Rubber(RubberSheet {
                 rubber,
                 thickness,

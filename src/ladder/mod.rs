@@ -7,6 +7,7 @@
 
 pub mod arch;
 pub mod arrays;
+pub mod asperities;
 pub mod balloon;
 pub mod blocks;
 pub mod bodies;
@@ -99,6 +100,7 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "facets", problem: "slide over coplanar facets", climb: blocks::over_facets },
     Rung { name: "crossed_edges", problem: "edge on edge", climb: edges::crossed },
     Rung { name: "corners", problem: "corner on corner, corner on edge", climb: edges::corners },
+    Rung { name: "indents", problem: "corner and edges of rock pressed in", climb: asperities::indents },
     Rung { name: "rolling", problem: "prism rolled over an edge", climb: edges::rolling },
     Rung {
         name: "unlike_bodies",

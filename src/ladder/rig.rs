@@ -12,6 +12,7 @@
 
 use std::sync::Arc;
 
+use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
@@ -40,6 +41,8 @@ fn parameters(friction: f64) -> RigParameters {
         friction: Friction::constant(friction),
         plate_friction: Friction::constant(friction),
         faces: FaceContact::Corners,
+        normal: NormalLaw::Spring,
+        limit_pressure: f64::INFINITY,
         tilting: false,
         cover: Cover::Pressure(Rims::Bonded),
     }

@@ -125,7 +125,7 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
     let near = |share: f64| Tolerance::Relative(share);
     match name {
         "crossed_edges" | "corner_on_corner" => {
-            findings.of_run(said("force [N]"), run, force("upper", 2), 3101.75, near(2e-3));
+            findings.of_run(said("force [N]"), run, force("upper", 2), 6203.5, near(2e-3));
         }
         "cube_on_cube" => {
             findings.of_run(said("force [N]"), run, force("upper", 2), 1000.0, near(2e-3));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::contact::law::Friction;
 use crate::geometry::Polyhedron;
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain, Surface};
-use crate::model::SHELL_STIFFNESS;
+use crate::model::{SHELL_STIFFNESS, STIFFNESS_RATIO};
 
 /// Index of a body in its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -38,6 +38,8 @@ pub struct Body {
     pub nominal: Polyhedron,
     /// Its share of a contact's normal stiffness [N/m], were it rigid; infinite for a rigid plate.
     pub stiffness: f64,
+    /// The pressure at which its rock is crushed where it is indented [Pa]; infinite where it never is.
+    pub limit_pressure: f64,
     /// Its own flexibility, where it is condensed; then it is in every gap.
     pub grain: Option<Arc<CondensedGrain>>,
     /// Its mesh, where all its nodes move with finite strains. Where it is condensed besides, its nodes are eliminated by that flexibility,
@@ -79,6 +81,7 @@ impl Body {
             kind,
             nominal,
             stiffness,
+            limit_pressure: f64::INFINITY,
             grain: None,
             full: None,
             damaged: None,
@@ -161,6 +164,11 @@ impl Body {
         let woken = rested.is_some();
         self.grain = rested.or(self.grain.take());
         woken
+    }
+
+    /// `E / (1 - nu^2)` of its rock [Pa]; infinite where it does not yield.
+    pub fn plane_strain_modulus(&self) -> f64 {
+        self.stiffness / (2.0 * STIFFNESS_RATIO * self.rotation_scale)
     }
 
     /// What its contacts yield less of their own where it deforms than where it is rigid, per force [m/N].

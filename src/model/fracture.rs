@@ -207,6 +207,7 @@ impl Model {
             if changed {
                 let is_its = |(a, b): &PairKey| *a as usize == index || *b as usize == index;
                 fracture.former = committed.memory.extract_if(.., |key, _| is_its(key)).collect();
+                committed.memory.renew_features_of(index);
             }
             committed.fields.resize(self.bodies.len(), Vec::new());
             if stays {
@@ -403,6 +404,7 @@ impl Model {
             kind: old.kind,
             // The stiffness of a contact goes with the size.
             stiffness: old.stiffness * (0.5 * size / old.rotation_scale),
+            limit_pressure: old.limit_pressure,
             friction: old.friction,
             mass: mass.mass * (room / grain.mesh().volume()),
             centre_of_mass: mass.centroid,

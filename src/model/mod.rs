@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
-use crate::contact::{ContactLaw, ContactShape};
+use crate::contact::{Asperity, ContactLaw, ContactShape, Feature, NormalLaw};
 use crate::grain::DamagedGrain;
 use crate::tensor::{self, Pose};
 
@@ -46,6 +46,8 @@ pub struct Model {
     /// The bodies' shapes, in the same order.
     pub shapes: Vec<ContactShape>,
     pub law: ContactLaw,
+    /// What bears the normal force between rigid bodies.
+    pub normal: NormalLaw,
     /// Friction where neither body has its own.
     pub friction: Friction,
     /// Cover that carries a pressure, where there is one.
@@ -65,6 +67,7 @@ impl Model {
             bodies,
             shapes,
             law,
+            normal: NormalLaw::Spring,
             friction,
             cover: None,
             membrane: None,
@@ -94,10 +97,44 @@ impl Model {
     pub fn patch_stiffness(&self, a: usize, b: usize) -> f64 {
         let compliance = |body: usize| {
             let (shape, body) = (&self.shapes[body], &self.bodies[body]);
-            let modulus = body.stiffness / (2.0 * STIFFNESS_RATIO * body.rotation_scale);
+            let modulus = body.plane_strain_modulus();
             (if body.is_elastic() { shape.rounded.radius } else { body.rotation_scale }) / modulus
         };
         1.0 / (compliance(a) + compliance(b))
+    }
+
+    /// Has this bear the normal force between rigid bodies.
+    pub fn with_normal(self, normal: NormalLaw) -> Self {
+        Model { normal, ..self }
+    }
+
+    /// The asperity by which two bodies meet at a feature: a corner is as sharp as its own body, whatever it meets, so that nothing jumps where it slides
+    /// from a face over an edge; two balls have both their curvatures. `None` where a spring bears.
+    pub fn asperity(&self, [a, b]: [usize; 2], feature: Feature) -> Option<Asperity> {
+        let bodies = [a, b].map(|i| &self.bodies[i]);
+        if self.normal == NormalLaw::Spring || bodies.iter().any(|body| body.is_elastic()) {
+            return None;
+        }
+        let [first, second] = bodies.map(Body::plane_strain_modulus);
+        let modulus = 1.0 / (1.0 / first + 1.0 / second);
+        // The weaker one is crushed.
+        let limit = bodies[0].limit_pressure.min(bodies[1].limit_pressure);
+        let shapes = [a, b].map(|i| &self.shapes[i]);
+        let radii = shapes.map(|shape| shape.rounded.radius);
+        let tip = |side: usize, vertex: u32| {
+            let balls = shapes.iter().all(|shape| shape.is_point());
+            let radius = if balls { 1.0 / (1.0 / radii[0] + 1.0 / radii[1]) } else { radii[side] };
+            Asperity::tip(modulus, limit, radius, shapes[side].corner_spread[vertex as usize])
+        };
+        match feature {
+            Feature::VertexOfA(vertex) => Some(tip(0, vertex)),
+            Feature::VertexOfB(vertex) => Some(tip(1, vertex)),
+            Feature::Edges(i, j) => {
+                let spreads = [shapes[0].edge_spread[i as usize], shapes[1].edge_spread[j as usize]];
+                Some(Asperity::crossed_edges(modulus, limit, radii, spreads))
+            }
+            Feature::Faces(..) => None,
+        }
     }
 
     /// Has parallel faces of bodies carry by this.

@@ -178,6 +178,7 @@ history! {
     energy_elastic: f64, "J", "elastic energy stored in grains and contacts, less that at the start";
     energy_friction: f64, "J", "energy dissipated by friction, since the start";
     energy_damage: f64, "J", "energy dissipated by damage, crushing included, since the start";
+    energy_crushing_contacts: f64, "J", "part of energy_damage: work of indentation, what contacts of asperities crushed of the rock, since the start";
     energy_crushing: f64, "J", "part of energy_damage: what contacts on failed rock had stored, and the work done against their forces while these are taken away, since the start";
     energy_stabilisation: f64, "J", "work of the forces out of balance, summed step by step: of the drag on what moves; in a scene also what snaps set free, since the start";
     energy_reshaped: f64, "J", "energy that contacts gained where breaking changed the shapes of bodies, which came from nowhere, since the start";

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
@@ -20,6 +21,8 @@ pub struct SceneParameters {
     pub friction: Friction,
     /// What two parallel faces carry by.
     pub faces: FaceContact,
+    /// What bears the normal force between rigid bodies.
+    pub normal: NormalLaw,
     pub settings: Settings,
     /// Smallest and largest increment over a stage's.
     pub increment_range: [f64; 2],
@@ -43,6 +46,8 @@ pub struct SceneBody {
     /// [Pa]
     pub youngs_modulus: f64,
     pub poissons_ratio: f64,
+    /// At which its rock is crushed where it is indented [Pa]; infinite: it never is.
+    pub limit_pressure: f64,
     pub friction: Option<Friction>,
     /// Its own flexibility, where it is condensed.
     pub grain: Option<Arc<CondensedGrain>>,
@@ -54,6 +59,8 @@ pub struct SceneBody {
     pub rests: bool,
     /// Never moves.
     pub fixed: bool,
+    /// Does not yield at its contacts, whatever its modulus.
+    pub unyielding: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -25,7 +25,8 @@ pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, Rou
     let mut placed = Body {
         name: body.name.clone(),
         kind: if body.fixed { BodyKind::Fixed } else { BodyKind::Placed },
-        stiffness: STIFFNESS_RATIO * modulus * size,
+        stiffness: if body.unyielding { f64::INFINITY } else { STIFFNESS_RATIO * modulus * size },
+        limit_pressure: body.limit_pressure,
         friction: Some(body.friction.unwrap_or(*friction)),
         mass: body.density * volume,
         centre_of_mass: nominal.centroid(),

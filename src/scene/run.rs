@@ -150,6 +150,7 @@ impl Scene {
         let reaction = vec![Vector6::zeros(); bodies.len()];
         let first_shapes = bodies.iter().map(|body| body.nominal.clone()).collect();
         let mut model = Model::new(bodies, shapes, law, parameters.friction).with_faces(parameters.faces);
+        model = model.with_normal(parameters.normal);
         model.begin_damage();
         Ok(Scene {
             model,
@@ -541,6 +542,7 @@ impl Scene {
         self.ledger.elastic = report.energy.elastic - self.elastic_shift;
         self.ledger.friction += report.energy.friction;
         self.ledger.damage += report.damage.dissipated;
+        self.ledger.indentation += report.damage.crushing;
         let left_over = self.ledger.error() - error_before;
         let snapped = dwelt || report.is_snap() || fell(unborne, left_over);
         if snapped {

@@ -130,6 +130,8 @@ pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParamete
         },
         plate_friction: Friction::constant(case.plates.friction),
         faces: contact.faces,
+        normal: contact.normal,
+        limit_pressure: case.limit_pressure_of(&case.rock),
         tilting: match case.plates.tilting {
             Tilting::Free => true,
             Tilting::Locked => false,

@@ -673,6 +673,7 @@ impl Recorder {
             energy_friction: ledger.friction,
             energy_damage: ledger.damage,
             energy_crushing: ledger.crushing,
+            energy_crushing_contacts: ledger.indentation,
             energy_stabilisation: ledger.stabilisation,
             energy_reshaped: ledger.reshaped,
             energy_membrane: ledger.membrane,

@@ -145,6 +145,7 @@ pub fn parameters(case: &Case, folder: &Path) -> Result<SceneParameters> {
         gravity: Vec3::from(scene.gravity),
         friction,
         faces: case.contact.faces,
+        normal: case.contact.normal,
         settings: settings(case),
         increment_range: [case.solver.increment_min, case.solver.increment_max],
         stages,
@@ -213,6 +214,7 @@ pub fn history_row(row: &Row, [wall_time, solving_time]: [f64; 2]) -> HistoryRow
         energy_elastic: row.ledger.elastic,
         energy_friction: row.ledger.friction,
         energy_damage: row.ledger.damage,
+        energy_crushing_contacts: row.ledger.indentation,
         energy_stabilisation: row.ledger.stabilisation,
         energy_membrane: row.ledger.membrane,
         energy_error: row.ledger.error(),
@@ -337,8 +339,11 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         density,
         youngs_modulus: rock.youngs_modulus.mean,
         poissons_ratio: rock.poissons_ratio.mean,
+        limit_pressure: case.limit_pressure_of(rock),
         friction: body.friction.map(|peak| friction(case, peak)),
         fixed: body.fixed,
+        // What is fixed and rigid is so, unless its own rock says how it yields.
+        unyielding: body.fixed && fidelity == Fidelity::Rigid && body.rock.is_none(),
     })
 }
 

@@ -124,6 +124,7 @@ impl Newton<'_> {
     pub(super) fn rebase(&mut self) {
         self.dissipated = self.step_dissipation();
         self.softened += self.contacts.softened(self.model);
+        self.crushed += self.contacts.work_of_crushing();
         let fields = self.committed.fields.clone();
         let mut here = Committed { fields, ..Committed::new(self.poses.clone()) };
         self.contacts.rebase(self.model, &mut here);
@@ -141,7 +142,8 @@ impl Newton<'_> {
         let law = &self.model.law;
         for (pair, point) in self.contacts.active() {
             let e = &point.evaluation;
-            let PointState { spring, hardening, radii, .. } = point.state;
+            let PointState { hardening, radii, .. } = point.state;
+            let spring = point.state.unloading_stiffness(e.patch);
             let harder = hardening * law.hardening_slope(point.geometric_overlap(), radii);
             let spring = e.weight * (spring + harder);
             for body in [pair.a(), pair.b()] {

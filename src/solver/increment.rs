@@ -178,7 +178,9 @@ pub fn advance(
     } else {
         Ok(Damages { dissipated: newton.contacts.softened(model), ..Damages::default() })
     };
-    let damage = damage.map(|found| Damages { dissipated: found.dissipated + newton.softened, ..found });
+    let crushing = newton.crushed + newton.contacts.work_of_crushing();
+    let elsewhere = newton.softened + crushing;
+    let damage = damage.map(|found| Damages { dissipated: found.dissipated + elsewhere, crushing, ..found });
     let state = outcome.converged.then_some(&newton.poses);
     let overlap = state.and_then(|poses| audit::fault(model, &newton.contacts, poses));
     let status = if let Some(problem) = overlap {

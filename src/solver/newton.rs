@@ -36,6 +36,8 @@ pub struct Newton<'a> {
     pub(super) dissipated: f64,
     /// Energy that contacts set free by getting softer until then [J].
     pub(super) softened: f64,
+    /// Work that crushing at contacts had taken until then [J].
+    pub(super) crushed: f64,
     /// Whether the last step of the last solve went as far as bodies may go at once.
     pub(super) was_capped: bool,
     /// Whether steps use the symmetric part of the tangent, to compare with.
@@ -105,6 +107,7 @@ impl<'a> Newton<'a> {
             counters: Counters::default(),
             dissipated: 0.0,
             softened: 0.0,
+            crushed: 0.0,
             was_capped: false,
             symmetrised: false,
             typical_stiffness,

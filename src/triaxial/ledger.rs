@@ -14,6 +14,8 @@ pub struct Ledger {
     pub damage: f64,
     /// Of the damage what contacts on failed rock had stored, and the work against their forces while these were taken away.
     pub crushing: f64,
+    /// Of the damage what contacts crushed of the rock at their asperities.
+    pub indentation: f64,
     /// Stored in a rubber membrane's sheet, less what was stored at the start.
     pub membrane: f64,
     /// Of the forces out of balance, summed along the way: of the drag on what moves. In a scene also what its snaps leave over.
@@ -111,6 +113,7 @@ mod tests {
             friction: 0.8,
             damage: 0.1,
             crushing: 0.05,
+            indentation: 0.02,
             membrane: 0.3,
             stabilisation: 0.05,
             reshaped: 0.0,

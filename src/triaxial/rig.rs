@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::assembly::{Contacts, Failing};
+use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
@@ -34,6 +35,9 @@ pub struct RigParameters {
     pub plate_friction: Friction,
     /// What parallel faces carry by.
     pub faces: FaceContact,
+    /// What bears the normal force between rigid grains, and the pressure at which their rock is crushed by it [Pa].
+    pub normal: NormalLaw,
+    pub limit_pressure: f64,
     pub cover: Cover,
     /// Whether the top plate is free to tilt; else it stays level.
     pub tilting: bool,
@@ -201,6 +205,7 @@ impl Rig {
             let size = (6.0 * volume / std::f64::consts::PI).cbrt();
             bodies.push(Body {
                 mass: parameters.density * volume,
+                limit_pressure: parameters.limit_pressure,
                 ..Body::rigid(
                     format!("grain {index}"),
                     BodyKind::Grain,
@@ -230,6 +235,7 @@ impl Rig {
         let smallest = shapes.iter().map(|s| s.rounded.radius).fold(f64::INFINITY, f64::min);
         let law = ContactLaw::of_rock(smallest, parameters.poissons_ratio);
         let model = Model::new(bodies, shapes, law, parameters.friction).with_faces(parameters.faces);
+        let model = model.with_normal(parameters.normal);
         let mut rig = Rig {
             model,
             committed: Committed::new(poses),

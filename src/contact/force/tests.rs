@@ -1,6 +1,7 @@
 //! Forces against energies, tangents against forces.
 
 use super::*;
+use crate::contact::asperity::Asperity;
 use crate::contact::features::Feature;
 use crate::tensor::{Pose, Rotation};
 
@@ -72,6 +73,7 @@ fn state(friction: f64) -> PointState {
         compliance: 0.0,
         given: Vec3::zeros(),
         hardening: 0.0,
+        asperity: None,
     }
 }
 
@@ -276,6 +278,59 @@ fn tangent_is_derivative_of_a_hardened_force() {
             assert_bending_is_exact(&scene, &poses);
         }
     }
+}
+
+/// Asperities that are elastic, that crush, and that unload from what they crushed, free of friction, holding on and sliding.
+#[test]
+fn tangent_is_derivative_of_the_force_of_asperities() {
+    let law = Asperity::tip(1.5e10, 7e8, 4e-4, 1.2);
+    // 20 um are pressed: beyond its elastic limit, within that of a deeper imprint, and from a shallower one on.
+    assert!(law.elastic_limit(0.0) < 1e-5 && law.elastic_limit(1.5e-5) > 2.2e-5);
+    for (radius, depth, crushes) in
+        [(4e-4, 0.0, true), (4e-4, 1.5e-5, false), (4e-4, 4e-6, true), (4e-3, 0.0, false)]
+    {
+        for coefficient in [0.0, 0.05, 5.0] {
+            for mut scene in [edges(coefficient), vertex_on_facet(coefficient), vertex_on_vertex(coefficient)]
+            {
+                let law = Asperity { radius, ..law };
+                // A patch held before that is smaller, and one that is larger than the present one.
+                for grip in [1e-6, 1e-3] {
+                    let state = &mut scene.state;
+                    (state.offset, state.elastic, state.elastic_change) = (0.0, Vec3::zeros(), Vec3::zeros());
+                    (state.stiffness, state.behind_stretch) = (state.spring, Vec3::zeros());
+                    state.asperity = Some(AsperityState { law, depth, grip, share: 0.7 });
+                    scene = scene.pressed();
+                    let poses = moved_on(&scene);
+                    let e = scene.evaluate_at(&poses).0;
+                    assert_eq!(law.crushed(-e.gap, depth) > depth, crushes, "{radius} {depth}");
+                    let expected = 0.7 * law.update(depth, -e.gap).force;
+                    assert!((e.load / expected - 1.0).abs() < 1e-12 && e.grip == e.patch.max(grip));
+                    assert_tangent_is_exact(&scene, &poses);
+                }
+            }
+        }
+    }
+}
+
+/// The force that a smaller patch held stays as the patch grows, by less stretch.
+#[test]
+fn friction_of_a_patch_that_grows_stays() {
+    let mut scene = vertex_on_facet(5.0);
+    let law = Asperity::tip(1.5e10, 7e8, 4e-4, 1.2);
+    let state = &mut scene.state;
+    (state.offset, state.elastic, state.elastic_change) = (0.0, Vec3::zeros(), Vec3::zeros());
+    (state.stiffness, state.behind_stretch) = (state.spring, Vec3::zeros());
+    state.asperity = Some(AsperityState { law, depth: 0.0, grip: 2e-5, share: 1.0 });
+    let scene = scene.pressed();
+    let (e, _) = scene.evaluate_at(&scene.committed);
+    let across = |v: Vec3| v - e.normal * v.dot(&e.normal);
+    let before = scene.state.tangential_stiffness(&LAW, 2e-5) * across(scene.state.stretch).norm();
+    let carried = scene.state.stretch.norm() / across(scene.state.stretch).norm();
+    assert!(e.grip > 2e-5);
+    // The stretch keeps its length where it is laid into the tangent plane. Slides of nothing are rounding of places, 1e-17 m, on half a micrometre.
+    assert!((e.friction.norm() / (before * carried) - 1.0).abs() < 1e-9, "{} {before}", e.friction.norm());
+    let held = scene.state.tangential_stiffness(&LAW, e.grip) * e.stretch.norm();
+    assert!((e.friction.norm() / held - 1.0).abs() < 1e-12);
 }
 
 /// What bends the bodies by their motions and by elastic displacements.

@@ -48,6 +48,7 @@ impl Test {
         ledger.elastic = report.energy.elastic - self.start_elastic;
         ledger.friction += report.energy.friction;
         ledger.damage += report.damage.dissipated;
+        ledger.indentation += report.damage.crushing;
         ledger.membrane = report.energy.membrane - self.start_membrane;
         let created = ledger.error() - self.ledger.error();
         let released = (self.ledger.elastic - ledger.elastic).max(0.0);

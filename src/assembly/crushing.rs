@@ -1,0 +1,86 @@
+//! What contacts crush of the rock at their asperities.
+//!
+//! A contact that goes on knows how deep it has crushed. One that begins finds its corner as deep as any contact of that corner, with whatever body, has
+//! crushed it; crossing edges know what these two have crushed of each other. So what is crushed stays so when bodies part, slide on or meet others.
+
+use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::contact::asperity::AsperityState;
+use crate::contact::memory::{Crushable, Crushed, PairMemory};
+use crate::contact::{Asperity, Feature};
+use crate::model::Model;
+
+/// Least radius of a patch that friction holds on to, over the feature's own: where hardening presses what was crushed further before.
+const LEAST_GRIP: f64 = 1e-3;
+
+/// What is known of the asperities of a pair of bodies.
+#[derive(Clone, Copy)]
+pub(super) struct Crushing<'a> {
+    pub model: &'a Model,
+    pub bodies: [usize; 2],
+    pub carried: &'a PairMemory,
+    pub crushed: &'a Crushed,
+}
+
+impl Crushing<'_> {
+    /// The asperity of a feature at the start of the increment, with the `share` of its force that it has; `None` where a spring bears.
+    pub fn asperity(&self, feature: Feature, share: f64) -> Option<AsperityState> {
+        let law = self.model.asperity(self.bodies, feature)?;
+        let known = self.carried.point(feature).filter(|memory| memory.load > 0.0);
+        let key = (self.bodies[0] as u32, self.bodies[1] as u32);
+        let before = || Crushable::of((key, feature)).and_then(|place| self.crushed.get(&place).copied());
+        let depth = known.map(|memory| memory.depth).or_else(before).unwrap_or(0.0);
+        let grip = known.map_or(0.0, |memory| memory.grip).max(LEAST_GRIP * law.radius);
+        Some(AsperityState { law, depth, grip, share })
+    }
+}
+
+/// How deep a contact has crushed its asperity now [m].
+pub(super) fn depth_of(point: &ContactPoint) -> f64 {
+    point.state.asperity.map_or(0.0, |a| a.law.crushed(-point.evaluation.gap, a.depth))
+}
+
+impl PairWork {
+    /// The asperity of one of its features, where it has one, and the indentation [m] at which its force over share and weight is `force` [N], crushed to `depth` [m].
+    pub(super) fn indentation_for(
+        &self,
+        model: &Model,
+        feature: Feature,
+        force: f64,
+        depth: f64,
+    ) -> Option<f64> {
+        let asperity: Asperity = model.asperity([self.a(), self.b()], feature)?;
+        Some(asperity.indentation_for(force, depth))
+    }
+}
+
+impl Contacts {
+    /// What has been crushed once the present configuration is accepted.
+    pub(super) fn crushed_now(&self) -> Crushed {
+        let mut crushed = self.crushed.clone();
+        for (pair, point) in self.active() {
+            let depth = depth_of(point);
+            if let Some(place) = Crushable::of((pair.key(), point.site.feature)).filter(|_| depth > 0.0) {
+                let deepest = crushed.entry(place).or_insert(0.0);
+                *deepest = deepest.max(depth);
+            }
+        }
+        crushed
+    }
+
+    /// Work that crushing has taken since the committed state [J].
+    pub fn work_of_crushing(&self) -> f64 {
+        let work = |(pair, point): (&PairWork, &ContactPoint)| {
+            let Some(asperity) = point.state.asperity else { return 0.0 };
+            let depth = depth_of(point);
+            if depth <= asperity.depth {
+                return 0.0;
+            }
+            let now = point.evaluation.weight;
+            let known = pair.carried.point(point.site.feature).filter(|memory| memory.load > 0.0);
+            let weight = 0.5 * (now + known.map_or(now, |memory| memory.pressure / memory.load));
+            let law = asperity.law;
+            weight * asperity.share * (law.work_of_crushing(depth) - law.work_of_crushing(asperity.depth))
+        };
+        self.active().map(work).sum()
+    }
+}
