@@ -154,3 +154,37 @@ fn forces_are_not_judged_by_the_arm_of_a_reference_point() {
         assert!(judged < 0.5 * BLOCK_WEIGHT, "{fidelity}: by {judged} N");
     }
 }
+
+/// Why a run of this case stopped.
+fn reason_of(case: &Value) -> String {
+    struct Nobody;
+    impl Observer for Nobody {}
+    let results = tempfile::tempdir().expect("a folder");
+    let out = results.path().join("a.vtkhdf");
+    let raw = RawCase::parse(Path::new("a.json"), &case.to_string()).unwrap_or_else(|e| panic!("{e}"));
+    let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+    let options = Options { out, existing: Existing::Refuse, threads: 1, profile: false, audit: false };
+    match run(&case, &raw, &options, &mut Nobody).unwrap_or_else(|e| panic!("{e}")).end {
+        End::Stopped { reason } => reason,
+        End::Finished | End::Interrupted => panic!("did not stop"),
+    }
+}
+
+/// The cause is the headline, where it is known, and not that there may be no equilibrium.
+#[test]
+fn runs_that_stop_say_why_first() {
+    let bodies = json!([
+        {"name": "slab", "shape": {"box": [0.3, 0.5, 0.08]}, "position": [0, 0, -0.04], "fixed": true},
+        {"name": "brick", "shape": {"box": [0.06, 0.04, 0.05]}, "position": [0.01, 0, 0.025]}]);
+    let falling = |gravity: f64, modulus: &str| {
+        let stages = json!([{"kind": "load", "increments": 3, "gravity": [0, 0, -gravity]}]);
+        let mut case = case_of(bodies.clone(), stages);
+        case["rock"]["youngs_modulus"] = json!(modulus);
+        reason_of(&case)
+    };
+    let soft = falling(9.81, "24 kPa");
+    assert!(soft.starts_with("the load of \"brick\" over its size: a pressure of"), "{soft}");
+    assert!(soft.contains("rock is too soft") && soft.contains("of its roundings; after"), "{soft}");
+    let tiny = falling(2e-11, "20 GPa");
+    assert!(tiny.starts_with("double precision does not resolve these forces"), "{tiny}");
+}
