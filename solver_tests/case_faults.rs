@@ -173,6 +173,53 @@ fn bodies_of_any_shape_are_checked_for_overlap() {
     assert!(remarks.len() == 1 && remarks[0].contains("millimetres"), "{remarks:?}");
 }
 
+/// A prism of so many sides, each meshed as a cell, as a file: about z, of radius `radius` and length `length` [m].
+fn prism_file(sides: usize, radius: f64, length: f64) -> String {
+    let mesh = riprap::mesh::polyhedron_mesh(
+        &riprap::geometry::Polyhedron::cylinder(radius, length, sides).expect("a prism"),
+        radius,
+    )
+    .expect("a mesh");
+    let list = |words: Vec<String>| words.join(" ");
+    let points = list(mesh.nodes.iter().map(|p| format!("{:e} {:e} {:e}", p.x, p.y, p.z)).collect());
+    let cells: Vec<String> =
+        mesh.cells.iter().map(|c| list(c[..4].iter().map(|n| n.0.to_string()).collect())).collect();
+    let ends = list((1..=cells.len()).map(|k| (4 * k).to_string()).collect());
+    format!(
+        r#"<VTKFile type="UnstructuredGrid"><UnstructuredGrid><Piece><Points><DataArray format="ascii">{points}</DataArray></Points><Cells>
+        <DataArray Name="connectivity" format="ascii">{}</DataArray><DataArray Name="offsets" format="ascii">{ends}</DataArray>
+        <DataArray Name="types" format="ascii">{}</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>"#,
+        list(cells.clone()),
+        list(vec!["10".to_string(); cells.len()])
+    )
+}
+
+/// What is remarked on of other bodies is of mesh files too: faces that blend, sizes out of all proportion.
+#[test]
+fn mesh_files_are_remarked_on_as_other_bodies_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("round.vtu"), prism_file(72, 0.06, 0.1)).expect("written");
+    std::fs::write(folder.path().join("cm.vtu"), prism_file(6, 3.0, 5.0)).expect("written");
+    let remarks = |shape: Value, faces: &str, position: Value| {
+        let mut raw = RawCase::parse(&folder.path().join("a.json"), SCENE).unwrap_or_else(|e| panic!("{e}"));
+        raw.set(&[
+            ("/scene/bodies/1/shape".into(), shape),
+            ("/scene/bodies/1/position".into(), position),
+            ("/contact/faces".into(), json!(faces)),
+            ("/scene/bodies/3/fixed".into(), json!(true)),
+        ]);
+        let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+        [case.remarks(), case.remarks_on_meshes(folder.path())].map(|found| found.join("; "))
+    };
+    let round = remarks(json!({"mesh": "round.vtu"}), "area", json!([0, 0, 0.05]));
+    assert!(round[1].contains("72 of the 74 faces of \"block\""), "{round:?}");
+    assert_eq!(remarks(json!({"mesh": "round.vtu"}), "corners", json!([0, 0, 0.05]))[1], "");
+    // 6 m on a plane of 1 m, and a ball of 4 cm beside it.
+    let large = remarks(json!({"mesh": "cm.vtu"}), "corners", json!([0, 5, 2.5]));
+    assert!(large[1].contains("6 times what any other body does"), "{large:?}");
+    assert!(large[1].contains("differ by a factor of 125"), "{large:?}");
+}
+
 /// Where double precision does not resolve what is asked for, the message says what to give instead.
 #[test]
 fn bodies_far_from_origin_or_reference_point_are_refused() {
@@ -205,6 +252,52 @@ fn rock_too_soft_for_its_pressure_is_remarked_on() {
     assert_eq!(squeeze("0.45 GPa"), None);
     let soft = squeeze("40 MPa").expect("soft");
     assert!((soft.over_modulus - 0.02).abs() < 1e-12 && (soft.over_roundings - 10.0).abs() < 1e-9, "{soft}");
+    // A deviatoric stress that a stage names comes on top: 0.8 and 7.2 MPa.
+    let mut raw = RawCase::parse(Path::new("a.json"), SPECIMEN).unwrap_or_else(|e| panic!("{e}"));
+    let sheared = json!([{"kind": "consolidate", "pressure": "0.8 MPa"}, {"kind": "stress_shear", "deviatoric_stress": "7.2 MPa"}]);
+    raw.set(&[("/rock/youngs_modulus".into(), json!("1.6 GPa")), ("/stages".into(), sheared)]);
+    let sheared = raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze().expect("soft");
+    assert!((sheared.over_modulus - 0.005).abs() < 1e-12, "{sheared}");
+    // A load of a body over its size: the ball of its volume is 0.124 m wide.
+    let mut raw = RawCase::parse(Path::new("a.json"), SCENE).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze(), None);
+    raw.set(&[("/rock/youngs_modulus".into(), json!("2 MPa"))]);
+    let soft = raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze().expect("soft");
+    let size = 0.1 * (6.0 / std::f64::consts::PI).cbrt();
+    assert!((soft.pressure * size * size - 1000.0).abs() < 1e-9, "{soft}");
+    assert!(soft.to_string().starts_with("the load of \"block\" over its size"), "{soft}");
+}
+
+/// A press has its body between its plates: over its end where the plates are tied to it, at least with some of it elsewhere.
+#[test]
+fn bodies_beside_the_plates_of_a_press_are_refused() {
+    let text = r#"{"rock": {"density": 2600, "youngs_modulus": "20 GPa", "poissons_ratio": 0.2, "damage": {"exponent": 3},
+            "compressive_strength": "60 MPa", "tensile_strength": "6 MPa"}, "contact": {"friction": 0.4},
+        "scene": {"press": {"body": "core", "bottom": "low", "top": "high", "grip": "rough"}, "bodies": [
+            {"name": "low", "shape": {"box": [0.06, 0.04, 0.01]}, "position": [0, 0, -0.005], "fixed": true, "fidelity": "rigid"},
+            {"name": "core", "shape": {"box": [0.05, 0.03, 0.08]}, "position": [0, 0, 0.04], "fidelity": "condensed"},
+            {"name": "high", "shape": {"box": [0.06, 0.04, 0.01]}, "position": [0, 0, 0.085], "fidelity": "rigid"}]},
+        "stages": [{"kind": "load", "bodies": {"high": {"displacement": [0, 0, -1e-5]}}}]}"#;
+    let faults = |grip: &str, x: f64| {
+        let set = [
+            ("/scene/press/grip".to_string(), json!(grip)),
+            ("/scene/bodies/1/position".to_string(), json!([x, 0, 0.04])),
+        ];
+        faults_of(text, &set)
+    };
+    for grip in ["rough", "frictionless", "tied"] {
+        assert_eq!(faults(grip, 0.004), [], "{grip}");
+        let aside = faults(grip, -0.07);
+        assert!(aside.len() == 1 && aside[0].path == "$.scene.bodies[1].position", "{grip}: {aside:?}");
+        assert!(aside[0].problem.contains("beside the plate below (x -0.0300 to 0.0300"), "{aside:?}");
+    }
+    // Half over the plate: held by nodes that the plate does not cover, or by those that it does.
+    assert_eq!(faults("rough", 0.03), []);
+    assert!(faults("tied", 0.03)[0].problem.contains("does not cover"));
+    // A ball stands on a point.
+    let ball = json!({"name": "core", "shape": {"sphere": 0.03}, "position": [0.02, 0.021, 0.03], "fidelity": "condensed"});
+    let off = faults_of(text, &[("/scene/bodies/1".into(), ball)]);
+    assert!(off.len() == 1 && off[0].value.contains("y 0.0210 to 0.0210"), "{off:?}");
 }
 
 /// What would be left unused without a word.

@@ -130,33 +130,113 @@ fn site_box(centre: [f64; 3], half: [f64; 3]) -> Value {
     json!((0..8).map(corner).collect::<Vec<_>>())
 }
 
-/// Statics: a block on a floor carries its weight, wherever the two lie. Motion and place are told about the point that the case names.
-#[test]
-fn rigid_bodies_far_from_their_reference_points_rest() {
-    let [x, y] = [2400.0, -1700.0];
+/// Rows of a block of 0.08 x 0.04 x 0.06 m on a floor, both given `x`, `y` [m] from where the case places them.
+fn rows_of_far_block(
+    [x, y]: [f64; 2],
+    block: &Value,
+    stages: Value,
+    change: impl Fn(&mut Value),
+) -> Vec<riprap::scene::Row> {
     let floor = site_box([x, y, -0.05], [0.3, 0.3, 0.05]);
-    let block = site_box([x, y, 0.03], [0.04, 0.02, 0.03]);
+    let mut made =
+        json!({"name": "block", "shape": {"polyhedron": site_box([x, y, 0.03], [0.04, 0.02, 0.03])}});
+    for (key, value) in block.as_object().into_iter().flatten() {
+        made[key.as_str()] = value.clone();
+    }
     let bodies = json!([
-        {"name": "floor", "shape": {"polyhedron": floor}, "fixed": true, "fidelity": "rigid"},
-        {"name": "block", "shape": {"polyhedron": block}, "fidelity": "rigid"}]);
-    let mut scene = scene_of(
-        &case_of(bodies, json!([{"kind": "load", "increments": 3, "gravity": [0, 0, -9.81]}])),
-        Path::new(""),
-    );
-    let weight = 2600.0 * 0.08 * 0.04 * 0.06 * 9.81;
+        {"name": "floor", "shape": {"polyhedron": floor}, "fixed": true, "fidelity": "rigid"}, made]);
+    let mut case = case_of(bodies, stages);
+    change(&mut case);
     let mut rows = vec![];
-    let end = scene.run(|_, row| {
+    let end = scene_of(&case, Path::new("")).run(|_, row| {
         rows.push(row.clone());
         true
     });
-    assert_eq!(end, StageEnd::Finished);
-    assert_eq!(rows.len(), 3);
-    let block = &rows[2].bodies[1];
-    assert!((block.contact_force.z / weight - 1.0).abs() < 1e-3, "{}", block.contact_force);
-    // Placed at the origin, moved by the overlap of a contact; the moment of its weight about there.
-    assert!(block.position.norm() < 1e-3 && block.displacement.norm() < 1e-3, "{}", block.position);
-    let moment = [y * block.contact_force.z, -x * block.contact_force.z];
-    for (found, expected) in [block.contact_moment.x, block.contact_moment.y].iter().zip(moment) {
-        assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+    assert_eq!(end, StageEnd::Finished, "{block}");
+    rows
+}
+
+const BLOCK_WEIGHT: f64 = 2600.0 * 0.08 * 0.04 * 0.06 * 9.81;
+
+/// Statics: a block on a floor carries its weight, wherever the two lie and however it deforms. Motion and place are told about the point that
+/// the case names.
+#[test]
+fn bodies_far_from_their_reference_points_rest() {
+    let [x, y] = [2400.0, -1700.0];
+    let breakable = json!({"damage": {}, "tensile_strength": "8 MPa", "compressive_strength": "90 MPa"});
+    for (block, rock) in [
+        (json!({"fidelity": "rigid"}), json!({})),
+        (json!({"fidelity": "condensed", "mesh_size": 0.03}), json!({})),
+        (json!({"fidelity": "condensed", "mesh_size": 0.04}), breakable),
+        (json!({"fidelity": "full", "mesh_size": 0.04}), json!({})),
+    ] {
+        let stages = json!([{"kind": "load", "increments": 3, "gravity": [0, 0, -9.81]}]);
+        let rows = rows_of_far_block([x, y], &block, stages, |case| {
+            for (key, value) in rock.as_object().into_iter().flatten() {
+                case["rock"][key.as_str()] = value.clone();
+            }
+        });
+        assert_eq!(rows.len(), 3, "{block}");
+        let found = &rows[2].bodies[1];
+        // The force tolerance.
+        let force = found.contact_force.z;
+        assert!((force / BLOCK_WEIGHT - 1.0).abs() < 1e-3, "{block} {rock}: {force} of {BLOCK_WEIGHT}");
+        // Placed at the origin, moved by the overlap of a contact; the moment of its weight about there.
+        assert!(found.position.norm() < 1e-3 && found.displacement.norm() < 1e-3, "{}", found.position);
+        let moment = [y * force, -x * force];
+        for (found, expected) in [found.contact_moment.x, found.contact_moment.y].iter().zip(moment) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{block}: {found} {expected}");
+        }
     }
+}
+
+/// A load about a point some hundred sizes off is its force: its moment about there is an arm, not what any contact carries.
+#[test]
+fn forces_are_not_judged_by_the_arm_of_a_reference_point() {
+    let stages = json!([{"kind": "load", "increments": 3, "gravity": [0, 0, -9.81],
+        "bodies": {"block": {"moment": [0, 0, 0]}}}]);
+    for fidelity in ["rigid", "condensed"] {
+        let block = json!({"fidelity": fidelity, "mesh_size": 0.03});
+        let rows = rows_of_far_block([-33.0, 21.0], &block, stages.clone(), |_| {});
+        let row = rows.last().expect("a row");
+        let force = row.bodies[1].contact_force.z;
+        assert!((force / BLOCK_WEIGHT - 1.0).abs() < 1e-3, "{fidelity}: {force} of {BLOCK_WEIGHT}");
+        // Four corners carry it, or more.
+        let judged = row.balance.reference_force;
+        assert!(judged < 0.5 * BLOCK_WEIGHT, "{fidelity}: by {judged} N");
+    }
+}
+
+/// Why a run of this case stopped.
+fn reason_of(case: &Value) -> String {
+    struct Nobody;
+    impl Observer for Nobody {}
+    let results = tempfile::tempdir().expect("a folder");
+    let out = results.path().join("a.vtkhdf");
+    let raw = RawCase::parse(Path::new("a.json"), &case.to_string()).unwrap_or_else(|e| panic!("{e}"));
+    let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+    let options = Options { out, existing: Existing::Refuse, threads: 1, profile: false, audit: false };
+    match run(&case, &raw, &options, &mut Nobody).unwrap_or_else(|e| panic!("{e}")).end {
+        End::Stopped { reason } => reason,
+        End::Finished | End::Interrupted => panic!("did not stop"),
+    }
+}
+
+/// The cause is the headline, where it is known, and not that there may be no equilibrium.
+#[test]
+fn runs_that_stop_say_why_first() {
+    let bodies = json!([
+        {"name": "slab", "shape": {"box": [0.3, 0.5, 0.08]}, "position": [0, 0, -0.04], "fixed": true},
+        {"name": "brick", "shape": {"box": [0.06, 0.04, 0.05]}, "position": [0.01, 0, 0.025]}]);
+    let falling = |gravity: f64, modulus: &str| {
+        let stages = json!([{"kind": "load", "increments": 3, "gravity": [0, 0, -gravity]}]);
+        let mut case = case_of(bodies.clone(), stages);
+        case["rock"]["youngs_modulus"] = json!(modulus);
+        reason_of(&case)
+    };
+    let soft = falling(9.81, "24 kPa");
+    assert!(soft.starts_with("the load of \"brick\" over its size: a pressure of"), "{soft}");
+    assert!(soft.contains("rock is too soft") && soft.contains("of its roundings; after"), "{soft}");
+    let tiny = falling(2e-11, "20 GPa");
+    assert!(tiny.starts_with("double precision does not resolve these forces"), "{tiny}");
 }

@@ -11,6 +11,7 @@ mod bring;
 mod document;
 mod estimate;
 mod form;
+mod idle;
 mod overlap;
 mod plausible;
 mod quantity;

@@ -11,6 +11,7 @@ use super::types::{BodyCase, ShapeCase};
 const TOUCHING: f64 = 1e-6;
 
 /// A convex body in its place: a polyhedron, or a ball as a point with a radius.
+#[derive(Clone)]
 pub struct Placed {
     pub shape: Polyhedron,
     radius: f64,
@@ -72,6 +73,18 @@ impl Placed {
     pub fn span(&self, axis: usize) -> [f64; 2] {
         let centre = self.pose.position[axis];
         [centre - self.reach, centre + self.reach]
+    }
+
+    /// The extents along x and y of its lowest or highest part, in space [m].
+    pub fn end_face(&self, upper: bool) -> [[f64; 2]; 2] {
+        let places: Vec<Vec3> = self.shape.vertices.iter().map(|v| self.pose.to_space(v)).collect();
+        let up = if upper { 1.0 } else { -1.0 };
+        let highest = places.iter().map(|p| up * p.z).fold(f64::NEG_INFINITY, f64::max);
+        let near = |p: &&Vec3| up * p.z > highest - TOUCHING * self.size;
+        std::array::from_fn(|k| {
+            let along = || places.iter().filter(near).map(|p| p[k]);
+            [along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max)]
+        })
     }
 
     /// Depth of the overlap [m]; `None` if the bodies are apart or touch.

@@ -5,6 +5,10 @@ use super::types::*;
 /// Plausible sizes of the coarsest grains [m] and pressures [Pa].
 const SIZES: [f64; 2] = [1e-4, 3.0];
 const PRESSURES: [f64; 2] = [1e3, 2e8];
+/// Gravity [m/s2]: of a small body to that of a large centrifuge.
+const GRAVITY: [f64; 2] = [1e-3, 3e3];
+/// Rotations [rad]: degrees are more than a turn.
+const ROTATIONS: [f64; 2] = [0.0, 6.3];
 /// Times G t / p: the radius of the widest opening that a neo-Hookean sheet bridges (`verify`: a sheet over a hole).
 const INFLATION: f64 = 1.24;
 /// Openings between grains have about this radius over the largest size, at the least.
@@ -52,6 +56,33 @@ impl Case {
                         [1e-5, 1e2],
                         metres,
                     );
+                }
+            }
+        }
+        let norm = |vector: &[f64; 3]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if let Geometry::Scene(scene) = &self.geometry {
+            let radians = "plain numbers are radians, \"30 deg\" are degrees";
+            for (k, body) in scene.bodies.iter().enumerate() {
+                let name = format!("scene.bodies[{k}].rotation");
+                look(&name, norm(&body.rotation), "rad", ROTATIONS, radians);
+            }
+            let own = std::iter::once(("scene.gravity".to_string(), Some(scene.gravity)));
+            let of_stages = self.stages.iter().enumerate().filter_map(|(k, stage)| {
+                let StageCase::Load { gravity, .. } = stage else { return None };
+                Some((format!("stages[{k}].gravity"), *gravity))
+            });
+            for (name, gravity) in own.chain(of_stages) {
+                let size = norm(&gravity.unwrap_or_default());
+                if size > 0.0 {
+                    look(&name, size, "m/s2", GRAVITY, "the Earth's is 9.81");
+                }
+            }
+            for (k, stage) in self.stages.iter().enumerate() {
+                let StageCase::Load { bodies, .. } = stage else { continue };
+                for (name, rotation) in bodies.iter().filter_map(|(name, load)| Some((name, load.rotation?)))
+                {
+                    let rotation = norm(&rotation.map(|turn| turn.unwrap_or(0.0)));
+                    look(&format!("stages[{k}].bodies.{name}.rotation"), rotation, "rad", ROTATIONS, radians);
                 }
             }
         }
@@ -163,6 +194,29 @@ mod tests {
             thin.iter().any(|remark| remark.contains("up to a radius of 1.4 mm at 0.80 MPa")),
             "{thin:?}"
         );
+    }
+
+    #[test]
+    fn forgotten_units_of_scenes_are_remarked_on() {
+        let text = r#"{"scene": {"bodies": [{"name": "a", "shape": {"box": [0.1, 0.1, 0.1]}, "rotation": [0, 0, "170 deg"]}]},
+            "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
+            "stages": [{"kind": "load", "gravity": [0, 0, -9.81], "bodies": {"a": {"rotation": [0, 0.1, null]}}}]}"#;
+        let remarks = |given: &str| {
+            let mut raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
+            raw.set(&parse_override(given).map(|one| vec![one]).unwrap_or_default());
+            raw.check().unwrap_or_else(|e| panic!("{e}")).remarks()
+        };
+        let none: [String; 0] = [];
+        assert_eq!(remarks(""), none);
+        for (given, says) in [
+            ("/stages/0/gravity=[0, 0, -9806]", "stages[0].gravity is 9806 m/s2"),
+            ("/scene/gravity=[1e-9, 0, 0]", "scene.gravity is 1e-9 m/s2"),
+            ("/scene/bodies/0/rotation=[0, 45, 0]", "scene.bodies[0].rotation is 45 rad"),
+            ("/stages/0/bodies/a/rotation=[12, null, 0]", "stages[0].bodies.a.rotation is 12 rad"),
+        ] {
+            let found = remarks(given);
+            assert!(found.len() == 1 && found[0].starts_with(says), "{given}: {found:?}");
+        }
     }
 
     #[test]

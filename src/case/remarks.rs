@@ -5,7 +5,10 @@ use std::path::Path;
 use crate::contact::face::{Face, FaceContact};
 use crate::geometry::RoundedBody;
 use crate::mesh::file::read_mesh;
+use crate::mesh::sphere_mesh;
 use crate::model::STIFFNESS_RATIO;
+use crate::specimen::shape::lying_grain;
+use crate::tensor::Vec3;
 
 use super::overlap::Placed;
 use super::types::*;
@@ -22,9 +25,20 @@ const OFF_THE_CURVE: f64 = 0.1;
 /// Largest extent of a body that is taken for metres without a word [m]; a grain given in millimetres spans more.
 const LARGEST_BODY: f64 = 10.0;
 
+/// How many times what other bodies span the body of a mesh file may without a word; centimetres taken for metres make it a hundred.
+const OUTSIZED: f64 = 5.0;
+
+/// Contacts that bear a body of a scene, at the fewest that hold a face level.
+const BEARING: f64 = 3.0;
+
+/// Balls of more cells are not meshed to tell how far their meshes lie within them.
+const MESHED_FOR_REMARKS: f64 = 2e4;
+
 /// The largest pressure of a case, over what its rock can bear.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Squeeze {
+    /// The body of a scene whose load makes it.
+    pub body: Option<String>,
     /// [Pa]
     pub pressure: f64,
     /// Over the mean Young's modulus.
@@ -35,7 +49,10 @@ pub struct Squeeze {
 
 impl std::fmt::Display for Squeeze {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Squeeze { pressure, over_modulus, over_roundings } = self;
+        let Squeeze { body, pressure, over_modulus, over_roundings } = self;
+        if let Some(body) = body {
+            write!(f, "the load of {body:?} over its size: ")?;
+        }
         write!(
             f,
             "a pressure of {pressure:.2e} Pa is {over_modulus:.1e} of Young's modulus: contacts overlap by about {over_roundings:.1} times \
@@ -59,45 +76,25 @@ impl Case {
             }
         }
         remarks.extend(self.squeeze().map(|squeeze| squeeze.to_string()));
-        remarks.extend(self.blended_faces());
+        let placed = self.placed(None);
+        remarks.extend(self.blended_faces(&placed));
         remarks.extend(self.huge_bodies());
-        let [moduli, sizes] = self.ratios();
+        remarks.extend(self.inscribed_balls());
+        let [moduli, sizes] = self.ratios(&placed);
         if moduli >= UNLIKE[0] {
             remarks.push(format!(
                 "the moduli of bodies differ by a factor of {moduli:.0e}: the systems to be solved are badly conditioned; every increment \
                  balances to solver.force_tolerance all the same, or is cut"
             ));
         }
-        if sizes > UNLIKE[1] {
-            remarks.push(format!(
-                "the sizes of bodies differ by a factor of {sizes:.0}: the systems to be solved are badly conditioned; in a \
-                 scene each body balances by what it carries itself, in a specimen by the mean contact force, not that of the smallest"
-            ));
-        }
+        remarks.extend(unlike(sizes));
         if let Some((path, recovery)) = self.recovery() {
             remarks.push(format!(
                 "{path}.recovery_in_compression is {recovery}: where cracks close, stiffness comes back that nothing pays for. A bar pulled to twelve \
                  times its peak strain made up a quarter of the work on it so; 0 does so no more"
             ));
         }
-        if let (Some(accuracy), None) = (self.solver.accuracy, self.solver.chosen_accuracy()) {
-            remarks.push(format!(
-                "solver.accuracy {accuracy} decides nothing: the fidelity is given; \"auto\" is chosen by accuracy"
-            ));
-        }
-        if self.solver.rough_tolerance.is_some() {
-            remarks.push(
-                "solver.rough_tolerance has no effect any more: solver.stabilisation says how much may move at the end of an increment"
-                    .into(),
-            );
-        }
-        if self.rock.damage.is_some_and(|damage| damage.release_steps.is_some()) {
-            remarks.push(
-                "rock.damage.release_steps has no effect any more: what failed rock held goes at once, against the drag of \
-                 solver.stabilisation"
-                    .into(),
-            );
-        }
+        remarks.extend(self.idle(&placed));
         remarks.extend(self.implausible());
         remarks.extend(self.too_wide_pores());
         remarks
@@ -118,22 +115,109 @@ impl Case {
         of(&self.rock).map(|recovery| ("rock.damage".into(), recovery)).or(own)
     }
 
-    /// The largest confining pressure that stages ask of a specimen, where it uses up the roundings. A contact of grains of the size d carries about
-    /// `p d^2` by the spring `0.5 k E d` of two of them, and can overlap by its two roundings.
+    /// The bodies of a scene in their places; those of mesh files where `folder` says what they are relative to.
+    fn placed(&self, folder: Option<&Path>) -> Vec<Option<Placed>> {
+        let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
+        let place = |(index, body): (usize, &BodyCase)| {
+            let made = match &body.shape {
+                ShapeCase::Mesh(file) => {
+                    folder.and_then(|folder| read_mesh(&folder.join(file)).ok()?.convex_hull().ok())
+                }
+                ShapeCase::Grain(sizes) => {
+                    lying_grain(*sizes, self.contact.rounding, self.seed, index as u64).ok()
+                }
+                ShapeCase::Box(_)
+                | ShapeCase::Sphere(_)
+                | ShapeCase::Cylinder { .. }
+                | ShapeCase::Polyhedron(_) => None,
+            };
+            Placed::new(body, made).ok().flatten()
+        };
+        scene.bodies.iter().enumerate().map(place).collect()
+    }
+
+    /// The largest pressure that stages ask for, where it uses up the roundings: of a specimen the largest principal stress that they name; of
+    /// a scene the load of a body over its size. A contact of grains of the size d carries about `p d^2` by the spring `0.5 k E d` of two of them,
+    /// and can overlap by its two roundings. The bodies of mesh files are left out.
     pub fn squeeze(&self) -> Option<Squeeze> {
-        let Geometry::Specimen(_) = &self.geometry else { return None };
-        let pressure = self.stages.iter().map(StageCase::largest_pressure).fold(0.0, f64::max);
-        let over_modulus = pressure / self.rock.youngs_modulus.mean;
-        let over_roundings = over_modulus / (0.5 * STIFFNESS_RATIO * 2.0 * self.contact.rounding);
-        (over_roundings > 1.0).then_some(Squeeze { pressure, over_modulus, over_roundings })
+        let squeezed = |body: Option<&str>, pressure: f64, modulus: f64, rounding: f64, contacts: f64| {
+            let over_modulus = pressure / modulus;
+            let over_roundings = over_modulus / (0.5 * STIFFNESS_RATIO * 2.0 * rounding * contacts);
+            let body = body.map(str::to_string);
+            (over_roundings > 1.0).then_some(Squeeze { body, pressure, over_modulus, over_roundings })
+        };
+        let scene = match &self.geometry {
+            Geometry::Specimen(_) => {
+                let modulus = self.rock.youngs_modulus.mean;
+                return squeezed(None, self.largest_stress(), modulus, self.contact.rounding, 1.0);
+            }
+            Geometry::Scene(scene) => scene,
+        };
+        let loaded = |(body, placed): (&BodyCase, Option<Placed>)| {
+            let placed = placed.filter(|_| !body.fixed)?;
+            let rock = body.rock.as_ref().unwrap_or(&self.rock);
+            // Balls have no roundings to use up.
+            let volume = placed.shape.volume();
+            let size = (6.0 * volume / std::f64::consts::PI).cbrt();
+            let smallest = placed.extents().into_iter().fold(f64::INFINITY, f64::min);
+            let rounding = body.rounding.unwrap_or(self.contact.rounding * smallest);
+            let load = self.largest_load(body, rock.density * volume);
+            (size > 0.0)
+                .then(|| {
+                    let pressure = load / size.powi(2);
+                    squeezed(Some(&body.name), pressure, rock.youngs_modulus.mean, rounding / size, BEARING)
+                })
+                .flatten()
+        };
+        let all = scene.bodies.iter().zip(self.placed(None)).filter_map(loaded);
+        all.max_by(|a, b| a.over_roundings.total_cmp(&b.over_roundings))
+    }
+
+    /// The largest principal stress that the stages of a specimen name [Pa].
+    fn largest_stress(&self) -> f64 {
+        let (mut confining, mut largest) = (0.0_f64, 0.0_f64);
+        for stage in &self.stages {
+            let named = stage.radial_pressure();
+            confining = if named > 0.0 { named } else { confining };
+            let deviatoric = match stage {
+                StageCase::StressShear { deviatoric_stress, .. } => *deviatoric_stress,
+                StageCase::Shear { until, .. }
+                | StageCase::Reload { until, .. }
+                | StageCase::Oedometer { until, .. }
+                | StageCase::ConstantVolume { until, .. }
+                | StageCase::ConstantP { until, .. } => until.deviatoric_stress.unwrap_or(0.0),
+                StageCase::Consolidate { .. }
+                | StageCase::Unload { .. }
+                | StageCase::Hold { .. }
+                | StageCase::Load { .. } => 0.0,
+            };
+            largest = largest.max(stage.largest_pressure()).max(confining + deviatoric);
+        }
+        largest
+    }
+
+    /// The largest force, weight included, that stages apply to a body of a scene [N].
+    fn largest_load(&self, body: &BodyCase, mass: f64) -> f64 {
+        let Geometry::Scene(scene) = &self.geometry else { return 0.0 };
+        let (mut gravity, mut force, mut largest) = (Vec3::from(scene.gravity), Vec3::zeros(), 0.0_f64);
+        for stage in &self.stages {
+            let StageCase::Load { bodies, gravity: own, .. } = stage else { continue };
+            gravity = own.map_or(gravity, Vec3::from);
+            if let Some(given) = bodies.get(&body.name).and_then(|load| load.force) {
+                force = Vec3::from(given.map(|component| component.unwrap_or(0.0)));
+            }
+            largest = largest.max((force + gravity * mass).norm());
+        }
+        largest
     }
 
     /// Where `contact.faces` is "area", the bodies of which a face carries by its corners and edges all the same.
-    fn blended_faces(&self) -> Vec<String> {
+    fn blended_faces(&self, placed: &[Option<Placed>]) -> Vec<String> {
         let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
-        let blended = |body: &BodyCase| {
-            let placed = Placed::new(body, None).ok().flatten()?;
-            let rounding = body.rounding.or(Some(self.contact.rounding * body.shape.smallest_extent()?))?;
+        let blended = |(body, placed): (&BodyCase, &Option<Placed>)| {
+            let placed = placed.as_ref()?;
+            let smallest = placed.extents().into_iter().fold(f64::INFINITY, f64::min);
+            let rounding = body.rounding.unwrap_or(self.contact.rounding * smallest);
             let [all, blended] = Face::count(&RoundedBody::inset(&placed.shape, rounding).ok()?);
             (blended > 0).then(|| {
                 format!(
@@ -143,9 +227,36 @@ impl Case {
             })
         };
         match self.contact.faces {
-            FaceContact::Area => scene.bodies.iter().filter_map(blended).collect(),
+            FaceContact::Area => scene.bodies.iter().zip(placed).filter_map(blended).collect(),
             FaceContact::Corners => Vec::new(),
         }
+    }
+
+    /// Balls that deform touch by the hull of their mesh, which lies within them.
+    fn inscribed_balls(&self) -> Vec<String> {
+        let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
+        let inscribed = |body: &BodyCase| {
+            let ShapeCase::Sphere(radius) = body.shape else { return None };
+            // In a press its nodes touch, which lie on the ball.
+            let is_pressed = scene.press.as_ref().is_some_and(|press| press.body == body.name);
+            if self.fidelity_of(body) == Fidelity::Rigid || is_pressed {
+                return None;
+            }
+            let told =
+                format!("{:?} touches by the hull of its mesh, whose corners lie on the ball", body.name);
+            if body.refine.is_some() || self.cells_of(body) > MESHED_FOR_REMARKS {
+                return Some(format!("{told} and whose facets lie within it"));
+            }
+            let hull = sphere_mesh(radius, body.cell_size()?, None).ok()?.convex_hull().ok()?;
+            let heights = hull.facets.iter().zip(&hull.normals).map(|(f, n)| n.dot(&hull.vertices[f[0]]));
+            let deepest = radius - heights.fold(f64::INFINITY, f64::min);
+            Some(format!(
+                "{told}: its facets lie up to {deepest:.2e} m within it, {:.1} % of its radius, and contacts are late by as much; a smaller \
+                 mesh_size, or \"rigid\", is nearer",
+                100.0 * deepest / radius
+            ))
+        };
+        scene.bodies.iter().filter_map(inscribed).collect()
     }
 
     /// Bodies that move and are larger than rock ever is in a test.
@@ -162,23 +273,51 @@ impl Case {
     /// Remarks on the mesh files of a sound case, which are relative to `folder`.
     pub fn remarks_on_meshes(&self, folder: &Path) -> Vec<String> {
         let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
-        let large = |body: &BodyCase| {
-            let ShapeCase::Mesh(file) = &body.shape else { return None };
-            let hull = read_mesh(&folder.join(file)).and_then(|mesh| mesh.convex_hull()).ok()?;
-            let extents = Placed::new(body, Some(hull)).ok().flatten()?.extents();
-            extents.iter().any(|extent| *extent > LARGEST_BODY).then(|| {
-                let [x, y, z] = extents;
-                format!(
-                    "{:?} spans {x:.3e} x {y:.3e} x {z:.3e} m: lengths of {file} are read as metres; if it is in millimetres, scale it by 0.001",
-                    body.name
-                )
-            })
+        let file_of = |body: &BodyCase| match &body.shape {
+            ShapeCase::Mesh(file) => Some(file.clone()),
+            ShapeCase::Box(_)
+            | ShapeCase::Sphere(_)
+            | ShapeCase::Cylinder { .. }
+            | ShapeCase::Grain(_)
+            | ShapeCase::Polyhedron(_) => None,
         };
-        scene.bodies.iter().filter_map(large).collect()
+        if !scene.bodies.iter().any(|body| file_of(body).is_some()) {
+            return Vec::new();
+        }
+        let mut placed = self.placed(Some(folder));
+        let span =
+            |it: &Option<Placed>| it.as_ref().map_or(0.0, |it| it.extents().into_iter().fold(0.0, f64::max));
+        let spans: Vec<f64> = placed.iter().map(span).collect();
+        let large = |(k, body): (usize, &BodyCase)| {
+            let file = file_of(body)?;
+            let others = (0..spans.len()).filter(|other| *other != k).map(|other| spans[other]);
+            let times = spans[k] / others.fold(0.0, f64::max);
+            let outsized = !body.fixed && times.is_finite() && times > OUTSIZED;
+            let [x, y, z] = placed[k].as_ref()?.extents();
+            let told = format!("{:?} spans {x:.3e} x {y:.3e} x {z:.3e} m", body.name);
+            let unit = format!(
+                "lengths of {file} are read as metres; if it is in centimetres or millimetres, scale it by 0.01 or 0.001"
+            );
+            match (spans[k] > LARGEST_BODY, outsized) {
+                (true, _) => Some(format!("{told}: {unit}")),
+                (false, true) => Some(format!("{told}, {times:.0} times what any other body does: {unit}")),
+                (false, false) => None,
+            }
+        };
+        let mut remarks: Vec<String> = scene.bodies.iter().enumerate().filter_map(large).collect();
+        let without = self.ratios(&self.placed(None))[1];
+        remarks.extend(unlike(self.ratios(&placed)[1]).filter(|_| without <= UNLIKE[1]));
+        for (body, it) in scene.bodies.iter().zip(&mut placed) {
+            if file_of(body).is_none() {
+                *it = None;
+            }
+        }
+        remarks.extend(self.blended_faces(&placed));
+        remarks
     }
 
     /// Largest over smallest mean modulus, and size of what is not held.
-    fn ratios(&self) -> [f64; 2] {
+    fn ratios(&self, placed: &[Option<Placed>]) -> [f64; 2] {
         let ratio = |values: &mut dyn Iterator<Item = f64>| {
             let (low, high) =
                 values.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
@@ -188,12 +327,26 @@ impl Case {
             Geometry::Specimen(specimen) => [1.0, ratio(&mut specimen.grading.iter().map(|point| point[0]))],
             Geometry::Scene(scene) => {
                 let modulus = |body: &BodyCase| body.rock.as_ref().unwrap_or(&self.rock).youngs_modulus.mean;
-                let free = scene.bodies.iter().filter(|body| !body.fixed);
-                let mut sizes = free.filter_map(|body| body.shape.smallest_extent());
+                let free = scene.bodies.iter().zip(placed).filter(|(body, _)| !body.fixed);
+                let mut sizes = free.filter_map(|(body, placed)| {
+                    let spanned =
+                        || Some(placed.as_ref()?.extents().into_iter().fold(f64::INFINITY, f64::min));
+                    body.shape.smallest_extent().or_else(spanned)
+                });
                 [ratio(&mut scene.bodies.iter().map(modulus)), ratio(&mut sizes)]
             }
         }
     }
+}
+
+/// A remark on sizes of bodies that differ by so much.
+fn unlike(sizes: f64) -> Option<String> {
+    (sizes > UNLIKE[1]).then(|| {
+        format!(
+            "the sizes of bodies differ by a factor of {sizes:.0}: the systems to be solved are badly conditioned; in a \
+             scene each body balances by what it carries itself, in a specimen by the mean contact force, not that of the smallest"
+        )
+    })
 }
 
 /// What a class between two sieves lacks below its middle, where that is much.

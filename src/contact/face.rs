@@ -12,7 +12,8 @@
 //! changes only while a corner turns by a quarter of a radian about an edge between two parallel faces.
 
 use crate::contact::features::fade;
-use crate::geometry::rounded::{HalfSpace, RoundedBody, facet_planes, facet_polygon};
+use crate::geometry::Polyhedron;
+use crate::geometry::rounded::{HalfSpace, RoundedBody, facet_polygon};
 use crate::tensor::dual::{Real, Vector};
 use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -24,8 +25,11 @@ pub const NONE: f64 = 1e-2;
 /// Widest cone of a face, and narrowest of one that takes part [rad].
 const WIDEST: f64 = 0.5;
 const NARROWEST: f64 = 0.05;
-/// Planes of a core closer than this (angle in rad, offset over the body's size) are one face.
-const SAME: f64 = 1e-6;
+/// Facets all corners of which lie as near to a plane, over the body's size, are one face: files give nodes to some six digits, so that the
+/// triangles of a flat face are planes of their own, and those along its edges lean anyhow.
+const FLAT: f64 = 1e-5;
+/// Facets of one face that lie no nearer than this are what a file's digits make of it: its plane is their mean.
+const EXACT: f64 = 1e-9;
 
 /// What two parallel faces carry by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -72,24 +76,17 @@ impl Face {
         let core = &body.core;
         let size = core.bounding_radius();
         let inside = core.vertices.iter().sum::<Vec3>() / core.vertices.len() as f64;
-        let mut planes: Vec<HalfSpace> = Vec::new();
-        for plane in facet_planes(core) {
-            let same = |p: &HalfSpace| {
-                (p.normal - plane.normal).norm() < SAME && (p.offset - plane.offset).abs() < SAME * size
-            };
-            if !planes.iter().any(same) {
-                planes.push(plane);
-            }
-        }
-        let half_angle = |plane: &HalfSpace| {
-            let others = planes.iter().map(|other| plane.normal.angle(&other.normal)).filter(|a| *a > SAME);
-            let nearest = others.fold(f64::INFINITY, f64::min);
-            let on_face = |v: usize| plane.normal.dot(&core.vertices[v]) - plane.offset > -SAME * size;
+        let (mut planes, face_of) = planes_of_faces(core);
+        let half_angle = |(face, plane): (usize, &HalfSpace)| {
+            let others = planes.iter().enumerate().filter(|(other, _)| *other != face);
+            let nearest =
+                others.map(|(_, other)| plane.normal.angle(&other.normal)).fold(f64::INFINITY, f64::min);
+            let on_face = |v: usize| plane.normal.dot(&core.vertices[v]) - plane.offset > -FLAT * size;
             let mut depth: f64 = 1.0;
             // A diagonal of a neighbouring face is no edge of the body: along it the cone would be the flatter the wider the body is.
             let folds = core.edges.iter().filter(|edge| {
                 let [f, g] = edge.facets;
-                (core.normals[f] - core.normals[g]).norm() > SAME
+                face_of[f] != face_of[g]
             });
             for [own, other] in folds.flat_map(|e| [e.vertices, [e.vertices[1], e.vertices[0]]]) {
                 if on_face(own) && !on_face(other) {
@@ -99,7 +96,7 @@ impl Face {
             }
             depth.asin().min(0.5 * nearest).min(WIDEST)
         };
-        let angles: Vec<f64> = planes.iter().map(half_angle).collect();
+        let angles: Vec<f64> = planes.iter().enumerate().map(half_angle).collect();
         planes.iter_mut().for_each(|plane| plane.offset += body.radius);
         let face = |(index, angle): (usize, &f64)| {
             // Not wide enough, or not a number.
@@ -128,6 +125,57 @@ impl Face {
         let arm = point - self.ring[0];
         [arm.dot(&self.axes[0]), arm.dot(&self.axes[1])]
     }
+}
+
+/// The planes of a core's faces, in the order of their first facets, and the face that each facet is a part of. A face gathers about its
+/// largest facet what lies in its plane.
+fn planes_of_faces(core: &Polyhedron) -> (Vec<HalfSpace>, Vec<usize>) {
+    let size = core.bounding_radius();
+    let corners = |facet: usize| core.facets[facet].map(|v| core.vertices[v]);
+    let plane = |facet: usize| {
+        let normal = core.normals[facet];
+        HalfSpace { normal, offset: corners(facet).iter().map(|v| normal.dot(v)).sum::<f64>() / 3.0 }
+    };
+    let off = |plane: &HalfSpace, facet: usize| {
+        corners(facet).iter().map(|v| (plane.normal.dot(v) - plane.offset).abs()).fold(0.0, f64::max) / size
+    };
+    let area = |facet: usize| {
+        let [a, b, c] = corners(facet);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    let mut order: Vec<usize> = (0..core.facets.len()).collect();
+    order.sort_by(|a, b| area(*b).total_cmp(&area(*a)));
+    let mut groups: Vec<(HalfSpace, Vec<usize>)> = Vec::new();
+    for facet in order {
+        let same = |(it, _): &(HalfSpace, Vec<usize>)| {
+            it.normal.dot(&core.normals[facet]) > 0.0 && off(it, facet) < FLAT
+        };
+        match groups.iter_mut().find(|group| same(group)) {
+            Some((_, facets)) => facets.push(facet),
+            None => groups.push((plane(facet), vec![facet])),
+        }
+    }
+    groups.iter_mut().for_each(|(_, facets)| facets.sort_unstable());
+    groups.sort_by_key(|(_, facets)| facets[0]);
+    let mut face_of = vec![0; core.facets.len()];
+    for (face, (_, facets)) in groups.iter().enumerate() {
+        facets.iter().for_each(|facet| face_of[*facet] = face);
+    }
+    let fitted = |(_, facets): (HalfSpace, Vec<usize>)| {
+        let first = plane(facets[0]);
+        if facets.iter().all(|facet| off(&first, *facet) < EXACT) {
+            return first;
+        }
+        let normal = facets.iter().map(|facet| core.normals[*facet] * area(*facet)).sum::<Vec3>().normalize();
+        let (mut moment, mut whole) = (0.0, 0.0);
+        for facet in facets {
+            let middle = corners(facet).iter().sum::<Vec3>() / 3.0;
+            moment += area(facet) * normal.dot(&middle);
+            whole += area(facet);
+        }
+        HalfSpace { normal, offset: moment / whole }
+    };
+    (groups.into_iter().map(fitted).collect(), face_of)
 }
 
 /// What a contact has to do with a pair of faces.
@@ -196,7 +244,7 @@ pub fn may_face(a: &Vec3, b: &Vec3, turn: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Polyhedron;
+    use crate::tensor::Rotation;
 
     fn count(shape: &Polyhedron, rounding: f64) -> [usize; 2] {
         Face::count(&RoundedBody::inset(shape, rounding).expect("fits"))
@@ -222,5 +270,34 @@ mod tests {
         let prism = |sides| Polyhedron::cylinder(0.1, 0.3, sides).expect("a prism");
         assert_eq!(count(&prism(48), 1e-3), [50, 0]);
         assert_eq!(count(&prism(80), 1e-3), [82, 80]);
+    }
+
+    /// A cuboid that is turned and written with few digits, with nodes all over its faces, has six faces that carry.
+    #[test]
+    fn faces_are_flat_to_the_digits_of_a_file() {
+        let size = [0.31, 0.23, 0.07];
+        let turn = Rotation::from_scaled_axis(Vec3::new(0.4, -0.7, 0.25));
+        let whole = 2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
+        for digit in [1e-6, 1e-7] {
+            let mut points = Vec::new();
+            for k in 0..5 * 4 * 3 {
+                let share = [(k % 5) as f64 / 4.0, (k / 5 % 4) as f64 / 3.0, (k / 20) as f64 / 2.0];
+                if share.iter().any(|s| *s == 0.0 || *s == 1.0) {
+                    let place = turn * Vec3::from_fn(|i, _| (share[i] - 0.5) * size[i]);
+                    points.push(place.map(|x| (x / digit).round() * digit));
+                }
+            }
+            let shape = Polyhedron::convex_hull(&points).expect("a hull");
+            assert!(shape.facets.len() > 12, "{digit:e}: {} facets", shape.facets.len());
+            assert_eq!(count(&shape, 2e-3), [6, 0], "{digit:e}");
+            let faces = Face::of(&RoundedBody::inset(&shape, 2e-3).expect("fits"));
+            let area: f64 = faces.iter().map(|face| face.area).sum();
+            assert!((area / whole - 1.0).abs() < 1e3 * digit, "{digit:e}: {area} of {whole}");
+            for face in &faces {
+                let own = turn.inverse() * face.normal;
+                // Of a face of the least width, 7 cm.
+                assert!((own.amax() - 1.0).abs() < (20.0 * digit).powi(2), "{digit:e}: {own}");
+            }
+        }
     }
 }

@@ -43,7 +43,8 @@ impl Plate {
         Plate { height, centre: [0.0; 2], half: [f64::INFINITY; 2] }
     }
 
-    fn covers(&self, x: &Vec3) -> bool {
+    /// Whether a place lies over or under the face.
+    pub fn covers(&self, x: &Vec3) -> bool {
         (0..2).all(|k| (x[k] - self.centre[k]).abs() <= self.half[k])
     }
 }

@@ -74,6 +74,8 @@ fn convex_body(name: &str, (points, cells): Corners) -> Result<Mesh> {
 
 /// Facets further below the hull than this share of their own size lie inside the body.
 const INSIDE: f64 = 0.05;
+/// Of those that lie less deep, others look straight at them: normals more opposite than this cosine.
+const FACING: f64 = 0.5;
 /// Nodes nearer to each other than this share of the body's size lie at the same place.
 const SAME: f64 = 1e-6;
 
@@ -82,7 +84,10 @@ const SAME: f64 = 1e-6;
 fn hidden_crack(mesh: &Mesh, hull: &Polyhedron) -> Option<String> {
     let place = |node: NodeId| mesh.nodes[node.index()];
     let size = hull.vertices.iter().map(|v| (v - hull.vertices[0]).norm()).fold(0.0, f64::max);
-    let mut nodes = mesh.surface_nodes();
+    // Mid-side nodes come and go with the corners.
+    let mut nodes: Vec<NodeId> = mesh.surface.iter().flat_map(|facet| facet.nodes[..3].to_vec()).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
     nodes.sort_by(|a, b| place(*a).x.total_cmp(&place(*b).x));
     let near = |(k, node): (usize, &NodeId)| {
         let next = nodes[k + 1..].iter().take_while(|other| place(**other).x - place(*node).x < SAME * size);
@@ -96,13 +101,17 @@ fn hidden_crack(mesh: &Mesh, hull: &Polyhedron) -> Option<String> {
             doubled.len()
         ));
     }
+    let corners = |facet: &SurfaceFacet| [0, 1, 2].map(|k| place(facet.nodes[k]));
     let inside = |facet: &&SurfaceFacet| {
-        let [a, b, c] = [0, 1, 2].map(|k| place(facet.nodes[k]));
-        let (middle, extent) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)).norm().sqrt());
+        let [a, b, c] = corners(facet);
+        let (middle, spanned) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)));
         let heights = hull.facets.iter().zip(&hull.normals);
         let highest =
             heights.map(|(f, n)| n.dot(&(middle - hull.vertices[f[0]]))).fold(f64::NEG_INFINITY, f64::max);
-        highest < -INSIDE * extent
+        let normal = spanned.normalize();
+        let met = |other: &SurfaceFacet| is_met(&corners(other), &middle, &normal, SAME * size);
+        // A facet just below the hull is of a dent, or of a crack in a thin layer: then another one looks at it.
+        highest < -INSIDE * spanned.norm().sqrt() || (highest < -SAME * size && mesh.surface.iter().any(met))
     };
     let count = mesh.surface.iter().filter(inside).count();
     (count > 0).then(|| {
@@ -111,6 +120,21 @@ fn hidden_crack(mesh: &Mesh, hull: &Polyhedron) -> Option<String> {
              and merge coincident nodes"
         )
     })
+}
+
+/// Whether a triangle, counter-clockwise from outside, looks back at a point that looks along `normal`: it lies in front of it, at most
+/// `behind` [m] behind.
+fn is_met([a, b, c]: &[Vec3; 3], point: &Vec3, normal: &Vec3, behind: f64) -> bool {
+    let spanned = (b - a).cross(&(c - a));
+    let against = -normal.dot(&spanned);
+    if !(against > FACING * spanned.norm()) {
+        return false;
+    }
+    let distance = spanned.dot(&(point - a)) / against;
+    let struck = point + normal * distance;
+    let within =
+        |p: &Vec3, q: &Vec3| (q - p).cross(&(struck - p)).dot(&spanned) >= -1e-9 * spanned.norm_squared();
+    distance > -behind && within(a, b) && within(b, c) && within(c, a)
 }
 
 type Corners = (Vec<Vec3>, Vec<[u32; 4]>);
@@ -386,8 +410,17 @@ mod tests {
 
     /// A cuboid whose mid-plane is cut but for its rim, its nodes `apart` [m] on one side.
     fn cracked(apart: f64) -> String {
+        cracked_below(apart, 0.1)
+    }
+
+    /// The same with the cut so deep below its top [m].
+    fn cracked_below(apart: f64, depth: f64) -> String {
         let mesh = cuboid_mesh([0.3, 0.2, 0.2], 0.05).expect("a mesh");
-        let mut nodes = mesh.nodes.clone();
+        let lifted = |p: &Vec3| {
+            let share = if p.z > 0.0 { p.z * depth } else { p.z * (0.2 - depth) } / 0.1;
+            Vec3::new(p.x, p.y, 0.1 - depth + share)
+        };
+        let mut nodes: Vec<Vec3> = mesh.nodes.iter().map(lifted).collect();
         let mut cells: Vec<Vec<u32>> =
             mesh.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
         let plane = |p: &Vec3| p.z.abs() < 1e-9 && p.x.abs() < 0.14 && p.y.abs() < 0.09;
@@ -396,7 +429,7 @@ mod tests {
             let above = cell.iter().map(|n| mesh.nodes[*n as usize].z).sum::<f64>() > 0.0;
             for node in cell.iter_mut().filter(|n| above && plane(&mesh.nodes[**n as usize])) {
                 *node = *twins.entry(*node).or_insert_with(|| {
-                    let place = mesh.nodes[*node as usize];
+                    let place = nodes[*node as usize];
                     nodes.push(place + Vec3::new(apart, 0.0, 0.0));
                     nodes.len() as u32 - 1
                 });
@@ -413,6 +446,15 @@ mod tests {
         // Nodes that do not lie on each other, as where both sides were meshed apart.
         let unlike = message(&cracked(1e-3));
         assert!(unlike.contains("facets of its surface inside"), "{unlike}");
+        // Under a layer far thinner than its facets are wide.
+        for depth in [2e-3, 1e-4, 5e-6] {
+            let thin = message(&cracked_below(3e-4, depth));
+            // Both sides of 24 quads, but for two halves at corners, which the rim keeps together.
+            assert!(thin.contains("has 92 facets of its surface inside"), "{depth:e}: {thin}");
+            // As many as were doubled: mid-side nodes are not counted.
+            let same = message(&cracked_below(0.0, depth));
+            assert!(same.contains("has 15 nodes"), "{depth:e}: {same}");
+        }
         let whole = cuboid_mesh([0.3, 0.2, 0.2], 0.05).expect("a mesh");
         // A node inside that is moved past its neighbours folds cells over others.
         let mut folded = whole.nodes.clone();

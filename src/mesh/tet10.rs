@@ -124,6 +124,12 @@ impl Mesh {
         signed_volume(&self.corners(cell))
     }
 
+    /// The same shifted by `way` [m].
+    pub fn moved(mut self, way: &Vec3) -> Self {
+        self.nodes.iter_mut().for_each(|node| *node += way);
+        self
+    }
+
     /// Volume of the mesh [m^3].
     pub fn volume(&self) -> f64 {
         self.cell_ids().map(|cell| self.cell_volume(cell)).sum()

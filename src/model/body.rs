@@ -60,8 +60,8 @@ pub struct Body {
     pub mass: f64,
     /// Centre of mass in body coordinates [m].
     pub centre_of_mass: crate::tensor::Vec3,
-    /// Where its frame lies from the point that it was placed by, in body coordinates [m]: bodies given far from that point have one of their own,
-    /// since rounding grows with the arm. Zero for all that can break, whose parts say theirs themselves ([`Body::frame_offset`]).
+    /// Where its frame, or that of the grain that it is a part of, lay from the point that it was placed by, in body coordinates [m]: bodies
+    /// given far from that point have a frame of their own, since rounding grows with the arm.
     pub offset: crate::tensor::Vec3,
     /// Length that makes rotations commensurate with translations [m]; about the body's radius.
     pub rotation_scale: f64,
@@ -114,7 +114,7 @@ impl Body {
 
     /// Where its frame lies from the point that it, or the grain that it is a part of, was placed by, in body coordinates [m].
     pub fn frame_offset(&self) -> crate::tensor::Vec3 {
-        self.damaged.as_ref().map_or(self.offset, |grain| grain.offset())
+        self.offset + self.damaged.as_ref().map_or_else(crate::tensor::Vec3::zeros, |grain| grain.offset())
     }
 
     /// The meshed surface, where the body deforms.

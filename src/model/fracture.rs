@@ -408,7 +408,7 @@ impl Model {
             friction: old.friction,
             mass: mass.mass * (room / grain.mesh().volume()),
             centre_of_mass: mass.centroid,
-            offset: Vec3::zeros(),
+            offset: old.offset,
             rotation_scale: 0.5 * size,
             resting: bends.clone().filter(|_| rests),
             grain: bends.filter(|_| !rests),

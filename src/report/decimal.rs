@@ -9,18 +9,22 @@ pub(super) enum Decimals {
 
 impl Decimals {
     /// What the cells of a table's number columns say, its cells being parted by `separator`; the fault of one that says the contrary, with its
-    /// line. A semicolon is what spreadsheets part cells by where the comma is taken; behind a tab or in quotes "1,250" may be a thousand.
+    /// line. A semicolon is what spreadsheets part cells by where the comma is taken, and the point may part thousands there; behind a tab or in
+    /// quotes "1,250" may be a thousand.
     pub(super) fn of<'a>(
         cells: impl Iterator<Item = (usize, &'a str)>,
         separator: u8,
     ) -> Result<Self, (usize, String)> {
-        let (mut point, mut comma, mut unclear) = (None, None, None);
+        let (mut point, mut comma, mut unclear, mut unclear_point) = (None, None, None, None);
         for (line, cell) in cells {
             if cell.contains('.') {
-                point.get_or_insert((line, cell));
+                match separator == b';' && may_be_thousands(cell, '.') {
+                    true => unclear_point.get_or_insert((line, cell)),
+                    false => point.get_or_insert((line, cell)),
+                };
             }
             match cell.matches(',').count() {
-                1 if separator == b';' || !may_be_thousands(cell) => {
+                1 if separator == b';' || !may_be_thousands(cell, ',') => {
                     comma.get_or_insert((line, cell));
                 }
                 1 => {
@@ -29,14 +33,19 @@ impl Decimals {
                 _ => {}
             }
         }
-        match (point, comma, unclear) {
+        let is_unclear = |(line, cell): (usize, &str), instead: &str| {
+            Err((line, format!("{cell:?} may be a thousand or have three decimals; write {instead}")))
+        };
+        match (point.or(unclear_point), comma, unclear) {
             (Some((first, one)), Some((line, other)), _)
             | (Some((first, one)), None, Some((line, other))) => {
                 Err((line.max(first), format!("mixes decimal points ({one:?}) and commas ({other:?})")))
             }
-            (None, None, Some((line, cell))) => {
-                let problem = format!("{cell:?} may be a thousand or have three decimals");
-                Err((line, problem + "; write decimals behind a point, or semicolons between the cells"))
+            (None, None, Some(cell)) => {
+                is_unclear(cell, "decimals behind a point, or semicolons between the cells")
+            }
+            (Some(cell), None, None) if point.is_none() => {
+                is_unclear(cell, "decimals behind a comma, or commas between the cells")
             }
             (None, Some(_), _) => Ok(Decimals::Comma),
             (_, None, None) => Ok(Decimals::Point),
@@ -57,9 +66,20 @@ impl Decimals {
     }
 }
 
-/// Whether a comma may part thousands: one to three digits before it, three behind it, no zero first.
-fn may_be_thousands(cell: &str) -> bool {
-    let Some((before, behind)) = cell.trim_start_matches(['-', '+']).split_once(',') else { return false };
+/// What a table's first line says that its cells are parted by, as Excel writes and reads it ("sep=;"), and the text with that line emptied.
+pub fn separator_line(text: &str) -> (Option<char>, &str) {
+    let line = text.lines().next().unwrap_or("");
+    let plain = line.trim_matches([' ', '"']).to_ascii_lowercase();
+    let mut said = plain.strip_prefix("sep=").unwrap_or("").chars();
+    match (said.next(), said.next()) {
+        (Some(separator), None) => (Some(separator), &text[line.len()..]),
+        _ => (None, text),
+    }
+}
+
+/// Whether this mark may part thousands: one to three digits before it, three behind it, no zero first.
+fn may_be_thousands(cell: &str, mark: char) -> bool {
+    let Some((before, behind)) = cell.trim_start_matches(['-', '+']).split_once(mark) else { return false };
     let digits = |text: &str| text.bytes().all(|c| c.is_ascii_digit());
     (1..=3).contains(&before.len())
         && behind.len() == 3
@@ -83,14 +103,28 @@ mod tests {
         assert_eq!(of(&["0", "0,5"], b';'), Ok(Decimals::Comma));
         assert_eq!(of(&["1,250", "7"], b';'), Ok(Decimals::Comma));
         assert_eq!(of(&["1,250", "-0,125"], b'\t'), Ok(Decimals::Comma));
+        // A point that parts no thousands says what the others do.
+        assert_eq!(of(&["1.250", "0.750"], b';'), Ok(Decimals::Point));
+        assert_eq!(of(&["1.250", "7"], b','), Ok(Decimals::Point));
         for (cells, separator, line, says) in [
             (&["1,250", "7"][..], b'\t', 0, "may be a thousand"),
+            (&["7", "-1.250"], b';', 1, "decimals behind a comma"),
+            (&["1.250", "0,5"], b';', 1, "mixes"),
             (&["0.5", "0,5"], b';', 1, "mixes"),
             (&["0", "1,250", "0.5"], b'\t', 2, "mixes"),
             (&["1.250,5"], b';', 0, "mixes"),
         ] {
             let (at, message) = of(cells, separator).expect_err("refused");
             assert!(at == line && message.contains(says), "{cells:?}: {at}: {message}");
+        }
+    }
+
+    #[test]
+    fn the_line_that_names_the_separator_is_taken_out() {
+        assert_eq!(separator_line("sep=;\r\na;b"), (Some(';'), "\r\na;b"));
+        assert_eq!(separator_line("\"SEP=\t\"\na"), (Some('\t'), "\na"));
+        for text in ["", "a;b\nsep=;", "sep=;;\na", "separation [mm];b"] {
+            assert_eq!(separator_line(text), (None, text));
         }
     }
 

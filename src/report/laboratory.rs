@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-use super::decimal::Decimals;
+use super::decimal::{Decimals, separator_line};
 
 /// One measured curve, in SI, compression positive.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -228,9 +228,15 @@ fn numbers(cells: &csv::StringRecord, places: &Places, decimals: Decimals) -> Re
 /// `name` is the curve's where the table has no `curve` column.
 fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let (said, text) = separator_line(text);
     let is_content = |line: &str| !line.trim().is_empty() && !line.trim().starts_with('#');
     let header = text.lines().find(|line| is_content(line)).unwrap_or("");
-    let separator = [b';', b'\t', b','].into_iter().find(|&c| header.contains(char::from(c))).unwrap_or(b',');
+    let found = [';', '\t', ','].into_iter().find(|c| header.contains(*c));
+    let separator = match said.or(found).map(u8::try_from) {
+        None => b',',
+        Some(Ok(separator)) if separator.is_ascii() => separator,
+        Some(_) => return Err(vec![(1, "names a separator that is no comma, semicolon or tab".into())]),
+    };
     let rows = records(text, separator).map_err(|fault| vec![fault])?;
     let Some(((header_line, header), rows)) = rows.split_first() else {
         return Err(vec![(1, "has no header line".into())]);
@@ -311,6 +317,16 @@ mod tests {
         assert!(faults[0].1.contains("semicolons"), "{faults:?}");
         let semicolons = "axial_strain [%];deviatoric_stress [kPa]\n0,25;412,5\n";
         assert!(parse(semicolons, "file").is_ok(), "the message's advice");
+        // Excel's own first line.
+        for text in [
+            "sep=;\r\naxial_strain [%];deviatoric_stress [kPa]\r\n0,25;412,5\r\n",
+            "sep=\t\naxial_strain [%]\tq [kPa]\n0,25\t412,5\n",
+        ] {
+            let curves = parse(text, "file").unwrap_or_else(|e| panic!("{text:?}: {e:?}"));
+            assert_eq!((curves[0].axial_strain[0], curves[0].deviatoric_stress[0]), (0.0025, 412.5e3));
+        }
+        let faults = parse("sep=;\naxial_strain [%];deviatoric_stress [kPa]\n0;x\n", "file").expect_err("x");
+        assert_eq!(faults[0].0, 3, "{faults:?}");
         let mixed = "axial_strain [%];deviatoric_stress [kPa]\n0,25;412.5\n";
         let faults = parse(mixed, "file").expect_err("points and commas");
         assert!(faults[0].0 == 2 && faults[0].1.contains("mixes decimal points"), "{faults:?}");

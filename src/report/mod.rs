@@ -27,6 +27,7 @@ mod surface;
 mod viewer;
 
 pub use axis::{Axis, duration, short};
+pub use decimal::separator_line;
 pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
 pub use run::{Curve, Largest, Run, Shearing, safe};
 

@@ -76,7 +76,7 @@ impl Pressing {
     /// Sets the body on the lower plate and the upper plate on the body.
     ///
     /// # Errors
-    /// `Error::Usage` where the body cannot break.
+    /// `Error::Usage` where the body cannot break, or a plate meets none of its nodes.
     pub(super) fn new(parameters: PressParameters, bodies: &mut [Body], poses: &mut [Pose]) -> Result<Self> {
         let PressParameters { body, bottom, top, grip, patch } = parameters;
         let Some(grain) = bodies[body].damaged.as_ref() else {
@@ -94,6 +94,16 @@ impl Pressing {
         poses[body].position.z += rise;
         poses[top].position.z += high + rise - plates[1].height;
         plates[1].height = high + rise;
+        for (plate, name) in plates.iter().zip([bottom, top].map(|plate| &bodies[plate].name)) {
+            let mesh = grain.mesh();
+            let nodes = mesh.surface_nodes().into_iter().map(|node| mesh.nodes[node.index()]);
+            if grip != Grip::Tied && !nodes.map(|x| poses[body].to_space(&x)).any(|x| plate.covers(&x)) {
+                return Err(Error::Usage(format!(
+                    "the plate {name:?} meets no node of {:?}: it is beside the body, or smaller than its cells, which are then too large",
+                    bodies[body].name
+                )));
+            }
+        }
         let bench = Bench {
             grip,
             patch,

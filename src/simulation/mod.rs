@@ -302,7 +302,7 @@ fn triaxial_test(
         recorder.write_breakage(&rig)?;
         recorder.write_pieces(&rig.model)?;
     }
-    let (end, outcome, reason) = ending(squeezed(end, case));
+    let (end, outcome, reason) = ending(explained(end, case, rig.dossier.as_ref()));
     let dossier = rig.dossier.take().filter(|_| matches!(end, End::Stopped { .. })).map(Box::new);
     profile.finish(rig.contacts.timings);
     // A continued run would have to add to what it finds: it is told, not kept.
@@ -316,14 +316,12 @@ fn triaxial_test(
     Ok(Outcome { end, increments: recorder.increments(), wall_time: recorder.wall_time(), profile, dossier })
 }
 
-/// A stop told with what the pressure has to do with it first, where rock is soft for it.
-fn squeezed(end: StageEnd, case: &Case) -> StageEnd {
-    match (end, case.squeeze()) {
-        (StageEnd::Stopped { reason }, Some(squeeze)) => {
-            StageEnd::Stopped { reason: format!("{squeeze}; {reason}") }
-        }
-        (end, _) => end,
-    }
+/// A stop told with its cause first, where that is known: what the solver saw, or a pressure that uses up the roundings.
+fn explained(end: StageEnd, case: &Case, dossier: Option<&Dossier>) -> StageEnd {
+    let StageEnd::Stopped { reason } = end else { return end };
+    let seen = dossier.and_then(|dossier| dossier.cause.clone());
+    let causes = case.squeeze().map(|squeeze| squeeze.to_string()).into_iter().chain(seen);
+    StageEnd::Stopped { reason: causes.chain([reason]).collect::<Vec<_>>().join("; ") }
 }
 
 /// A new test: its specimen, its rig, and a results file with a first restart point.
@@ -550,7 +548,7 @@ fn scene_run(
     if !matches!(end, StageEnd::Interrupted) {
         recorder.write_pieces(&scene.model)?;
     }
-    let (end, outcome, reason) = ending(end);
+    let (end, outcome, reason) = ending(explained(end, case, scene.dossier.as_ref()));
     let mut profile = Profile::default();
     profile.book_since("scene", clock);
     profile.finish(scene.contacts.timings);

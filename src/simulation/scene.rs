@@ -263,7 +263,7 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
         SceneShape::Polyhedron { nominal, rounding }
     };
     let fidelity = case.fidelity_of(body);
-    let mesh = match fidelity {
+    let mut mesh = match fidelity {
         Fidelity::Rigid => None,
         Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => Some(body_mesh(case, index, body, folder)?),
     };
@@ -297,6 +297,16 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
             rounded(hull)
         }
     };
+    // A body far from the point that it is placed by moves in a frame of its own.
+    let mut offset = Vec3::zeros();
+    if let SceneShape::Polyhedron { nominal, rounding } = &shape
+        && nominal.far_middle().is_some()
+        && is_left_alone(case, body)
+    {
+        offset = nominal.centroid();
+        mesh = mesh.map(|mesh| mesh.moved(&-offset));
+        shape = SceneShape::Polyhedron { nominal: nominal.moved(&-offset), rounding: *rounding };
+    }
     let (mut grain, mut full) = (None, None);
     match (fidelity, mesh) {
         (Fidelity::Auto | Fidelity::Condensed, Some(mesh)) => {
@@ -315,17 +325,6 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
     };
     let mut pose =
         Pose::new(Vec3::from(body.position), Rotation::from_scaled_axis(Vec3::from(body.rotation)));
-    // A rigid body far from the point that it is placed by moves in a frame of its own.
-    let offset = match (&shape, fidelity) {
-        (SceneShape::Polyhedron { nominal, rounding }, Fidelity::Rigid) if is_left_alone(case, body) => {
-            let own = nominal.far_middle().map(|_| nominal.centroid());
-            if let Some(own) = own {
-                shape = SceneShape::Polyhedron { nominal: nominal.moved(&-own), rounding: *rounding };
-            }
-            own.unwrap_or_default()
-        }
-        _ => Vec3::zeros(),
-    };
     pose.position += pose.rotation * offset;
     Ok(SceneBody {
         name: body.name.clone(),

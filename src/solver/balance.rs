@@ -8,7 +8,7 @@ use crate::assembly::{Contacts, Dofs};
 use crate::model::{Body, BodyKind, Loads, Model};
 use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
-use crate::tensor::{Pose, Vector6};
+use crate::tensor::{Pose, Vec3, Vector6};
 
 /// How well the forces balance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,17 +103,29 @@ impl Yardsticks {
 }
 
 /// The larger of applied force and weight on what is free of a body [N], moments over its rotation scale. Not their sum, which may be nothing
-/// but rounding where they balance each other.
+/// but rounding where they balance each other. Of a load its moment counts about the body's reference point or about its centre of mass,
+/// where it is less: that of a far reference point is its arm, which no contact carries.
 fn dead_load(model: &Model, dofs: &Dofs, loads: &Loads, pose: &Pose, body: usize) -> f64 {
     let Body { mass, centre_of_mass, .. } = &model.bodies[body];
+    let arm = pose.rotation * centre_of_mass;
+    let about_centre = |wrench: &Vector6<f64>| {
+        let force: Vec3 = wrench.fixed_rows::<3>(0).into_owned();
+        let moment = wrench.fixed_rows::<3>(3).into_owned() - arm.cross(&force);
+        Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+    };
     let weight = loads.gravity * *mass;
-    let moment = (pose.rotation * centre_of_mass).cross(&weight);
+    let moment = arm.cross(&weight);
     let weight = Vector6::new(weight.x, weight.y, weight.z, moment.x, moment.y, moment.z);
     let free = |wrench: &Vector6<f64>| {
         let force = dofs.free_norm(body, wrench);
         if force > HELD * wrench.fixed_rows::<3>(0).norm() { force } else { 0.0 }
     };
-    free(&weight).max(free(&loads.applied[body]))
+    let carried = |wrench: &Vector6<f64>| {
+        let [here, there] = [free(wrench), free(&about_centre(wrench))];
+        // A hinge carries the force, and its body the moment about it.
+        if there > 0.0 { here.min(there) } else { here }
+    };
+    carried(&weight).max(carried(&loads.applied[body]))
 }
 
 impl Newton<'_> {

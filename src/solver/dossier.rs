@@ -24,9 +24,14 @@ pub struct Dossier {
     pub sliding: usize,
     /// Of all attempts at the increment, cut or not.
     pub factorisations: usize,
+    /// Why there is no balance, where that is known.
+    pub cause: Option<String>,
     /// What to try, most promising first.
     pub advice: Vec<String>,
 }
+
+/// Contacts that overlap by more than this share of their roundings have used them up: corners and edges of cores come to lie on each other.
+const USED_UP: f64 = 0.5;
 
 /// The body that is worst out of balance.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,13 +94,27 @@ impl Dossier {
             sticking: all - sliding,
             sliding,
             factorisations: report.counters.factorisations,
+            cause: None,
             advice: Vec::new(),
         };
         let spent = report.augmentations > settings.max_augmentations;
         dossier.advice = dossier.what_to_try(&report.status, spent, settings);
-        if let Some(note) = unresolved(model, report, settings) {
-            dossier.advice.insert(0, note);
+        let rounding = Unresolved::of(model, report);
+        if rounding.share > WORTH_A_WORD * settings.force_tolerance {
+            dossier.advice.insert(0, format!("softer rock or a larger solver.force_tolerance: {rounding}"));
         }
+        let overlaps = contacts.active().map(|(_, point)| -point.evaluation.gap / point.state.radii);
+        let overlap = overlaps.filter(|share| share.is_finite()).fold(0.0, f64::max);
+        dossier.cause = if rounding.share > settings.force_tolerance {
+            Some(format!("double precision does not resolve these forces: {rounding}"))
+        } else if overlap > USED_UP {
+            Some(format!(
+                "rock is too soft or contact.rounding too small for these forces: a contact overlaps by {:.0} % of its roundings",
+                100.0 * overlap
+            ))
+        } else {
+            None
+        };
         dossier
     }
 
@@ -139,20 +158,36 @@ impl Dossier {
     }
 }
 
-/// Where double precision cannot tell gaps apart finely enough for the force tolerance: positions are known to half a unit in
-/// their last place, and the stiffest pair's force to that times its stiffness.
-fn unresolved(model: &Model, report: &IncrementReport, settings: &Settings) -> Option<String> {
-    let farthest = report.poses.iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
-    let stiffest =
-        model.bodies.iter().map(|body| body.stiffness).filter(|k| k.is_finite()).fold(0.0, f64::max);
-    let force = 0.5 * stiffest * 0.5 * f64::EPSILON * farthest;
-    let share = force / report.balance.least_force;
-    (share.is_finite() && share > 0.1 * settings.force_tolerance).then(|| {
-        format!(
-            "softer rock or a larger solver.force_tolerance: positions of {farthest:.1e} m in double precision leave {share:.1e} of the mean \
-             contact force unknown at the stiffest contact"
+/// Share of the force tolerance above which rounding is told of.
+const WORTH_A_WORD: f64 = 0.1;
+
+/// What double precision leaves unknown of forces: positions are known to half a unit in their last place, and the stiffest pair's force to that
+/// times its stiffness.
+struct Unresolved {
+    /// Of the farthest body [m].
+    distance: f64,
+    /// Over the least force that any body is judged by.
+    share: f64,
+}
+
+impl Unresolved {
+    fn of(model: &Model, report: &IncrementReport) -> Self {
+        let distance = report.poses.iter().map(|pose| pose.position.norm()).fold(0.0, f64::max);
+        let stiffnesses = model.bodies.iter().map(|body| body.stiffness).filter(|k| k.is_finite());
+        let force = 0.5 * stiffnesses.fold(0.0, f64::max) * 0.5 * f64::EPSILON * distance;
+        let share = force / report.balance.least_force;
+        Unresolved { distance, share: if share.is_finite() { share } else { 0.0 } }
+    }
+}
+
+impl fmt::Display for Unresolved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Unresolved { distance, share } = self;
+        write!(
+            f,
+            "positions of {distance:.1e} m in double precision leave {share:.1e} of the mean contact force unknown at the stiffest contact"
         )
-    })
+    }
 }
 
 impl fmt::Display for ContactReport {

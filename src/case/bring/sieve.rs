@@ -10,6 +10,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::error::Fault;
+use crate::report::separator_line;
 
 use super::super::quantity::{self, Dimension};
 use super::super::walk::shown;
@@ -127,14 +128,15 @@ fn from_file(file: &str, path: &str, folder: &Path) -> Result<Curve, Fault> {
 /// The curve of a table's text.
 fn table(text: &str) -> Result<Curve, String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let (said, text) = separator_line(text);
     let mut lines = text
         .lines()
         .enumerate()
         .map(|(at, line)| (at + 1, line.trim()))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     let (_, header) = lines.next().ok_or("is empty")?;
-    let separator =
-        [';', '\t', ','].into_iter().find(|c| header.contains(*c)).ok_or("has a header of one column")?;
+    let found = [';', '\t', ','].into_iter().find(|c| header.contains(*c));
+    let separator = said.or(found).ok_or("has a header of one column")?;
     let cells = |line: &str| -> Vec<String> {
         line.split(separator).map(|cell| cell.trim().trim_matches('"').trim().to_string()).collect()
     };
@@ -199,6 +201,7 @@ mod tests {
         };
         near("sieve [mm],passing [%]\n60,100\n40,62.5\n20,10\n");
         near("\u{feff}# Steinbruch\nSiebweite (mm);Durchgang (%)\n20,0;10,0\n40,0;62,5\n60,0;100\n");
+        near("sep=;\r\nSiebweite (mm);Durchgang (%)\r\n20,0;10,0\r\n40,0;62,5\r\n60,0;100\r\n");
         near("d [m]\tpassing\n0.06\t1\n0.04\t0.625\n0.02\t0.1\n");
         near("\"粒径 [mm]\",\"通过率\"\n60,100\n40,62.5 %\n20,10\n");
         let refused = |text: &str| table(text).expect_err(text);

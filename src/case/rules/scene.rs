@@ -20,6 +20,8 @@ use super::material;
 const FARTHEST_REFERENCE: f64 = 1e3;
 /// How far from the origin bodies may lie, over the size of the smallest that moves: beyond, rounding of positions is what contacts see.
 const FARTHEST_ORIGIN: f64 = 5e6;
+/// How far a tied end may stand out over its plate, over the size of the body: coordinates are written with few digits.
+const DIGITS: f64 = 1e-6;
 /// Vertices of a polyhedron at most: hull and rounding look at every vertex from every facet.
 const MOST_VERTICES: usize = 1000;
 /// Overlapping pairs that are listed one by one.
@@ -29,6 +31,7 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
     let Some(bodies) = case["scene"]["bodies"].as_array() else { return };
     let mut placed: Vec<(usize, &str, Placed)> = vec![];
     let mut names: HashSet<&str> = HashSet::new();
+    let mut pressed: [Option<(usize, Placed)>; 3] = [const { None }; 3];
     for (i, body) in bodies.iter().enumerate() {
         let path = format!("$.scene.bodies[{i}]");
         let Some(name) = body["name"].as_str() else { continue };
@@ -62,6 +65,11 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
                 Ok(Some(it)) => {
                     check_sizes(&body, &it, &case["contact"]["rounding"], &path, walker);
                     check_reference(case, &it, name, &path, walker);
+                    let press = &case["scene"]["press"];
+                    let role = |role: &&str| press[*role].as_str() == Some(name);
+                    if let Some(role) = ["body", "bottom", "top"].iter().position(role) {
+                        pressed[role] = Some((i, it.clone()));
+                    }
                     if !is_pressed {
                         placed.push((i, name, it));
                     }
@@ -77,6 +85,7 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
         }
     }
     check_origin(bodies, &placed, walker);
+    check_cover(&case["scene"]["press"]["grip"], &pressed, walker);
     check_overlaps(&placed, walker);
 }
 
@@ -97,6 +106,39 @@ fn check_reference(case: &Value, body: &Placed, name: &str, path: &str, walker: 
             ),
             format!("a position at the body, ({x:.3e}, {y:.3e}, {z:.3e}) further, and its vertices or nodes relative to that"),
         ));
+    }
+}
+
+/// Refuses a body that stands beside the plates of its press: it is set on the one below, and the one above on it. Plates tied to its ends cover
+/// these.
+fn check_cover(grip: &Value, pressed: &[Option<(usize, Placed)>; 3], walker: &mut Walker) {
+    let [Some((index, body)), plates @ ..] = pressed else { return };
+    let is_tied = grip.as_str() == Some("tied");
+    for (which, plate) in ["below", "above"].into_iter().zip(plates) {
+        let Some((_, plate)) = plate else { continue };
+        let upper = which == "above";
+        let (end, cover) = (body.end_face(upper), plate.end_face(!upper));
+        let slack = DIGITS * body.size();
+        let is_met = |k: usize| match is_tied {
+            true => cover[k][0] <= end[k][0] + slack && end[k][1] <= cover[k][1] + slack,
+            false => cover[k][0] <= end[k][1] && end[k][0] <= cover[k][1],
+        };
+        if !(0..2).all(is_met) {
+            let span = |[x, y]: [[f64; 2]; 2]| {
+                format!("x {:.4} to {:.4} and y {:.4} to {:.4} m", x[0], x[1], y[0], y[1])
+            };
+            let part = if upper { "highest" } else { "lowest" };
+            let how = if is_tied { "which is tied to it and does not cover it" } else { "which misses it" };
+            walker.fault(Fault::new(
+                format!("$.scene.bodies[{index}].position"),
+                span(end),
+                format!(
+                    "is where the {part} part of the body lies, beside the plate {which} ({}), {how}",
+                    span(cover)
+                ),
+                "a body between the plates of its press",
+            ));
+        }
     }
 }
 
