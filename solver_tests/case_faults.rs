@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use riprap::case::{GateCase, RawCase, parse_override};
+use riprap::case::{Case, GateCase, RawCase, parse_override};
 use riprap::error::{Error, Fault};
 use serde_json::{Value, json};
 
@@ -33,6 +33,12 @@ const SCENE: &str = r#"{
   "stages": [{"kind": "load", "increments": 5,
     "bodies": {"block": {"displacement": [0, null, null], "force": [null, null, "-1 kN"]}}}]
 }"#;
+
+fn sound(text: &str, overrides: &[(&str, Value)]) -> Case {
+    let mut raw = RawCase::parse(Path::new("sound.json"), text).unwrap_or_else(|e| panic!("{e}"));
+    raw.set(&overrides.iter().map(|(at, to)| (at.to_string(), to.clone())).collect::<Vec<_>>());
+    raw.check().unwrap_or_else(|e| panic!("{e}"))
+}
 
 fn faults_of(text: &str, overrides: &[(String, Value)]) -> Vec<Fault> {
     let mut raw = RawCase::parse(Path::new("broken.json"), text).unwrap_or_else(|e| panic!("{e}"));
@@ -108,9 +114,8 @@ fn asperities_stand_between_rigid_bodies_of_known_strength() {
         assert_eq!(refused(SPECIMEN, &[asperity.clone(), ("/solver", how)]), 1);
     }
     let limit = ("/contact/limit_pressure", json!("600 MPa"));
-    let meshed = ("/scene/bodies/1/fidelity", json!("condensed"));
-    assert_eq!(refused(SCENE, &[asperity.clone(), limit.clone()]), 0);
-    assert_eq!(refused(SCENE, &[asperity.clone(), limit.clone(), meshed]), 1);
+    let meshed = [asperity.clone(), limit.clone(), ("/scene/bodies/1/fidelity", json!("condensed"))];
+    assert_eq!((refused(SCENE, &meshed[..2]), refused(SCENE, &meshed)), (0, 1));
     // The scene's rock has no strength, that of the block, which is its own, neither.
     let own = |(at, to): &(&str, Value)| (at.to_string(), to.clone());
     let faults = faults_of(SCENE, &[own(&asperity)]);
@@ -119,9 +124,7 @@ fn asperities_stand_between_rigid_bodies_of_known_strength() {
     assert!(faults.iter().all(|fault| fault.problem.contains("2.8 times")), "{faults:?}");
     // By the strength, or as given.
     let limit_of = |set: &[(&str, Value)]| {
-        let mut raw = RawCase::parse(Path::new("case.json"), SPECIMEN).expect("parses");
-        raw.set(&set.iter().map(own).collect::<Vec<_>>());
-        let case = raw.check().expect("a sound case");
+        let case = sound(SPECIMEN, set);
         case.limit_pressure_of(&case.rock)
     };
     assert!((limit_of(std::slice::from_ref(&asperity)) / 7e8 - 1.0).abs() < 1e-12);
@@ -243,26 +246,19 @@ fn bodies_far_from_origin_or_reference_point_are_refused() {
 /// Pressure that uses up the roundings of contacts is remarked on: p / E over a tenth of the rounding.
 #[test]
 fn rock_too_soft_for_its_pressure_is_remarked_on() {
-    let squeeze = |modulus: &str| {
-        let mut raw = RawCase::parse(Path::new("a.json"), SPECIMEN).unwrap_or_else(|e| panic!("{e}"));
-        raw.set(&[("/rock/youngs_modulus".into(), json!(modulus))]);
-        raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze()
-    };
+    let squeeze = |modulus: &str| sound(SPECIMEN, &[("/rock/youngs_modulus", json!(modulus))]).squeeze();
     assert_eq!(squeeze("30 GPa"), None);
     assert_eq!(squeeze("0.45 GPa"), None);
     let soft = squeeze("40 MPa").expect("soft");
     assert!((soft.over_modulus - 0.02).abs() < 1e-12 && (soft.over_roundings - 10.0).abs() < 1e-9, "{soft}");
     // A deviatoric stress that a stage names comes on top: 0.8 and 7.2 MPa.
-    let mut raw = RawCase::parse(Path::new("a.json"), SPECIMEN).unwrap_or_else(|e| panic!("{e}"));
     let sheared = json!([{"kind": "consolidate", "pressure": "0.8 MPa"}, {"kind": "stress_shear", "deviatoric_stress": "7.2 MPa"}]);
-    raw.set(&[("/rock/youngs_modulus".into(), json!("1.6 GPa")), ("/stages".into(), sheared)]);
-    let sheared = raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze().expect("soft");
+    let set = [("/rock/youngs_modulus", json!("1.6 GPa")), ("/stages", sheared)];
+    let sheared = sound(SPECIMEN, &set).squeeze().expect("soft");
     assert!((sheared.over_modulus - 0.005).abs() < 1e-12, "{sheared}");
     // A load of a body over its size: the ball of its volume is 0.124 m wide.
-    let mut raw = RawCase::parse(Path::new("a.json"), SCENE).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze(), None);
-    raw.set(&[("/rock/youngs_modulus".into(), json!("2 MPa"))]);
-    let soft = raw.check().unwrap_or_else(|e| panic!("{e}")).squeeze().expect("soft");
+    assert_eq!(sound(SCENE, &[]).squeeze(), None);
+    let soft = sound(SCENE, &[("/rock/youngs_modulus", json!("2 MPa"))]).squeeze().expect("soft");
     let size = 0.1 * (6.0 / std::f64::consts::PI).cbrt();
     assert!((soft.pressure * size * size - 1000.0).abs() < 1e-9, "{soft}");
     assert!(soft.to_string().starts_with("the load of \"block\" over its size"), "{soft}");
