@@ -145,8 +145,10 @@ impl Head {
 
     /// Notes the checksum of all bytes behind the head, as they are at this commit.
     pub fn note_checksum(file: &File, commit: u64, checksum: u32) -> io::Result<()> {
-        put(file, CHECKED_AT + 8, &checksum.to_le_bytes())?;
-        put(file, CHECKED_AT, &commit.to_le_bytes())
+        // In one write: a loss of power may leave any of several.
+        let mut bytes = commit.to_le_bytes().to_vec();
+        bytes.extend_from_slice(&checksum.to_le_bytes());
+        put(file, CHECKED_AT, &bytes)
     }
 
     /// Notes the file's name, so that a copy or link elsewhere can tell where its journal is.
