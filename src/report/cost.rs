@@ -4,7 +4,7 @@ use crate::error::Result;
 
 use super::axis::Axis;
 use super::chart::{Arrangement, Chart, Layer, Panel};
-use super::palette::{AXIS, BLACK, DASHED, GREEN, ORANGE, Stroke};
+use super::palette::{AXIS, BLACK, DASHED, GREEN, ORANGE, PURPLE, Stroke};
 use super::run::Run;
 
 /// Sums over a run.
@@ -70,16 +70,26 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
 
     let mut balance = Panel::new(x(), Axis::new("out of balance [1]").logarithmic());
     balance.layers.push(Layer::Points {
-        label: "out of balance over mean contact force".into(),
+        label: "worst body over mean contact force".into(),
         points: points(&run.column("out_of_balance")?),
         // Not one of the upper panel's, whose legend this shares.
         colour: GREEN,
         radius: 1.5,
     });
-    let tolerance = run.case.pointer("/solver/force_tolerance").and_then(|value| value.as_f64());
-    if let Some(value) = tolerance {
+    let asked = |key: &str| run.case.pointer(key).and_then(|value| value.as_f64());
+    // Files of older versions have no unrest, scenes none but zeros.
+    let unrest = run.column("unrest").ok().filter(|unrest| unrest.iter().any(|unrest| *unrest > 0.0));
+    let moves = asked("/solver/stabilisation").filter(|_| unrest.is_some());
+    if let Some(unrest) = unrest {
+        let label = "mean of all bodies (unrest)".into();
+        balance.layers.push(Layer::Points { label, points: points(&unrest), colour: PURPLE, radius: 1.5 });
+    }
+    let level = moves.map(|value| ("solver.stabilisation", value));
+    if let Some((label, value)) =
+        level.or(asked("/solver/force_tolerance").map(|value| ("its tolerance", value)))
+    {
         let stroke = Stroke { dash: DASHED, ..Stroke::thin(AXIS) };
-        balance.layers.push(Layer::Level { label: "its tolerance".into(), value, stroke });
+        balance.layers.push(Layer::Level { label: label.into(), value, stroke });
     }
 
     let seconds = run.column("wall_time")?;
