@@ -77,7 +77,7 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
         radius: 1.5,
     });
     let asked = |key: &str| run.case.pointer(key).and_then(|value| value.as_f64());
-    // Files of older versions have no unrest, scenes none but zeros.
+    // Files of older versions have no unrest, those of a press only zeros.
     let unrest = run.column("unrest").ok().filter(|unrest| unrest.iter().any(|unrest| *unrest > 0.0));
     let moves = asked("/solver/stabilisation").filter(|_| unrest.is_some());
     if let Some(unrest) = unrest {
