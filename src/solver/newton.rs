@@ -218,10 +218,7 @@ impl<'a> Newton<'a> {
         let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let centre = self.poses.clone();
         let unmoved = vec![0.0; self.away.len()];
-        self.away.iter_mut().for_each(|d| *d = 0.0);
-        self.steering.iter_mut().for_each(Steering::recentre);
-        self.contacts.recentre_nodes(self.model);
-        self.contacts.network.recentre();
+        self.recentre();
         self.weights = vec![weight];
         let mut held = self.held_residual();
         let first = merit(&held);
@@ -297,6 +294,14 @@ impl<'a> Newton<'a> {
             self.go_to(centre, unmoved);
         }
         end
+    }
+
+    /// Makes the present configuration the one that motion counts from.
+    pub(super) fn recentre(&mut self) {
+        self.away.iter_mut().for_each(|d| *d = 0.0);
+        self.steering.iter_mut().for_each(Steering::recentre);
+        self.contacts.recentre_nodes(self.model);
+        self.contacts.network.recentre();
     }
 
     pub(super) fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {

@@ -4,7 +4,6 @@
 //! begins, `k` a typical contact stiffness [N/m] and `c` the drag of each body over it. That is a backward Euler step of bodies in a viscous fluid.
 //! The drag of a body rises where Newton's iterations get nowhere, there alone: one place of thousands does not hold up the others.
 
-use crate::solver::control::Steering;
 use crate::solver::newton::Newton;
 
 /// Newton iterations of a step, and times that the drag of some bodies rises in it.
@@ -97,14 +96,6 @@ impl Newton<'_> {
         } else {
             StepEnd::Stalled
         }
-    }
-
-    /// Makes the present configuration the one that motion counts from.
-    fn recentre(&mut self) {
-        self.away.iter_mut().for_each(|d| *d = 0.0);
-        self.steering.iter_mut().for_each(Steering::recentre);
-        self.contacts.recentre_nodes(self.model);
-        self.contacts.network.recentre();
     }
 
     /// Raises the drag where the forces are largest, of where a step stands or of where it was refused, and of what touches there.

@@ -1,4 +1,4 @@
-//! Whether bodies pass through each other on the way to where an increment wants to start, and which had better stay.
+//! Whether bodies pass through each other on the way to where an increment wants to start.
 
 use crate::contact::ContactShape;
 use crate::geometry::separation::{GjkShape, gjk_closest_points};

@@ -174,15 +174,6 @@ mod tests {
         points.iter().map(|&(size, passing)| SievePoint { size, passing }).collect()
     }
 
-    fn law() -> ShapeLaw {
-        ShapeLaw {
-            vertices: [8, 16],
-            vertex_separation: 0.45,
-            rounding: 0.02,
-            within_class: WithinClass::Number,
-        }
-    }
-
     /// One wide class. Tolerance: three standard deviations of the share of 4000 grains' mass that is finer, by the variance of their volumes; the
     /// mean volume likewise, and half a per cent for that of the hulls.
     #[test]
@@ -190,7 +181,7 @@ mod tests {
         let [low, high] = [0.02, 0.09];
         let classes = size_classes(&curve(&[(high, 1.0), (low, 0.0)])).expect("a curve");
         for within_class in [WithinClass::Number, WithinClass::Mass] {
-            let law = ShapeLaw { within_class, ..law() };
+            let law = ShapeLaw { within_class, ..ShapeLaw::SAMPLE };
             let grains: Vec<GrainShape> =
                 (0..4000).map(|k| grain(&law, [low, high], 0, 5, k).expect("a grain")).collect();
             let volume = |grain: &GrainShape| grain.nominal.volume();
@@ -245,7 +236,7 @@ mod tests {
     fn numbers_add_up() {
         let classes =
             size_classes(&curve(&[(6.0, 1.0), (4.0, 0.7), (2.0, 0.3), (1.0, 0.0)])).expect("a curve");
-        let volumes = mean_volumes(&classes, &law()).expect("volumes");
+        let volumes = mean_volumes(&classes, &ShapeLaw::SAMPLE).expect("volumes");
         for total in [3, 10, 57, 300, 3783] {
             let numbers = numbers_of_total(&classes, &volumes, total);
             assert_eq!(numbers.iter().sum::<usize>(), total);
@@ -259,11 +250,11 @@ mod tests {
     #[test]
     fn drawn_grains_meet_the_curve() {
         let classes = size_classes(&curve(&[(6.0, 1.0), (4.0, 0.7), (2.0, 0.0)])).expect("a curve");
-        let volumes = mean_volumes(&classes, &law()).expect("volumes");
+        let volumes = mean_volumes(&classes, &ShapeLaw::SAMPLE).expect("volumes");
         for total in [30, 400] {
             let numbers = numbers_of_total(&classes, &volumes, total);
             let solid: f64 = numbers.iter().zip(&volumes).map(|(&n, v)| n as f64 * v).sum();
-            let grains = draw(&classes, &numbers, solid, &law(), 3).expect("grains");
+            let grains = draw(&classes, &numbers, solid, &ShapeLaw::SAMPLE, 3).expect("grains");
             assert_eq!(grains.len(), total);
             for (class, achieved) in classes.iter().zip(mass_fractions(2, &grains)) {
                 assert!((class.mass_fraction - achieved).abs() < 0.001, "{total}: {achieved}");

@@ -301,22 +301,24 @@ fn laid(shape: &Polyhedron) -> Result<Polyhedron> {
 }
 
 #[cfg(test)]
+impl ShapeLaw {
+    /// For tests.
+    pub const SAMPLE: ShapeLaw = ShapeLaw {
+        vertices: [8, 16],
+        vertex_separation: 0.45,
+        rounding: 0.02,
+        within_class: WithinClass::Number,
+    };
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
-
-    fn law() -> ShapeLaw {
-        ShapeLaw {
-            vertices: [8, 16],
-            vertex_separation: 0.45,
-            rounding: 0.02,
-            within_class: WithinClass::Number,
-        }
-    }
 
     #[test]
     fn grains_keep_their_law() {
         for index in 0..200 {
-            let shape = grain(&law(), [0.02, 0.04], 3, 11, index).expect("a grain");
+            let shape = grain(&ShapeLaw::SAMPLE, [0.02, 0.04], 3, 11, index).expect("a grain");
             assert!((8..=16).contains(&shape.nominal.vertices.len()));
             assert!(shape.semi_axes.iter().all(|a| (0.01..0.02).contains(a)));
             assert!((0.02..0.04).contains(&shape.sieve_size));
@@ -353,10 +355,11 @@ mod tests {
 
     #[test]
     fn mean_volume_is_that_of_many_grains() {
-        let unit = mean_unit_volume(&law()).expect("a volume");
+        let unit = mean_unit_volume(&ShapeLaw::SAMPLE).expect("a volume");
         let count = 1000;
-        let sum: f64 =
-            (0..count).map(|k| grain(&law(), [2.0, 4.0], 0, 5, k).expect("a grain").nominal.volume()).sum();
+        let sum: f64 = (0..count)
+            .map(|k| grain(&ShapeLaw::SAMPLE, [2.0, 4.0], 0, 5, k).expect("a grain").nominal.volume())
+            .sum();
         // The mean semi-axis is 1.5; five standard errors of both samples.
         assert!((sum / count as f64 / (unit * 1.5f64.powi(3)) - 1.0).abs() < 0.09);
     }
@@ -372,7 +375,7 @@ mod tests {
 
     #[test]
     fn law_without_room_is_refused() {
-        let law = ShapeLaw { vertex_separation: 1.4, ..law() };
+        let law = ShapeLaw { vertex_separation: 1.4, ..ShapeLaw::SAMPLE };
         assert!(grain(&law, [1.0, 2.0], 0, 1, 1).is_err());
         assert!(mean_unit_volume(&law).is_err());
     }
