@@ -40,7 +40,17 @@ impl Equilibrium {
 
 /// A gap of elastic bodies may miss by this share of what a rigid body yields to the mean contact
 /// force, where that is less than the gap tolerance.
-pub(super) const GAP_SHARE: f64 = 1e-2;
+const GAP_SHARE: f64 = 1e-2;
+
+/// What bodies that deform are off by, once their displacements follow the forces of a configuration.
+pub(super) struct Following {
+    /// The largest miss of a gap over its tolerance.
+    pub gap: f64,
+    /// The largest force out of balance on a node that is eliminated, over the force tolerance.
+    pub node: f64,
+    /// Elastic energy of these bodies [J].
+    pub energy: f64,
+}
 
 /// A dwell begins with contacts that all loads together press by this share of what they may yield; they then harden by a factor at a
 /// time, and need not balance better than this before.
@@ -115,10 +125,20 @@ impl Newton<'_> {
         self.contacts.elastic_energy(self.model, &self.loads, &self.poses)
     }
 
+    /// Has the displacements of bodies follow the forces of the present configuration.
+    pub(super) fn follow(&mut self, balance: &Balance, damage: &DamageWatch, tolerance: f64) -> Following {
+        let yielding = balance.least_force / self.typical_stiffness;
+        let usual = self.settings.gap_tolerance * self.model.typical_size();
+        let gap_tolerance = usual.min((GAP_SHARE * yielding).max(damage.gap_floor()));
+        let Relaxed { mismatch, left, energy } =
+            self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
+        tracing::trace!(out_of_balance = balance.out_of_balance, mismatch, gap_tolerance, "elastic");
+        Following { gap: mismatch / gap_tolerance, node: left / balance.least_force / tolerance, energy }
+    }
+
     fn balance_to(&mut self, tolerance: f64) -> Equilibrium {
         let settings = self.settings;
         let elastic = self.model.has_elastic();
-        let gap_tolerance = settings.gap_tolerance * self.model.typical_size();
         let mut hold = Hold::new(settings);
         let mut on_the_way = 0;
         let mut history = Vec::new();
@@ -147,16 +167,10 @@ impl Newton<'_> {
             if (elastic || damage.follows()) && (converged || fresh) {
                 let mut off = balance.out_of_balance / tolerance;
                 if elastic {
-                    let yielding = balance.least_force / self.typical_stiffness;
-                    let gap_tolerance = gap_tolerance.min((GAP_SHARE * yielding).max(damage.gap_floor()));
-                    let Relaxed { mismatch, left, energy } =
-                        self.contacts.relax(self.model, &self.loads, &self.poses, gap_tolerance);
-                    let out_of_balance = balance.out_of_balance;
-                    tracing::trace!(out_of_balance, mismatch, gap_tolerance, "elastic");
+                    let Following { gap, node, energy } = self.follow(&balance, &damage, tolerance);
                     surface_energy = energy;
-                    let left = left / balance.least_force;
-                    converged &= mismatch < gap_tolerance && left < tolerance;
-                    off = off.max(mismatch / gap_tolerance).max(left / tolerance);
+                    converged &= gap < 1.0 && node < 1.0;
+                    off = off.max(gap).max(node);
                 } else if converged || damage.is_due(off, settings) {
                     self.contacts.note_loads(self.model, &self.loads, &self.poses);
                 }

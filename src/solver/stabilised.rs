@@ -4,10 +4,9 @@
 //! still moves, and goes on moving in the next increment. In increments of many steps friction acts along the way.
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
-use crate::assembly::elastic::Relaxed;
 use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
-use crate::solver::equilibrium::{Equilibrium, GAP_SHARE};
+use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
 use crate::solver::path::Path;
 use crate::solver::settings::Settings;
@@ -153,17 +152,10 @@ impl Newton<'_> {
             Stabilisation::Rest => balance.out_of_balance / settings.force_tolerance,
         };
         if self.model.has_elastic() {
-            let yielding = balance.reference_force / self.typical_stiffness;
-            let usual = settings.gap_tolerance * self.model.typical_size();
-            let tolerance = usual.min((GAP_SHARE * yielding).max(damage.gap_floor()));
-            let Relaxed { mismatch, left, energy } =
-                self.contacts.relax(self.model, &self.loads, &self.poses, tolerance);
-            let left = left / balance.reference_force;
-            settled.energy = energy;
-            settled.fully = mismatch < tolerance && left < settings.force_tolerance;
-            settled.nearly = mismatch < LOOSE_GAPS * tolerance;
+            let Following { gap, node, energy } = self.follow(&balance, damage, settings.force_tolerance);
+            settled = Settled { fully: gap < 1.0 && node < 1.0, nearly: gap < LOOSE_GAPS, energy };
             if until == Stabilisation::Rest {
-                off = off.max(mismatch / tolerance).max(left / settings.force_tolerance);
+                off = off.max(gap).max(node);
             }
         } else if damage.is_due(off, settings) {
             self.contacts.note_loads(self.model, &self.loads, &self.poses);
