@@ -1,6 +1,6 @@
-//! Full disks, folders that cannot be written, a second run on the same file, another case.
+//! Full disks, folders that cannot be written, a second run on the same file, another case; a specimen that dissolves.
 
-use riprap::results::Writer;
+use riprap::results::{Outcome, Writer};
 
 use crate::place::{Place, assert_same_bits};
 
@@ -75,4 +75,29 @@ fn a_run_is_begun_where_there_is_nothing_to_continue() {
     let told = place.ends_with(0, &["run", "scene.json", "--out", "x.h5", "--resume"]);
     assert!(told.contains("from the start") && told.contains("no results file yet"), "{told}");
     assert_same_bits(&place.reference("scene"), &place.open("x.h5"));
+}
+
+/// Weak grains whose rock cannot carry across closed cracks, and whose rubble is removed: nothing is left of them at 2 % of strain.
+const DISSOLVING: &str = r#"{
+  "seed": 3,
+  "specimen": {"grains": 24, "aspect": 1.8, "grading": [["60 mm", 1.0], ["40 mm", 0.0]], "void_ratio": 0.6, "unreachable": "nearest"},
+  "rock": {"density": 2700, "youngs_modulus": 3e10, "poissons_ratio": 0.2,
+           "compressive_strength": {"mean": 4e7, "weibull_shape": 8}, "tensile_strength": {"mean": 4e6, "weibull_shape": 8},
+           "damage": {"rubble": "removed", "recovery_in_compression": 0}},
+  "contact": {"friction": 0.65},
+  "stages": [{"kind": "consolidate", "pressure": "1 MPa"}, {"kind": "shear", "axial_strain": 0.02, "increment": 0.0002}]
+}"#;
+
+#[test]
+fn a_specimen_that_dissolves_stops_before_its_grains_fly_apart() {
+    let place = Place::new();
+    std::fs::write(place.path("dissolving.json"), DISSOLVING).expect("the case");
+    let told = place.ends_with(3, &["run", "dissolving.json", "--out", "x.h5"]);
+    assert!(told.contains("grains fly apart"), "{told}");
+    let file = place.open("x.h5");
+    assert_eq!(file.status().expect("a status").outcome, Outcome::Stopped);
+    let [unrest, strain] = ["unrest", "volumetric_strain"].map(|name| file.history(name).expect("a column"));
+    assert!(unrest.len() > 20, "it stopped at once");
+    assert!(unrest.iter().all(|unrest| *unrest <= 1.0), "{unrest:?}");
+    assert!(strain.iter().all(|strain| *strain < 0.5), "{strain:?}");
 }

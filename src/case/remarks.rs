@@ -100,18 +100,16 @@ impl Case {
         remarks
     }
 
-    /// The first rock whose cracks carry again where they close, by its path, and to what share.
+    /// The first rock of a scene whose cracks carry again where they close, by its path, and to what share. Grains of specimens are brittle: their
+    /// energy is that of their contacts, which never get firmer.
     fn recovery(&self) -> Option<(String, f64)> {
+        let Geometry::Scene(scene) = &self.geometry else { return None };
         let of =
             |rock: &RockCase| rock.damage.map(|damage| damage.recovery_in_compression).filter(|w| *w > 0.0);
-        let bodies = match &self.geometry {
-            Geometry::Specimen(_) => &[],
-            Geometry::Scene(scene) => &scene.bodies[..],
-        };
         let of_body = |(index, body): (usize, &BodyCase)| {
             Some((format!("scene.bodies[{index}].rock.damage"), of(body.rock.as_ref()?)?))
         };
-        let own = bodies.iter().enumerate().find_map(of_body);
+        let own = scene.bodies.iter().enumerate().find_map(of_body);
         of(&self.rock).map(|recovery| ("rock.damage".into(), recovery)).or(own)
     }
 
@@ -398,20 +396,26 @@ mod tests {
 
     #[test]
     fn stiffness_that_comes_back_is_remarked_on() {
-        let text = |recovery: &str| {
+        let specimen = r#""specimen": {"diameter": "0.3 m", "height": "0.6 m", "void_ratio": 0.5, "grading": [[0.06, 1], [0.04, 0]]},
+            "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]"#;
+        let scene = r#""scene": {"bodies": [{"name": "bar", "shape": {"box": [0.1, 0.02, 0.02]}, "fidelity": "condensed"}]},
+            "stages": [{"kind": "load"}]"#;
+        let text = |what: &str, recovery: &str| {
             format!(
-                r#"{{"specimen": {{"diameter": "0.3 m", "height": "0.6 m", "void_ratio": 0.5, "grading": [[0.06, 1], [0.04, 0]]}},
-            "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "compressive_strength": 2e8, "tensile_strength": 2e7,
+                r#"{{{what}, "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "compressive_strength": 2e8, "tensile_strength": 2e7,
                 "damage": {{"exponent": 3{recovery}}}}},
-            "contact": {{"friction": 0.65}}, "stages": [{{"kind": "consolidate", "pressure": "0.8 MPa"}}]}}"#
+            "contact": {{"friction": 0.65}}}}"#
             )
         };
-        let remarks = |recovery: &str| {
-            let raw = RawCase::parse("x.json".as_ref(), &text(recovery)).unwrap_or_else(|e| panic!("{e}"));
+        let remarks = |what: &str, recovery: &str| {
+            let raw =
+                RawCase::parse("x.json".as_ref(), &text(what, recovery)).unwrap_or_else(|e| panic!("{e}"));
             raw.check().unwrap_or_else(|e| panic!("{e}")).remarks().join("; ")
         };
-        assert_eq!(remarks(""), "");
-        let remarked = remarks(", \"recovery_in_compression\": 0.3");
+        assert_eq!(remarks(specimen, ""), "");
+        assert_eq!(remarks(scene, ", \"recovery_in_compression\": 0"), "");
+        assert!(remarks(scene, "").contains("recovery_in_compression is 1"));
+        let remarked = remarks(scene, ", \"recovery_in_compression\": 0.3");
         assert!(remarked.contains("rock.damage.recovery_in_compression is 0.3"), "{remarked}");
     }
 

@@ -66,6 +66,9 @@ pub struct StepReport<'a> {
     pub test: &'a Test,
 }
 
+/// Mean force out of balance over the mean contact force beyond which contacts bear nothing any more: no state of a quasi-static test.
+const MOST_UNREST: f64 = 1.0;
+
 /// Share of the consolidation pressure under which grains are seated. Under a small share the
 /// forces are too weak to bring loose grains into touch within the solver's limits.
 const SEATING_SHARE: f64 = 0.5;
@@ -511,6 +514,13 @@ impl Test {
             return Err(Miss { reason, counters: report.counters });
         }
         let pressure = drive.pressure(to, report.factor);
+        if report.balance.unrest > MOST_UNREST {
+            let reason = format!(
+                "grains fly apart: the force out of balance on one is {:.1} times the mean contact force in the mean",
+                report.balance.unrest
+            );
+            return Err(Miss { reason, counters: report.counters });
+        }
         if pressure < LEAST_PRESSURE * drive.origin.pressure {
             let reason = format!(
                 "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
