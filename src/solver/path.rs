@@ -15,10 +15,16 @@ use crate::tensor::{Pose, Vector6};
 /// Where forces are evaluated on the way of a step, as shares of it.
 const GAUSS_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
-/// Pieces of a way a step, and the longest as a share of what a body may go in an iteration, as far as that takes no more than so many.
-const PIECES_A_STEP: usize = 2;
-const LONGEST_PIECE: f64 = 0.05;
+/// Pieces on a way at most, but for one a step.
 const MOST_PIECES: f64 = 32.0;
+
+/// How finely a way is cut into pieces.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cut {
+    pub pieces_a_step: usize,
+    /// The longest as a share of what a body may go in an iteration, as far as [`MOST_PIECES`] let it.
+    pub longest: f64,
+}
 
 /// The way so far.
 #[derive(Debug, Clone)]
@@ -54,10 +60,10 @@ impl Path {
     }
 
     /// Goes on to where `newton` is after so many steps; its contacts are evaluated there before and after.
-    pub fn go_on(&mut self, newton: &mut Newton<'_>, steps: usize) {
+    pub fn go_on(&mut self, newton: &mut Newton<'_>, steps: usize, cut: Cut) {
         let end = newton.forces();
-        let pieces = (PIECES_A_STEP * steps.max(1))
-            .max((self.reach(newton) / LONGEST_PIECE).min(MOST_PIECES) as usize);
+        let by_length = (self.reach(newton) / cut.longest).min(MOST_PIECES) as usize;
+        let pieces = (cut.pieces_a_step * steps.max(1)).max(by_length);
         let mean = newton
             .mean_forces_since(&self.poses, self.pressure, pieces)
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());

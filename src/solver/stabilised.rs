@@ -8,24 +8,21 @@ use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
 use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
-use crate::solver::path::Path;
+use crate::solver::path::{Cut, Path};
 use crate::solver::settings::Settings;
-use crate::solver::step::StepEnd;
+use crate::solver::step::{Leave, StepEnd};
 
-/// Drag of an increment's first step over the typical contact stiffness; that of the next ones over the one before, and the least.
-const FIRST_DRAG: f64 = 3e-2;
+/// Drag of a step over that of the one before.
 const DRAG_LOWER: f64 = 0.3;
-const LEAST_DRAG: f64 = 3e-3;
-/// The least drag where all is to come to rest.
-const LEAST_DRAG_TO_REST: f64 = 1e-5;
-/// Steps after which an increment is accepted whatever moves.
-const MOST_STEPS: usize = 4;
 /// Steps after which friction acts along the way from there on. Before, it is implicit in the whole way, so that what a step overshoots is not paid for.
 const REBASE_EVERY: usize = 4;
 /// The same where a body has come this share of the length that it may go in an iteration: what slides and opens on a longer way is not seen by its ends.
 const REBASE_BEYOND: f64 = 0.25;
-/// Newton's iterations leave this share of what a step may leave out of balance, and of what it began with.
+/// Newton's iterations leave this share of what may be out of balance in the mean, and so many times as much on one body: what is left there is
+/// solved for in the next step.
 const SHARE_OF_UNREST: f64 = 0.2;
+const LOCALLY: f64 = 10.0;
+/// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
 /// Gaps of bodies that bend may miss their tolerance by this factor while something moves.
@@ -50,6 +47,36 @@ impl Stabilisation {
     }
 }
 
+/// How the steps of an increment go.
+struct Course {
+    /// Drag of the first step over the typical contact stiffness, and the least.
+    first_drag: f64,
+    least_drag: f64,
+    /// Steps after which an increment is accepted whatever moves, or given up.
+    most_steps: usize,
+    cut: Cut,
+}
+
+impl Course {
+    /// Where all is to come to rest collapses go far, and are looked at more closely.
+    fn to(until: Stabilisation, settings: &Settings) -> Self {
+        match until {
+            Stabilisation::Unrest(_) => Course {
+                first_drag: 0.1,
+                least_drag: 3e-3,
+                most_steps: 4,
+                cut: Cut { pieces_a_step: 1, longest: 0.2 },
+            },
+            Stabilisation::Rest => Course {
+                first_drag: 3e-2,
+                least_drag: 1e-5,
+                most_steps: settings.max_augmentations,
+                cut: Cut { pieces_a_step: 2, longest: 0.05 },
+            },
+        }
+    }
+}
+
 /// What bodies that deform or break have come to after a step.
 struct Settled {
     /// Whether forces agree with displacements and damage, and whether they nearly do.
@@ -61,31 +88,32 @@ struct Settled {
 impl Newton<'_> {
     /// Mean over the free carriers of the force out of balance [N].
     pub(super) fn mean_imbalance(&self) -> f64 {
+        self.mean_force(&self.residual)
+    }
+
+    /// Mean over the free carriers of these forces [N].
+    pub(super) fn mean_force(&self, forces: &[f64]) -> f64 {
         let free = (0..self.dofs.carriers()).filter(|carrier| self.dofs.is_free(*carrier));
-        let (sum, count) = free.fold((0.0, 0), |(sum, count), carrier| {
-            (sum + self.dofs.force_on(&self.residual, carrier), count + 1)
-        });
+        let (sum, count) = free
+            .fold((0.0, 0), |(sum, count), carrier| (sum + self.dofs.force_on(forces, carrier), count + 1));
         sum / f64::from(count.max(1))
     }
 
     /// Takes the steps of an increment.
     pub(super) fn march(&mut self, until: Stabilisation) -> Equilibrium {
         let settings = self.settings;
-        let (least, most_steps) = match until {
-            Stabilisation::Unrest(_) => (LEAST_DRAG, MOST_STEPS),
-            Stabilisation::Rest => (LEAST_DRAG_TO_REST, settings.max_augmentations),
-        };
+        let Course { first_drag, least_drag, most_steps, cut } = Course::to(until, settings);
         let mut damage = DamageWatch::new(self.model, settings);
         self.gather();
         let mut path = Path::from(self);
-        let mut drag = self.uniform_drag(FIRST_DRAG);
+        let mut drag = self.uniform_drag(first_drag);
         let mut found = Equilibrium::begun(self.balance());
         // Steps whose work is summed.
         let mut counted = 0;
         loop {
             self.counters.augmentations += 1;
             found.augmentations += 1;
-            let end = self.implicit_step(&mut drag, self.step_target(until));
+            let end = self.implicit_step(&mut drag, self.left_of_step(until));
             let settled = match self.settle(&mut damage, until) {
                 Ok(settled) => settled,
                 Err(problem) => return Equilibrium { broke: Some(problem.to_string()), ..found },
@@ -109,7 +137,7 @@ impl Newton<'_> {
             let is_due = found.augmentations - counted == REBASE_EVERY || path.reach(self) > REBASE_BEYOND;
             let rebases = is_due && !self.model.has_elastic();
             if ends || rebases {
-                path.go_on(self, found.augmentations - counted);
+                path.go_on(self, found.augmentations - counted, cut);
                 counted = found.augmentations;
             }
             if ends {
@@ -121,25 +149,27 @@ impl Newton<'_> {
                 self.evaluate();
             }
             match end {
-                StepEnd::Solved => drag.lower(DRAG_LOWER, least, self),
+                StepEnd::Solved => drag.lower(DRAG_LOWER, least_drag, self),
                 // Where nothing has to come to rest the next step is the next chance.
                 StepEnd::Reduced | StepEnd::Stalled if until != Stabilisation::Rest => {
-                    drag.lower(DRAG_LOWER, least, self);
+                    drag.lower(DRAG_LOWER, least_drag, self);
                 }
                 StepEnd::Reduced | StepEnd::Stalled => {}
             }
         }
     }
 
-    /// What Newton's iterations may leave of a step [N].
-    fn step_target(&self, until: Stabilisation) -> f64 {
+    /// What Newton's iterations may leave of a step.
+    fn left_of_step(&self, until: Stabilisation) -> Leave {
         let balance = self.balance();
-        let share = match until {
-            Stabilisation::Unrest(unrest) => SHARE_OF_UNREST * unrest,
-            Stabilisation::Rest => (SHARE_OF_START * balance.out_of_balance)
-                .max(SHARE_OF_TOLERANCE * self.settings.force_tolerance),
+        let [largest, mean] = match until {
+            Stabilisation::Unrest(unrest) => [LOCALLY * unrest, SHARE_OF_UNREST * unrest],
+            Stabilisation::Rest => {
+                let begun = SHARE_OF_START * balance.out_of_balance;
+                [begun.max(SHARE_OF_TOLERANCE * self.settings.force_tolerance), f64::INFINITY]
+            }
         };
-        share * balance.reference_force
+        Leave { largest: largest * balance.reference_force, mean: mean * balance.reference_force }
     }
 
     /// Has displacements and damage of bodies follow the forces of a step.

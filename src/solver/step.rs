@@ -21,6 +21,15 @@ const DECREASE: f64 = 0.1;
 /// Drag of a body without a stiffness of its own, a plate: it moves with what it touches, and only just has a position where that is nothing.
 const PLATE_DRAG: f64 = 1e-6;
 
+/// What Newton's iterations may leave of forces and drag [N].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leave {
+    /// On any unknown.
+    pub largest: f64,
+    /// Mean over the free bodies.
+    pub mean: f64,
+}
+
 /// How a step ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StepEnd {
@@ -46,10 +55,9 @@ impl Newton<'_> {
         drag
     }
 
-    /// Takes an implicit step from the present configuration, to where no component of the forces with the drag is larger than `target` [N].
-    pub(super) fn implicit_step(&mut self, drag: &mut Drag, target: f64) -> StepEnd {
+    /// Takes an implicit step from the present configuration, to where forces balance the drag but for what may be left.
+    pub(super) fn implicit_step(&mut self, drag: &mut Drag, leave: Leave) -> StepEnd {
         let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         self.recentre();
         drag.weights.resize(self.dofs.bodies(), drag.weights.last().copied().unwrap_or(0.0));
         self.weights.clone_from(&drag.weights);
@@ -57,7 +65,7 @@ impl Newton<'_> {
         let first = merit(&held);
         let (mut now, mut raises, mut gained) = (first, 0, false);
         for _ in 0..MOST_ITERATIONS {
-            if largest(&held) < target {
+            if self.leaves_little(&held, leave) {
                 return StepEnd::Solved;
             }
             self.counters.newton_iterations += 1;
@@ -89,13 +97,18 @@ impl Newton<'_> {
             held = self.held_residual();
             now = merit(&held);
         }
-        if largest(&held) < target {
+        if self.leaves_little(&held, leave) {
             StepEnd::Solved
         } else if gained {
             StepEnd::Reduced
         } else {
             StepEnd::Stalled
         }
+    }
+
+    fn leaves_little(&self, held: &[f64], leave: Leave) -> bool {
+        let largest = held.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        largest < leave.largest && self.mean_force(held) < leave.mean
     }
 
     /// Raises the drag where the forces are largest, of where a step stands or of where it was refused, and of what touches there.
