@@ -92,6 +92,7 @@ const STUDY_EXAMPLES: &str = "\
 Examples:
   riprap study cases/quick_start.json --vary increment
   riprap study cases/quick_start.json --vary tolerance --values 1e-2,1e-3,1e-4 --out study
+  riprap study cases/quick_start.json --vary stabilisation --values 1e-2,3e-3,1e-3,null
   riprap study cases/quick_start.json --vary seed --values 1,2,3,4,5 --jobs 2
   riprap study cases/scenes/push.json --vary increment --values 50,100,200
 
@@ -218,7 +219,7 @@ pub struct Export {
 pub struct Study {
     #[command(flatten)]
     pub input: CaseInput,
-    /// What to vary: increment, mesh, tolerance, fidelity, penalty or seed
+    /// What to vary: increment, mesh, tolerance, stabilisation, fidelity, penalty or seed
     #[arg(long, value_name = "WHAT", value_parser = varied)]
     pub vary: Vary,
     /// The values it takes (default: some around the case's own)

@@ -18,6 +18,8 @@ pub enum Vary {
     Mesh,
     /// Out-of-balance force at which an increment is accepted.
     Tolerance,
+    /// Unrest to which increments of a specimen are taken; `null`, each in balance, is the finest.
+    Stabilisation,
     Fidelity,
     /// First penalty of the contacts of condensed bodies.
     Penalty,
@@ -36,10 +38,11 @@ pub struct Setting {
 }
 
 impl Vary {
-    pub const WORDS: [(&'static str, Vary); 6] = [
+    pub const WORDS: [(&'static str, Vary); 7] = [
         ("increment", Vary::Increment),
         ("mesh", Vary::Mesh),
         ("tolerance", Vary::Tolerance),
+        ("stabilisation", Vary::Stabilisation),
         ("fidelity", Vary::Fidelity),
         ("penalty", Vary::Penalty),
         ("seed", Vary::Seed),
@@ -50,6 +53,7 @@ impl Vary {
             Vary::Increment => "increment",
             Vary::Mesh => "mesh",
             Vary::Tolerance => "tolerance",
+            Vary::Stabilisation => "stabilisation",
             Vary::Fidelity => "fidelity",
             Vary::Penalty => "penalty",
             Vary::Seed => "seed",
@@ -64,6 +68,7 @@ impl Vary {
             (Vary::Mesh, Geometry::Specimen(_)) => "cells of a grain [1]",
             (Vary::Mesh, Geometry::Scene(_)) => "mesh size over the case's [1]",
             (Vary::Tolerance, _) => "force tolerance [1]",
+            (Vary::Stabilisation, _) => "stabilisation [1]",
             (Vary::Fidelity, _) => "fidelity",
             (Vary::Penalty, _) => "first penalty [1]",
             (Vary::Seed, _) => "seed",
@@ -88,6 +93,7 @@ impl Vary {
                 };
                 numbers.into_iter().map(setting).collect()
             }
+            Vary::Stabilisation => stabilisations(case, values)?,
             Vary::Fidelity => {
                 let words = match values {
                     [] => ["rigid", "condensed", "full"].map(String::from).to_vec(),
@@ -148,6 +154,28 @@ impl Vary {
         }
         Some(built)
     }
+}
+
+/// Unrests, `null` among them.
+fn stabilisations(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
+    if matches!(case.geometry, Geometry::Scene(_)) {
+        return Err(missing("stabilisation", "every increment of a scene is in balance"));
+    }
+    let base = case.solver.stabilisation.unwrap_or(3e-3);
+    let usual = || [base, 0.5 * base, 0.25 * base].map(|unrest| unrest.to_string()).to_vec();
+    let values = if values.is_empty() { usual() } else { values.to_vec() };
+    let setting = |text: &String| {
+        let unrest = match text.trim() {
+            "null" => None,
+            _ => floats(std::slice::from_ref(text), Vec::new)?.first().copied(),
+        };
+        Ok(Setting {
+            label: unrest.map_or("null".into(), |unrest| format!("{unrest:e}")),
+            size: Some(unrest.unwrap_or(0.0)),
+            overrides: vec![("/solver/stabilisation".into(), json!(unrest))],
+        })
+    };
+    values.iter().map(setting).collect()
 }
 
 /// A cell's edge over that of its grain of so many cells.
@@ -426,6 +454,22 @@ mod tests {
                 other.check().unwrap_or_else(|e| panic!("{e}"));
             }
         }
+    }
+
+    #[test]
+    fn unrests_are_varied_down_to_balance() {
+        let (raw, case) = parsed(include_str!("../../cases/stages/shear.json"));
+        let values = ["null", "1e-3", "4e-3"].map(String::from);
+        let settings = Vary::Stabilisation.settings(&raw, &case, &values).unwrap();
+        let stabilisation = |setting: &Setting| {
+            let mut other = raw.clone();
+            other.set(&setting.overrides);
+            other.check().unwrap().solver.stabilisation
+        };
+        assert_eq!(settings.iter().map(stabilisation).collect::<Vec<_>>(), [Some(4e-3), Some(1e-3), None]);
+        let (raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
+        let error = Vary::Stabilisation.settings(&raw, &case, &[]).unwrap_err().to_string();
+        assert!(error.contains("--vary stabilisation") && error.contains("in balance"), "{error}");
     }
 
     #[test]
