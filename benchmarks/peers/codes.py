@@ -34,11 +34,11 @@ def installed():
 def measured(command, folder, limit):
     """Runs a command in a folder for at most `limit` seconds.
 
-    Gives the CPU time [s], the peak resident memory [MB], the exit code (negative: ended by the limit) and what it printed.
+    Gives the CPU time [s], the peak resident memory [MB], the exit code (-15, of riprap 130: ended by the limit) and what it printed.
     """
     with open(os.path.join(folder, "output.txt"), "w") as stream:
         process = subprocess.Popen(command, cwd=folder, stdout=stream, stderr=subprocess.STDOUT, env={**os.environ, **ONE_THREAD})
-        clock = threading.Timer(limit, process.kill)
+        clock = threading.Timer(limit, process.terminate)
         clock.start()
         _, status, usage = os.wait4(process.pid, 0)
         clock.cancel()
@@ -88,13 +88,14 @@ def riprap(program, folder, name, case, limit, options=()):
     begun = time.time()
     cpu, memory, code, _ = measured(command, folder, limit)
     trouble = ""
-    if code < 0:
-        trouble = f"ended after {time.time() - begun:.0f} s"
-    elif code:
-        trouble = f"stopped, exit {code}"
     bodies = {}
     if os.path.exists(results):
         with h5py.File(results, locking=False) as file:
+            reached = file["history/time"][-1] / len(case["stages"]) if len(file["history/time"]) else 0
+            if code:
+                trouble = f"stopped by itself at {reached:.2f} of the way"
+                if code in (130, -15):
+                    trouble = f"ended after {time.time() - begun:.0f} s at {reached:.2f} of the way"
             bodies = {body: {key: rows[:] for key, rows in group.items()} for body, group in file["bodies"].items()}
     return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "bodies": bodies}
 
@@ -105,8 +106,10 @@ def riprap_meshes(program, folder, name, case):
     import numpy
 
     case = json.loads(json.dumps(case))
-    # One increment of almost nothing, only for the mesh in state 0.
+    # Nothing moves: only the meshes of state 0 are wanted.
     case["stages"] = [{"kind": "load", "increments": 1, "bodies": {}}]
+    for body in case["scene"]["bodies"]:
+        body["fixed"] = True
     path, results = os.path.join(folder, name + ".json"), os.path.join(folder, name + ".vtkhdf")
     with open(path, "w") as stream:
         json.dump(case, stream)

@@ -85,9 +85,9 @@ def box_points(low, high):
     return numpy.array([(a, b, c), (d, b, c), (d, e, c), (a, e, c), (a, b, f), (d, b, f), (d, e, f), (a, e, f)], dtype=float)
 
 
-def contact_text(pairs, penalty, friction=None):
-    """Face-to-face penalty contact of (slave, master) surfaces; sticking as stiff as the normal direction."""
+def contact_text(pairs, penalty, friction=None, stick=None):
+    """Face-to-face penalty contact of (slave, master) surfaces; sticking by `stick` in place of the normal direction's penalty."""
     text = "*SURFACE INTERACTION,NAME=TOUCH\n*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR\n" + f"{penalty:g}\n"
     if friction:
-        text += f"*FRICTION\n{friction:g},{penalty:g}\n"
+        text += f"*FRICTION\n{friction:g},{stick or penalty:g}\n"
     return text + "".join(f"*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE\n{a},{b}\n" for a, b in pairs)
