@@ -78,7 +78,7 @@ def reaction_totals(path):
 
 
 def riprap(program, folder, name, case, limit, options=()):
-    """Runs a case (an object); gives cost, trouble and the rows of /bodies by name."""
+    """Runs a case (an object); gives cost, trouble, the share of the way that it came and the rows of /bodies by name."""
     import h5py
 
     path, results = os.path.join(folder, name + ".json"), os.path.join(folder, name + ".vtkhdf")
@@ -88,16 +88,16 @@ def riprap(program, folder, name, case, limit, options=()):
     begun = time.time()
     cpu, memory, code, _ = measured(command, folder, limit)
     trouble = ""
-    bodies = {}
+    bodies, reached = {}, 0.0
     if os.path.exists(results):
         with h5py.File(results, locking=False) as file:
-            reached = file["history/time"][-1] / len(case["stages"]) if len(file["history/time"]) else 0
+            reached = float(file["history/time"][-1]) / len(case["stages"]) if len(file["history/time"]) else 0.0
             if code:
                 trouble = f"stopped by itself at {reached:.2f} of the way"
                 if code in (130, -15):
                     trouble = f"ended after {time.time() - begun:.0f} s at {reached:.2f} of the way"
             bodies = {body: {key: rows[:] for key, rows in group.items()} for body, group in file["bodies"].items()}
-    return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "bodies": bodies}
+    return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "bodies": bodies, "reached": reached}
 
 
 def riprap_meshes(program, folder, name, case):
