@@ -61,13 +61,15 @@ def main():
                 percent = 100 * max(error, LEAST)
                 axes.plot(cpu, percent, marker, color=colour, markerfacecolor=fill, markersize=7)
                 # Above and below in turn, leftwards of what is far right: neighbours' labels stay apart.
-                side, up = ("right", -6) if cpu > 4 else ("left", 6), 6 if k % 2 else -13
+                side, up = ("right", -6) if cpu > 8 else ("left", 6), 6 if k % 2 else -13
                 if error <= LEAST:
-                    up, floor = 8 + 11 * floor, floor + 1
+                    up, floor = -13 - 11 * floor, floor + 1
                 axes.annotate(setting, (cpu, percent), xytext=(side[1], up), textcoords="offset points", fontsize=7.5,
                               color=colour, ha=side[0])
         axes.set(xscale="log", yscale="log", title=TITLES[problem], xlabel="CPU time of one thread [s]", ylabel="error [%]")
         axes.set_xlim(0.04, 60)
+        if floor:
+            axes.set_ylim(LEAST, 3 * axes.get_ylim()[1])
         if problem.startswith("pile"):
             axes.set_ylim(10, 200)
         axes.margins(y=0.15)
