@@ -61,7 +61,7 @@ def main():
                 percent = 100 * max(error, LEAST)
                 axes.plot(cpu, percent, marker, color=colour, markerfacecolor=fill, markersize=7)
                 # Above and below in turn, leftwards of what is far right: neighbours' labels stay apart.
-                side, up = ("right", -6) if cpu > 8 else ("left", 6), 6 if k % 2 else -13
+                side, up = ("right", -6) if cpu > (8 if problem.startswith("pile") else 4) else ("left", 6), 6 if k % 2 else -13
                 if error <= LEAST:
                     up, floor = -13 - 11 * floor, floor + 1
                 axes.annotate(setting, (cpu, percent), xytext=(side[1], up), textcoords="offset points", fontsize=7.5,

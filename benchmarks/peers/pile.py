@@ -19,7 +19,14 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 SPRING = 0.03  # stiffness of each of nine springs a grain
 REACH = 0.06  # faces nearer than this may touch
 # Of each plate: the face that looks inward, in CalculiX's numbering of C3D8, and its normal.
-INWARD = {"zl": (2, (0, 0, 1)), "zh": (1, (0, 0, -1)), "xl": (4, (1, 0, 0)), "xh": (6, (-1, 0, 0)), "yl": (5, (0, 1, 0)), "yh": (3, (0, -1, 0))}
+INWARD = {
+    "zl": (2, (0, 0, 1)),
+    "zh": (1, (0, 0, -1)),
+    "xl": (4, (1, 0, 0)),
+    "xh": (6, (-1, 0, 0)),
+    "yl": (5, (0, 1, 0)),
+    "yh": (3, (0, -1, 0)),
+}
 
 CALCULIX = {
     "closed": [("tet4, K=2e5", 2e5), ("tet4, K=2e4", 2e4)],
