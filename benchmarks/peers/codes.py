@@ -1,0 +1,135 @@
+"""How the codes of this folder are found, run and read.
+
+Every run is one process on one thread. Its cost is its CPU time and its peak resident memory, as the kernel counts them.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import threading
+import time
+
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1", "CCX_NPROC_RESULTS": "1", "RAYON_NUM_THREADS": "1"}
+
+
+def has_module(name):
+    import importlib.util
+
+    return importlib.util.find_spec(name) is not None
+
+
+def installed():
+    """Of the codes that the record names: which are here. Only ccx and riprap are run by these scripts."""
+    return {
+        "CalculiX": shutil.which("ccx") is not None,
+        "YADE": shutil.which("yade") is not None,
+        "ipctk": has_module("ipctk"),
+        "MuJoCo": has_module("mujoco"),
+        "GetFEM": has_module("getfem"),
+    }
+
+
+def measured(command, folder, limit):
+    """Runs a command in a folder for at most `limit` seconds.
+
+    Gives the CPU time [s], the peak resident memory [MB], the exit code (-15, of riprap 130: ended by the limit) and what it printed.
+    """
+    with open(os.path.join(folder, "output.txt"), "w") as stream:
+        process = subprocess.Popen(command, cwd=folder, stdout=stream, stderr=subprocess.STDOUT, env={**os.environ, **ONE_THREAD})
+        clock = threading.Timer(limit, process.terminate)
+        clock.start()
+        _, status, usage = os.wait4(process.pid, 0)
+        clock.cancel()
+    process.returncode = os.waitstatus_to_exitcode(status)
+    output = open(os.path.join(folder, "output.txt"), errors="replace").read()
+    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, process.returncode, output
+
+
+def calculix(folder, name, deck, limit):
+    """Runs a deck; gives cost, the totals of reaction forces by set at each printed time, and what went wrong, if anything."""
+    with open(os.path.join(folder, name + ".inp"), "w") as stream:
+        stream.write(deck)
+    begun = time.time()
+    cpu, memory, code, output = measured(["ccx", "-i", name], folder, limit)
+    reactions = reaction_totals(os.path.join(folder, name + ".dat"))
+    trouble = ""
+    if code < 0:
+        trouble = f"ended after {time.time() - begun:.0f} s"
+    elif code or "*ERROR" in output or "Job finished" not in output:
+        trouble = "did not converge" if "increment size smaller than minimum" in output else f"exit {code}"
+    return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "reactions": reactions}
+
+
+def reaction_totals(path):
+    """[(set, time, (fx, fy, fz))] of *NODE PRINT ... TOTALS=ONLY in a .dat file."""
+    totals = []
+    if not os.path.exists(path):
+        return totals
+    head = re.compile(r"total force \(fx,fy,fz\) for set (\S+) and time\s+(\S+)")
+    lines = iter(open(path).read().splitlines())
+    for line in lines:
+        found = head.search(line)
+        if found:
+            values = next(row for row in lines if row.strip())
+            totals.append((found.group(1), float(found.group(2)), tuple(float(x) for x in values.split())))
+    return totals
+
+
+def riprap(program, folder, name, case, limit, options=()):
+    """Runs a case (an object); gives cost, trouble, the share of the way that it came and the rows of /bodies by name."""
+    import h5py
+
+    path, results = os.path.join(folder, name + ".json"), os.path.join(folder, name + ".vtkhdf")
+    with open(path, "w") as stream:
+        json.dump(case, stream)
+    command = [program, "run", path, "--out", results, "--force", "--threads", "1", "--quiet", *options]
+    begun = time.time()
+    cpu, memory, code, _ = measured(command, folder, limit)
+    trouble = ""
+    bodies, reached = {}, 0.0
+    if os.path.exists(results):
+        with h5py.File(results, locking=False) as file:
+            reached = float(file["history/time"][-1]) / len(case["stages"]) if len(file["history/time"]) else 0.0
+            if code:
+                trouble = f"stopped by itself at {reached:.2f} of the way"
+                if code in (130, -15):
+                    trouble = f"ended after {time.time() - begun:.0f} s at {reached:.2f} of the way"
+            bodies = {body: {key: rows[:] for key, rows in group.items()} for body, group in file["bodies"].items()}
+    return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "bodies": bodies, "reached": reached}
+
+
+def riprap_meshes(program, folder, name, case):
+    """The tet10 mesh that riprap makes of each body of a scene: {body: (points, cells)}, cells in VTK's order of nodes."""
+    import h5py
+    import numpy
+
+    case = json.loads(json.dumps(case))
+    # Nothing moves: only the meshes of state 0 are wanted.
+    case["stages"] = [{"kind": "load", "increments": 1, "bodies": {}}]
+    for body in case["scene"]["bodies"]:
+        body["fixed"] = True
+    path, results = os.path.join(folder, name + ".json"), os.path.join(folder, name + ".vtkhdf")
+    with open(path, "w") as stream:
+        json.dump(case, stream)
+    measured([program, "run", path, "--out", results, "--force", "--threads", "1", "--quiet"], folder, 120)
+    with h5py.File(results, locking=False) as file:
+        fields = file["VTKHDF"]
+        number = fields["NumberOfCells"][0]
+        points = fields["Points"][:]
+        cells = fields["Connectivity"][: 10 * number].reshape(-1, 10)
+        body_of = fields["CellData/grain"][:number].astype(int)
+        order = [b["name"] for b in case["scene"]["bodies"]]
+    meshes = {}
+    for k, body in enumerate(order):
+        of_body = cells[body_of == k]
+        if len(of_body):
+            nodes, local = numpy.unique(of_body, return_inverse=True)
+            meshes[body] = (points[nodes], local.reshape(-1, 10))
+    return meshes
+
+
+def read_case(path):
+    """A case file without its comments."""
+    return json.loads(re.sub(r"^\s*//.*$", "", open(path).read(), flags=re.M))

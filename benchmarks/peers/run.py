@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""The same problems by riprap and by what users would pick: CPU time, memory and error.
+
+    benchmarks/peers/run.py RIPRAP OUT [hertz block pile_closed pile_gapped]
+
+Needs numpy and h5py, and CalculiX's `ccx` in the path; codes that are not there are left out, and named in OUT/versions.txt.
+Runs go one after the other, each on one thread and for at most LIMIT seconds (environment, 300), REPEAT times (3).
+OUT/runs.csv has a row a run, appended to where it exists. chart.py draws it. Each problem's module says what is asked and how
+its error is meant.
+"""
+
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+
+import block
+import codes
+import hertz
+import pile
+
+HEAD = ["problem", "code", "setting", "unknowns", "repetition", "cpu_s", "memory_MB", "value", "answer", "answer_by", "error", "status"]
+PROBLEMS = {
+    "hertz": hertz.rows,
+    "block": block.rows,
+    "pile_closed": lambda *all: pile.rows(*all, "closed"),
+    "pile_gapped": lambda *all: pile.rows(*all, "gapped"),
+}
+
+
+def said(command):
+    try:
+        return subprocess.run(command, capture_output=True, text=True).stdout.strip()
+    except OSError:
+        return "not installed"
+
+
+def main():
+    program, out, *wanted = sys.argv[1:]
+    program, limit, repeat = os.path.abspath(program), float(os.environ.get("LIMIT", "300")), int(os.environ.get("REPEAT", "3"))
+    os.makedirs(out, exist_ok=True)
+    has = codes.installed()
+    with open(os.path.join(out, "versions.txt"), "w") as stream:
+        stream.write(said([program, "--version"]) + "\n")
+        stream.write("CalculiX: " + (said(["ccx", "-v"]) if has["CalculiX"] else "not installed") + "\n")
+        stream.write("not installed: " + ", ".join(name for name, here in has.items() if not here) + "\n")
+    path = os.path.join(out, "runs.csv")
+    if not os.path.exists(path):
+        with open(path, "w", newline="") as stream:
+            csv.writer(stream).writerow(HEAD)
+    for problem in wanted or PROBLEMS:
+        for repetition in range(1, repeat + 1):
+            with tempfile.TemporaryDirectory() as folder:
+                for code, setting, unknowns, cost, value, answer, by in PROBLEMS[problem](program, folder, limit, has):
+                    error = "" if value is None or not answer else f"{value / answer - 1:.4g}"
+                    row = [problem, code, setting, unknowns, repetition, f"{cost['cpu_s']:.2f}", f"{cost['memory_MB']:.0f}",
+                           "" if value is None else f"{value:.7g}", "" if answer is None else f"{answer:.7g}", by, error,
+                           cost["trouble"] or "finished"]
+                    with open(path, "a", newline="") as stream:
+                        csv.writer(stream).writerow(row)
+                    print(*row, flush=True)
+
+
+if __name__ == "__main__":
+    main()
