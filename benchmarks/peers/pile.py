@@ -3,7 +3,7 @@
 `benchmarks/peers/cases/pile_closed.json`: they fill the box, face on face. `pile_gapped.json` beside it: gaps of 0.012 a side close first.
 CalculiX has the meshes that riprap makes of the grains, as tet4 (corner nodes alone). No closed form: the reference is CalculiX
 with the stiffest penalty in the table. The force of a run that stops is compared with the reference's at that share of the way.
-Sticking is a hundred times softer than the penalty: as stiff as it, or a tenth, no increment of the closed pile converged.
+Sticking is a hundred times softer than the penalty: as stiff as it, the closed pile's first increment did not converge and was cut.
 In the gapped pile soft springs to ground hold each grain in CalculiX until it is touched. riprap needs none.
 """
 
