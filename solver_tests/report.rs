@@ -402,7 +402,10 @@ fn what_cannot_be_varied_is_said_by_name() {
     let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "mesh"]);
     assert!(stderr.contains("--vary mesh"), "{stderr}");
     let (_, stderr) = ends_with(2, folder.path(), &["study", "push.json", "--vary", "increments"]);
-    assert!(stderr.contains("increment, mesh, tolerance, stabilisation, fidelity, penalty, seed"), "{stderr}");
+    assert!(
+        stderr.contains("increment, mesh, tolerance, stabilisation, fidelity, penalty, seed"),
+        "{stderr}"
+    );
     let (_, stderr) =
         ends_with(2, folder.path(), &["study", "push.json", "--vary", "tolerance", "--values", "1e-3,x"]);
     assert!(stderr.contains("\"x\" is not a positive number"), "{stderr}");
