@@ -156,26 +156,29 @@ impl Vary {
     }
 }
 
+/// Where a study of a case in strict balance begins: what cases have that say nothing.
+const USUAL_UNREST: f64 = 3e-3;
+
 /// Unrests, `null` among them.
 fn stabilisations(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
     if matches!(case.geometry, Geometry::Scene(_)) {
         return Err(missing("stabilisation", "every increment of a scene is in balance"));
     }
-    let base = case.solver.stabilisation.unwrap_or(3e-3);
-    let usual = || [base, 0.5 * base, 0.25 * base].map(|unrest| unrest.to_string()).to_vec();
-    let values = if values.is_empty() { usual() } else { values.to_vec() };
-    let setting = |text: &String| {
-        let unrest = match text.trim() {
-            "null" => None,
-            _ => floats(std::slice::from_ref(text), Vec::new)?.first().copied(),
-        };
-        Ok(Setting {
-            label: unrest.map_or("null".into(), |unrest| format!("{unrest:e}")),
-            size: Some(unrest.unwrap_or(0.0)),
-            overrides: vec![("/solver/stabilisation".into(), json!(unrest))],
-        })
+    let base = case.solver.stabilisation.unwrap_or(USUAL_UNREST);
+    let unrest = |text: &String| match text.trim() {
+        "null" => Ok(None),
+        _ => positive(text).map(Some),
     };
-    values.iter().map(setting).collect()
+    let unrests = match values {
+        [] => [1.0, 0.5, 0.25].map(|share| Some(share * base)).to_vec(),
+        values => values.iter().map(unrest).collect::<Result<_>>()?,
+    };
+    let setting = |unrest: Option<f64>| Setting {
+        label: unrest.map_or("null".into(), |unrest| format!("{unrest:e}")),
+        size: Some(unrest.unwrap_or(0.0)),
+        overrides: vec![("/solver/stabilisation".into(), json!(unrest))],
+    };
+    Ok(unrests.into_iter().map(setting).collect())
 }
 
 /// A cell's edge over that of its grain of so many cells.
@@ -364,13 +367,16 @@ fn missing(word: &str, why: &str) -> Error {
 }
 
 fn floats(values: &[String], default: impl Fn() -> Vec<f64>) -> Result<Vec<f64>> {
-    let number = |text: &String| match text.trim().parse::<f64>() {
-        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
-        _ => Err(Error::Usage(format!("--values: {text:?} is not a positive number"))),
-    };
     match values {
         [] => Ok(default()),
-        values => values.iter().map(number).collect(),
+        values => values.iter().map(positive).collect(),
+    }
+}
+
+fn positive(text: &String) -> Result<f64> {
+    match text.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err(Error::Usage(format!("--values: {text:?} is not a positive number"))),
     }
 }
 

@@ -513,18 +513,19 @@ impl Test {
             let reason = describe(rig, &report, drive.pressure(to, report.factor));
             return Err(Miss { reason, counters: report.counters });
         }
-        let pressure = drive.pressure(to, report.factor);
-        if report.balance.unrest > MOST_UNREST {
-            let reason = format!(
-                "grains fly apart: the force out of balance on one is {:.1} times the mean contact force in the mean",
-                report.balance.unrest
-            );
-            return Err(Miss { reason, counters: report.counters });
-        }
-        if pressure < LEAST_PRESSURE * drive.origin.pressure {
-            let reason = format!(
+        let (pressure, unrest) = (drive.pressure(to, report.factor), report.balance.unrest);
+        let refused = if unrest > MOST_UNREST {
+            Some(format!(
+                "grains fly apart: the mean force out of balance on one is {unrest:.1} times the mean contact force"
+            ))
+        } else if pressure < LEAST_PRESSURE * drive.origin.pressure {
+            Some(format!(
                 "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
-            );
+            ))
+        } else {
+            None
+        };
+        if let Some(reason) = refused {
             return Err(Miss { reason, counters: report.counters });
         }
         Ok(report)
