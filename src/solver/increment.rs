@@ -1,5 +1,7 @@
 //! One increment: from the committed state to the next equilibrium, or a reason why not.
 
+use std::collections::VecDeque;
+
 use crate::assembly::{self, Contacts, Damages, SurfaceField};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
@@ -115,8 +117,8 @@ pub struct ContactMeasures {
     pub mean_force: f64,
 }
 
-/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that
-/// does not overlap. `contacts` lends its buffers and gets them back.
+/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that does not overlap; in steps from the one nearest to balance.
+/// `contacts` lends its buffers and gets them back.
 pub fn advance(
     increment: &Increment<'_>,
     starts: Vec<impl Into<Start>>,
@@ -129,16 +131,32 @@ pub fn advance(
     let searches = lent.searches;
     let mut newton = None;
     let mut last_start = committed.poses.clone();
-    for start in starts.into_iter().map(Into::<Start>::into) {
+    let mut best: Option<(f64, Start)> = None;
+    let mut starts: VecDeque<Start> = starts.into_iter().map(Into::into).collect();
+    while let Some(start) = starts.pop_front() {
         match Newton::new(model, committed, loads, settings, lent, start.clone()) {
-            Ok(ready) => {
-                newton = Some(ready);
-                lent = Contacts::default();
-                break;
+            Ok(mut ready) => {
+                let off = ready.mean_imbalance();
+                let improves = best.as_ref().is_none_or(|(least, _)| off < *least);
+                if settings.stabilisation.is_none() || (starts.is_empty() && improves) {
+                    newton = Some(ready);
+                    lent = Contacts::default();
+                    break;
+                }
+                lent = std::mem::take(&mut ready.contacts);
+                if improves {
+                    best = Some((off, start));
+                }
+                if starts.is_empty() {
+                    starts.extend(best.take().map(|(_, start)| start));
+                }
             }
             Err(back) => {
                 lent = *back;
                 last_start = start.poses;
+                if starts.is_empty() {
+                    starts.extend(best.take().map(|(_, start)| start));
+                }
             }
         }
     }

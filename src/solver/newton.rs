@@ -3,7 +3,7 @@
 //! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
-use crate::assembly::{self, Contacts, Dofs, Kernel};
+use crate::assembly::{self, Contacts, Dofs, Kernel, PairWork};
 use crate::model::{Committed, Counters, Loads, Model, Travel};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
@@ -202,13 +202,17 @@ impl<'a> Newton<'a> {
         }
         for pair in &self.contacts.pairs {
             let both = reach[pair.a()] + reach[pair.b()];
-            let room = match self.settings.travel {
-                Travel::Alike => pair.nearest,
-                Travel::Own => pair.room(self.model, &self.poses),
-            };
-            factor = factor.min(0.5 * room / both.max(f64::MIN_POSITIVE));
+            factor = factor.min(0.5 * self.room(pair) / both.max(f64::MIN_POSITIVE));
         }
         factor
+    }
+
+    /// How near two bodies may be to passing through each other [m].
+    pub(super) fn room(&self, pair: &PairWork) -> f64 {
+        match self.settings.travel {
+            Travel::Alike => pair.nearest,
+            Travel::Own => pair.room(self.model, &self.poses),
+        }
     }
 
     /// Solves from the present poses, which become the centre. `target` is the largest component

@@ -22,6 +22,8 @@ const REBASE_BEYOND: f64 = 0.25;
 /// solved for in the next step.
 const SHARE_OF_UNREST: f64 = 0.2;
 const LOCALLY: f64 = 10.0;
+/// Or these shares of what the drag holds up, on one body and in the mean.
+const SHARES_OF_DRAG: [f64; 2] = [1.0, 0.1];
 /// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
@@ -135,7 +137,7 @@ impl Newton<'_> {
             }
             let ends = found.converged || tired || settings.stop.is_raised();
             let is_due = found.augmentations - counted == REBASE_EVERY || path.reach(self) > REBASE_BEYOND;
-            let rebases = is_due && !self.model.has_elastic();
+            let rebases = is_due && (!self.model.has_elastic() || self.model.follows_by_steps());
             if ends || rebases {
                 path.go_on(self, found.augmentations - counted, cut);
                 counted = found.augmentations;
@@ -162,14 +164,15 @@ impl Newton<'_> {
     /// What Newton's iterations may leave of a step.
     fn left_of_step(&self, until: Stabilisation) -> Leave {
         let balance = self.balance();
-        let [largest, mean] = match until {
-            Stabilisation::Unrest(unrest) => [LOCALLY * unrest, SHARE_OF_UNREST * unrest],
+        let ([largest, mean], shares_of_drag) = match until {
+            Stabilisation::Unrest(unrest) => ([LOCALLY * unrest, SHARE_OF_UNREST * unrest], SHARES_OF_DRAG),
             Stabilisation::Rest => {
                 let begun = SHARE_OF_START * balance.out_of_balance;
-                [begun.max(SHARE_OF_TOLERANCE * self.settings.force_tolerance), f64::INFINITY]
+                ([begun.max(SHARE_OF_TOLERANCE * self.settings.force_tolerance), f64::INFINITY], [0.0; 2])
             }
         };
-        Leave { largest: largest * balance.reference_force, mean: mean * balance.reference_force }
+        let reference = balance.reference_force;
+        Leave { largest: largest * reference, mean: mean * reference, shares_of_drag }
     }
 
     /// Has displacements and damage of bodies follow the forces of a step.
@@ -184,6 +187,10 @@ impl Newton<'_> {
         if self.model.has_elastic() {
             let Following { gap, node, energy } = self.follow(&balance, damage, settings.force_tolerance);
             settled = Settled { fully: gap < 1.0 && node < 1.0, nearly: gap < LOOSE_GAPS, energy };
+            if until != Stabilisation::Rest && self.model.follows_by_steps() {
+                // What displacements and forces disagree by is out of balance with what still moves, and told with it.
+                settled = Settled { fully: settled.nearly, nearly: true, energy };
+            }
             if until == Stabilisation::Rest {
                 off = off.max(gap).max(node);
             }

@@ -28,6 +28,8 @@ pub(super) struct Leave {
     pub largest: f64,
     /// Mean over the free bodies.
     pub mean: f64,
+    /// Or these shares of what the drag holds up.
+    pub shares_of_drag: [f64; 2],
 }
 
 /// How a step ended.
@@ -107,8 +109,10 @@ impl Newton<'_> {
     }
 
     fn leaves_little(&self, held: &[f64], leave: Leave) -> bool {
-        let largest = held.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        largest < leave.largest && self.mean_force(held) < leave.mean
+        let largest = |forces: &[f64]| forces.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let [most, mean] = leave.shares_of_drag;
+        largest(held) < leave.largest.max(most * largest(&self.residual))
+            && self.mean_force(held) < leave.mean.max(mean * self.mean_force(&self.residual))
     }
 
     /// Raises the drag where the forces are largest, of where a step stands or of where it was refused, and of what touches there.
@@ -129,16 +133,28 @@ impl Newton<'_> {
         drag.free_plates(self);
     }
 
-    /// Shortens the motion of each body to what it may go at once.
+    /// Shortens the motion of each body to what it may go at once, alone and towards its neighbours: one that hardly anything holds does not hold up
+    /// the others.
     fn clip(&self, step: &mut [f64]) {
         let lengths = self.settings.travel.lengths(self.model);
-        for body in 0..self.model.bodies.len() {
-            let most = self.settings.motion_cap * lengths[body];
-            let reach = self.reach(step, body);
-            if reach > most {
-                for unknown in self.dofs.of(body).iter().flatten() {
-                    step[*unknown as usize] *= most / reach;
-                }
+        let bodies = self.model.bodies.len();
+        let mut reach: Vec<f64> = (0..bodies).map(|body| self.reach(step, body)).collect();
+        let mut shares = vec![1.0; bodies];
+        for body in 0..bodies {
+            shares[body] = (self.settings.motion_cap * lengths[body] / reach[body]).min(1.0);
+            reach[body] *= shares[body];
+        }
+        let alone = shares.clone();
+        for pair in &self.contacts.pairs {
+            let [a, b] = [pair.a(), pair.b()];
+            let share = (0.5 * self.room(pair) / (reach[a] + reach[b]).max(f64::MIN_POSITIVE)).min(1.0);
+            for body in [a, b] {
+                shares[body] = shares[body].min(share * alone[body]);
+            }
+        }
+        for (body, share) in shares.iter().enumerate().filter(|(_, share)| **share < 1.0) {
+            for unknown in self.dofs.of(body).iter().flatten() {
+                step[*unknown as usize] *= share;
             }
         }
     }
