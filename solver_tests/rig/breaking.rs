@@ -16,6 +16,7 @@ use riprap::solver::fidelity::change;
 use riprap::tensor::Vec3;
 use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, StageEnd, Test};
 
+use crate::behind::with_asperities;
 use crate::ready::{PRESSURE, consolidate, consolidate_seated, drive, rig, rubber, run, specimen};
 
 const PRESSED: Cover = Cover::Pressure(Rims::Bonded);
@@ -26,10 +27,12 @@ struct Kind {
     bends: bool,
     /// Whether what fails stays as rubble, or leaves.
     keeps_rubble: bool,
+    /// Whether contacts are asperities, behind which forces act on patches.
+    crushes: bool,
     cover: Cover,
 }
 
-const RIGID: Kind = Kind { bends: false, keeps_rubble: false, cover: PRESSED };
+const RIGID: Kind = Kind { bends: false, keeps_rubble: false, crushes: false, cover: PRESSED };
 const BENDING: Kind = Kind { bends: true, ..RIGID };
 
 /// The rig around sixteen grains whose rock has this tensile strength [Pa], a tenth of that in compression.
@@ -46,7 +49,8 @@ fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, kind: Kind) -> Rig 
     let grains = specimen().grains.iter().enumerate().map(|(index, grain)| {
         let mesh = grain_mesh(&grain.nominal, 38).expect("a mesh");
         let cells = mesh.cells.len();
-        let condensed = Arc::new(CondensedGrain::new(mesh, &vec![elastic; cells], 2700.0).expect("a grain"));
+        let condensed = CondensedGrain::new(mesh, &vec![elastic; cells], 2700.0).expect("a grain");
+        let condensed = Arc::new(if kind.crushes { condensed.on_patches() } else { condensed });
         let ancestry = Ancestry::of_grain(index as u32);
         let laws = (0..cells).map(|cell| law(tensile(index, cell))).collect();
         let damaged = DamagedGrain::over(condensed.clone(), laws, 2700.0, ancestry).expect("a grain");
@@ -54,7 +58,8 @@ fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, kind: Kind) -> Rig 
         (condensed, Some(Arc::new(damaged)))
     });
     let grains = grains.collect();
-    let mut rig = rig(kind.cover);
+    let rig = rig(kind.cover);
+    let mut rig = if kind.crushes { with_asperities(rig) } else { rig };
     if kind.bends {
         rig.condense(grains)
     } else {
@@ -131,6 +136,13 @@ fn weak_grains_that_bend_break_on_and_a_stored_state_goes_on_to_the_same_bits() 
     let [rested, woken] = changed.map(|done| done.energy);
     println!("energy {rested:e} and {woken:e} J");
     assert!((rested + woken).abs() < 1e-9 * rested.abs(), "{rested:e} {woken:e}");
+}
+
+/// The same behind asperities, rigid and bending.
+#[test]
+fn weak_grains_behind_asperities_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
+    break_on(Kind { crushes: true, ..RIGID });
+    break_on(Kind { crushes: true, ..BENDING });
 }
 
 /// A force between two bodies as committed, on the first of them [N], and where it acts [m].

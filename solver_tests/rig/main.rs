@@ -1,5 +1,6 @@
 //! The triaxial rig on a specimen of sixteen grains: stages, covers, stresses and energies.
 
+mod behind;
 mod breaking;
 mod chosen;
 mod hundred;

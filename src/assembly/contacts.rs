@@ -7,10 +7,11 @@ use crate::assembly::faces;
 use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::network::Network;
+use crate::assembly::point::ContactPoint;
 use crate::assembly::sites::{facing_corners, site_points};
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::wall::touch_wall_into;
-use crate::contact::force::{self, ElasticTangent, Evaluation, Kinematics, PointState, SitePoints, Tangent};
+use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::law::{CORE_FLOOR, ContactLaw, Weakening};
 use crate::contact::memory::{PairKey, PairMemory};
 use crate::contact::patch;
@@ -18,7 +19,7 @@ use crate::contact::search::{Neighbours, PairFeatures, visit_sites};
 use crate::contact::{Crushed, FaceRule, FaceShare, Feature, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::wall::WallContact;
-use crate::model::{Body, BodyKind, Committed, Model, Travel};
+use crate::model::{BodyKind, Committed, Model, Travel};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -46,24 +47,6 @@ const ELASTIC_MARGIN: f64 = 0.1;
 const LEAST_FIRMNESS: f64 = 0.1;
 /// A contact further than this from the rock below it, over the rounding, is on rubble, where there is any.
 const RUBBLE_DEPTH: f64 = 2.0;
-
-/// One contact point in the present configuration.
-#[derive(Debug, Clone, Copy)]
-pub struct ContactPoint {
-    pub site: Site,
-    pub sites: SitePoints,
-    pub state: PointState,
-    pub evaluation: Evaluation,
-    /// What damage of the rock below has left of the contact's spring.
-    pub firmness: f64,
-}
-
-impl ContactPoint {
-    /// How deep the undeformed bodies overlap here [m]: without elastic displacements, and without the lead of a change of fidelity.
-    pub fn geometric_overlap(&self) -> f64 {
-        self.evaluation.normal.dot(&self.state.elastic) - self.evaluation.gap - self.state.lead
-    }
-}
 
 /// A pair of bodies: what it carries, and its contact points now.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -102,6 +85,10 @@ pub struct PairWork {
     /// The largest offset of its points [m].
     #[serde(skip)]
     offset: f64,
+}
+
+fn in_solves() -> bool {
+    true
 }
 
 fn unlimited() -> f64 {
@@ -165,7 +152,7 @@ impl PairWork {
 
     fn evaluate(&mut self, model: &Model, view: &View<'_>) {
         let View { kinematics, corners, poses, grains, trial, fields, committed, .. } = *view;
-        let View { first_scale, strength, crushed, .. } = *view;
+        let View { first_scale, strength, crushed, yields, .. } = *view;
         let PairWork {
             features,
             stiffness,
@@ -210,8 +197,8 @@ impl PairWork {
             Some(_) | None => 1.0,
         };
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
-        let deforming = [a, b].map(|body| &model.bodies[body]).into_iter().filter(|body| body.is_elastic());
-        let spared: f64 = deforming.map(Body::shell_spares).sum();
+        let deforming = [a, b].into_iter().filter(|body| model.bodies[*body].is_elastic());
+        let spared: f64 = deforming.map(|body| model.shell_spares(body)).sum();
         let full = [a, b].iter().any(|&body| model.bodies[body].nodes_among_unknowns().is_some());
         let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
@@ -252,8 +239,12 @@ impl PairWork {
                 let known = spots.iter().position(|s| s.feature == site.feature);
                 let place = known.unwrap_or_else(|| {
                     let (point, normal) = force::place(&site, &sites, state.radius_difference);
-                    let scale = last.map_or(first_scale, |h| h.scale);
+                    // An asperity yields enough by itself.
+                    let scale = state.asperity.is_none().then(|| last.map_or(first_scale, |h| h.scale));
                     let mut spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale);
+                    if elastic && yields && scale.is_none() {
+                        spot.yield_at_once([side(a), side(b)], &normal, last);
+                    }
                     if brittle {
                         let firmness = [firm(a, &spot.on_a, &point), firm(b, &spot.on_b, &point)];
                         let left = model.softened_share([a, b], firmness);
@@ -366,6 +357,7 @@ struct View<'a> {
     first_scale: f64,
     strength: f64,
     crushed: &'a Crushed,
+    yields: bool,
 }
 
 /// How far beyond its radii a pair's features are listed for the sake of elastic displacements
@@ -404,6 +396,9 @@ pub struct Contacts {
     /// Forces on the surfaces of condensed bodies that `fields` follows from.
     #[serde(skip)]
     pub surface_loads: Vec<SurfaceLoads>,
+    /// Whether contacts of asperities yield in a solve by what their bodies do.
+    #[serde(skip, default = "in_solves")]
+    yields: bool,
     /// The same as they stress the bodies that can break.
     #[serde(skip)]
     pub stressing_loads: Vec<SurfaceLoads>,
@@ -454,6 +449,7 @@ impl Default for Contacts {
             reach: Vec::new(),
             grains: Vec::new(),
             surface_loads: Vec::new(),
+            yields: true,
             stressing_loads: Vec::new(),
             trial: Trial::default(),
             first_scale: 1.0,
@@ -526,6 +522,7 @@ impl Contacts {
             first_scale: self.first_scale,
             strength: self.strength,
             crushed: &self.crushed,
+            yields: self.yields,
         };
         self.pairs.par_iter_mut().for_each(|pair| {
             let needed = elastic_reach(pair, reach);
@@ -571,12 +568,12 @@ impl Contacts {
             for ContactPoint { site, sites, state, .. } in points.iter().filter(|p| p.evaluation.is_active())
             {
                 let is_patch = matches!(site.feature, Feature::Faces(..));
-                if deforms {
+                if deforms && state.asperity.is_none() {
                     let law = ContactLaw { onset: if is_patch { 0.0 } else { model.law.onset }, ..model.law };
                     let elastic = force::elastic_tangent(&law, site, sites, at_a, at_b, state);
                     tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
                     elastic_tangents.push(elastic);
-                } else if !is_patch {
+                } else if deforms || !is_patch {
                     tangents.push(force::tangent(&model.law, site, sites, at_a, at_b, state));
                 }
             }
@@ -663,6 +660,15 @@ impl Contacts {
     pub fn forget_places(&mut self) {
         self.pairs.iter_mut().for_each(|pair| pair.spots.clear());
         self.network.lift();
+    }
+
+    /// Displaces the surfaces of bodies, whose contacts then know these displacements alone, until they are to yield in a solve again. Evaluate anew
+    /// afterwards.
+    pub fn displace(&mut self, fields: Vec<SurfaceField>, yields: bool) {
+        self.fields = fields;
+        self.yields = yields;
+        self.update_reach();
+        self.forget_places();
     }
 
     /// Every active contact point with its pair.

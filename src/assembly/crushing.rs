@@ -3,7 +3,7 @@
 //! A contact that goes on knows how deep it has crushed. One that begins finds its corner as deep as any contact of that corner, with whatever body, has
 //! crushed it; crossing edges know what these two have crushed of each other. So what is crushed stays so when bodies part, slide on or meet others.
 
-use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::asperity::AsperityState;
 use crate::contact::memory::{Crushable, Crushed, PairMemory};
 use crate::contact::{Asperity, Feature};
@@ -36,7 +36,7 @@ impl Crushing<'_> {
 
 /// How deep a contact has crushed its asperity now [m].
 pub(super) fn depth_of(point: &ContactPoint) -> f64 {
-    point.state.asperity.map_or(0.0, |a| a.law.crushed(-point.evaluation.gap, a.depth))
+    point.state.asperity.map_or(0.0, |a| a.law.crushed(point.evaluation.indentation, a.depth))
 }
 
 impl PairWork {

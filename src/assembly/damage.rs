@@ -9,9 +9,9 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::SurfaceLoads;
 use crate::assembly::timings::Kernel;
+use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
 use crate::contact::force::PointState;
 use crate::contact::memory::PointMemory;

@@ -16,7 +16,7 @@
 //! trapezoidal rule. A contact that is lost gives up what it had stored, and its force, averaged with none, works along what its bodies
 //! slid in touch.
 
-use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
+use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
 use crate::contact::memory::PointMemory;
 use crate::model::{Committed, Model};

@@ -14,8 +14,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::timings::Kernel;
+use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
 use crate::contact::memory::PointMemory;
 use crate::grain::{CondensedGrain, Surface, SurfacePoint};
@@ -30,6 +30,9 @@ pub type SurfaceField = Vec<Vec3>;
 /// same grain push as well: with 1 the augmentations swing and end nowhere, with 1.5 to 3 they
 /// converge, far above they creep.
 pub const OVERESTIMATE: f64 = 2.5;
+
+/// Forces near an asperity's contact displace it by so many times what its own does at most.
+const MOST_SHARED: f64 = 10.0;
 
 /// Share of the change before by which a gap or a stretch changes back where the iteration swings.
 const SWINGS: f64 = -0.5;
@@ -56,8 +59,8 @@ pub struct Spot {
     pub compliance: f64,
     /// What damage of brittle bodies leaves of the contact's spring.
     pub firmness: f64,
-    /// Where the contact's force is an unknown (`assembly::network`): what `compliance` gives under it [m], in space. Then `elastic`
-    /// is that of all these forces.
+    /// What `compliance` gives under the contact's force [m], in space, where that is an unknown (`assembly::network`; `elastic` is that of all these
+    /// forces then), or under that of the last augmentation, where an asperity has it.
     pub given: Option<Vec3>,
 }
 
@@ -65,6 +68,7 @@ pub struct Spot {
 #[derive(Debug, Clone, Copy)]
 pub struct Held {
     pub feature: Feature,
+    pub weight: f64,
     /// Normal force of the contact's own spring over the weight [N].
     pub load: f64,
     /// Friction force on `b` over the weight [N], in space.
@@ -81,7 +85,8 @@ pub struct Held {
 impl Held {
     pub fn committed(memory: &PointMemory) -> Self {
         let PointMemory { feature, traction, scale, .. } = *memory;
-        Held { feature, load: memory.sprung(), traction, scale, left: 0.0, slid: Vec3::zeros() }
+        let weight = if memory.load > 0.0 { memory.pressure / memory.load } else { 0.0 };
+        Held { feature, weight, load: memory.sprung(), traction, scale, left: 0.0, slid: Vec3::zeros() }
     }
 
     /// The scale for the next augmentation, which `left` [m] of the gap now, and `slid` [m] of a sticking contact's stretch: swinging
@@ -116,13 +121,16 @@ pub struct Side<'a> {
 }
 
 impl Side<'_> {
-    /// The surface point below `x` in direction `outward` (both in space) and the flexibility along `outward` [m/N] that
-    /// is not among the unknowns.
-    fn look(&self, x: &Vec3, outward: &Vec3) -> Option<(SurfacePoint, f64)> {
+    /// The surface point below `x` in direction `outward` (both in space).
+    fn look(&self, x: &Vec3, outward: &Vec3) -> Option<SurfacePoint> {
         let back = self.pose.rotation.inverse();
-        let (xi, n) = (back * (x - self.pose.position), back * outward);
-        let place = self.surface?.locate_along(&xi, &n);
-        Some((place, self.grain.map_or(0.0, |grain| grain.flexibility_along(&place, &n))))
+        Some(self.surface?.locate_along(&(back * (x - self.pose.position)), &(back * outward)))
+    }
+
+    /// The flexibility at a place along `outward`, in space, that is not among the unknowns [m/N].
+    fn flexibility(&self, place: &SurfacePoint, outward: &Vec3) -> f64 {
+        let n = self.pose.rotation.inverse() * outward;
+        self.grain.map_or(0.0, |grain| grain.flexibility_along(place, &n))
     }
 }
 
@@ -133,23 +141,48 @@ pub(super) fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
 }
 
 impl Spot {
-    /// The contact between `a` and `b` at `point` with `normal` from `a` to `b`, both in space.
-    pub fn new(feature: Feature, [a, b]: [Side<'_>; 2], point: &Vec3, normal: &Vec3, scale: f64) -> Self {
+    /// The contact between `a` and `b` at `point` with `normal` from `a` to `b`, both in space. Where a compliance stands in for the bodies'
+    /// flexibility it is `scale` times the first guess.
+    pub fn new(
+        feature: Feature,
+        [a, b]: [Side<'_>; 2],
+        point: &Vec3,
+        normal: &Vec3,
+        scale: Option<f64>,
+    ) -> Self {
         let (on_a, on_b) = (a.look(point, normal), b.look(point, &-normal));
-        let along = |side: Option<(SurfacePoint, f64)>| side.map_or(0.0, |(_, along)| along);
+        let along = |side: &Side<'_>, place: &Option<SurfacePoint>, outward: &Vec3| {
+            place.as_ref().map_or(0.0, |place| side.flexibility(place, outward))
+        };
+        let compliance =
+            |scale: f64| scale * OVERESTIMATE * (along(&a, &on_a, normal) + along(&b, &on_b, &-normal));
         let mut spot = Spot {
             feature,
-            on_a: on_a.map(|s| s.0),
-            on_b: on_b.map(|s| s.0),
+            on_a,
+            on_b,
             turns: [a.pose.rotation, b.pose.rotation],
             elastic: Vec3::zeros(),
             change: Vec3::zeros(),
-            compliance: scale * OVERESTIMATE * (along(on_a) + along(on_b)),
+            compliance: scale.map_or(0.0, compliance),
             firmness: 1.0,
             given: None,
         };
         spot.follow([a, b]);
         spot
+    }
+
+    /// Has an asperity's contact yield in a solve by about what its bodies do under its own force and those that go with it, `held` being what is known of
+    /// these: so far as its surfaces have retreated along the `normal` under them, and at least by its own flexibility.
+    pub fn yield_at_once(&mut self, [a, b]: [Side<'_>; 2], normal: &Vec3, held: Option<&Held>) {
+        let along = |side: &Side<'_>, place: &Option<SurfacePoint>, outward: &Vec3| {
+            place.as_ref().map_or(0.0, |place| side.flexibility(place, outward))
+        };
+        let own = along(&a, &self.on_a, normal) + along(&b, &self.on_b, &-normal);
+        let force = held.map_or(Vec3::zeros(), |held| (normal * held.load + held.traction) * held.weight);
+        let pressed = force.dot(normal);
+        let shared = if pressed > 0.0 { normal.dot(&self.elastic) / pressed } else { 0.0 };
+        self.compliance = shared.clamp(own, MOST_SHARED * own);
+        self.given = Some(force * self.compliance);
     }
 
     /// Takes over the displacements of the two sides.
@@ -254,7 +287,7 @@ impl Contacts {
             let Some(place) = place else { return };
             let force = turn.inverse() * force;
             let owner = &model.bodies[body];
-            match owner.stressed_surface().filter(|_| spread && owner.is_brittle()) {
+            match owner.stressed_surface().filter(|_| spread && owner.spreads_forces()) {
                 Some(surface) => all[body].extend(spread_over(surface, owner, &place, &force)),
                 None => all[body].push((place, force)),
             }
@@ -342,7 +375,7 @@ impl Contacts {
                 if !e.is_active() && old.is_none_or(|held| held.load == 0.0) {
                     // Open now, and closed by what has moved since. Edges that end here carry nothing at any gap.
                     if e.weight > 0.0 {
-                        largest = largest.max(-(e.gap + along));
+                        largest = largest.max(-(point.opening() + along));
                     }
                     held.extend(old);
                     continue;
@@ -364,15 +397,25 @@ impl Contacts {
                 let slid = if e.slip() == 0.0 { slid } else { Vec3::zeros() };
                 largest = largest.max(left.abs()).max(slid.norm());
                 if e.is_active() {
+                    let adapts = spot.given.is_none() && spot.compliance > 0.0;
                     let adapted = |held: &Held| {
-                        if spot.given.is_some() { held.scale } else { held.adapted(left, &slid, tolerance) }
+                        if adapts { held.adapted(left, &slid, tolerance) } else { held.scale }
                     };
                     let scale = old.as_ref().map_or(self.first_scale, adapted);
-                    held.push(Held { feature, load: e.sprung(), traction, scale, left, slid });
+                    held.push(Held {
+                        feature,
+                        weight: e.weight,
+                        load: e.sprung(),
+                        traction,
+                        scale,
+                        left,
+                        slid,
+                    });
                 } else if let Some(old) = old {
                     // Its own push was too much for it. Without this a patch of contacts that close at once opens at once, each of
                     // them forgets that it swings, and all close again just as before.
-                    let scale = if spot.given.is_some() { old.scale } else { 2.0 * old.scale };
+                    let adapts = spot.given.is_none() && spot.compliance > 0.0;
+                    let scale = if adapts { 2.0 * old.scale } else { old.scale };
                     held.push(Held { load: 0.0, traction, scale, left: 0.0, slid, ..old });
                 }
             }

@@ -10,10 +10,10 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::assembly::Dofs;
-use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{
     SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
 };
+use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{BodyKind, Committed, Model};
@@ -142,7 +142,7 @@ impl Contacts {
                 let side = |body: usize, place: &Option<SurfacePoint>, sign: f64| match place {
                     Some(place) if model.bodies[body].may_rest() => {
                         let displaced = poses[body].rotation * interpolate(place, &fields[body]);
-                        displaced * sign - own * (model.bodies[body].shell_spares() / sharpness)
+                        displaced * sign - own * (model.shell_spares(body) / sharpness)
                     }
                     Some(_) | None => Vec3::zeros(),
                 };
@@ -238,7 +238,11 @@ impl Contacts {
             // The stretch of the contact's own spring, as `Contacts::memory` has it.
             kept.stretch = state.own_stretch(&model.law, e);
             kept.tangential_energy = e.tangential_energy;
-            kept.lead = model.law.overlap_for(e.sprung() / spring) - geometric + e.normal.dot(&elastic);
+            let overlap = match state.asperity {
+                Some(_) => e.indentation,
+                None => model.law.overlap_for(e.sprung() / spring),
+            };
+            kept.lead = overlap - geometric + e.normal.dot(&elastic);
             let softer = state.spring / spring;
             kept.stretch *= softer;
             kept.tangential_energy *= softer;
@@ -274,7 +278,7 @@ impl Contacts {
                 pair.carried.point(feature).is_none() && !bore.contains(&(pair.key(), feature))
             };
             for point in pair.active().filter(is_new) {
-                let open = PointMemory::open(point.site.feature, point.evaluation.gap);
+                let open = PointMemory::open(point.site.feature, point.opening());
                 committed.memory.entry(pair.key()).or_default().put(open);
                 any = true;
             }
@@ -291,7 +295,8 @@ impl Contacts {
                 let elastic = committed_gap(model, committed, pair, &places);
                 let geometric = point.geometric_overlap();
                 let lead = -e.gap - (geometric - e.normal.dot(&elastic));
-                if e.weight > 0.0 && e.gap >= 0.0 && geometric - e.normal.dot(&elastic) > 0.0 {
+                let opening = point.opening();
+                if e.weight > 0.0 && opening >= 0.0 && opening < -lead {
                     memory.entry(pair.key()).or_default().put(PointMemory::open(point.site.feature, lead));
                 }
             }

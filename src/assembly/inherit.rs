@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::assembly::contacts::{ContactPoint, Contacts, TooClose};
+use crate::assembly::{ContactPoint, Contacts, TooClose};
 use crate::contact::Memory;
 use crate::contact::memory::{PairKey, PairMemory, PointMemory};
 use crate::model::fracture::Fracture;

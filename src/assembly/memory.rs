@@ -52,7 +52,7 @@ impl Contacts {
             // Kept open by a change of fidelity: without its lead it would touch.
             let held_open = |p: &&ContactPoint| {
                 let lead = p.state.lead;
-                !p.evaluation.is_active() && lead < 0.0 && p.evaluation.gap + lead < 0.0
+                !p.evaluation.is_active() && lead < 0.0 && p.opening() + lead < 0.0
             };
             let open = pair.points.iter().filter(held_open);
             points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.lead)));

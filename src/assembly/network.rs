@@ -24,9 +24,9 @@
 
 use rayon::prelude::*;
 
-use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::Spot;
 use crate::assembly::{BlockPattern, Dofs};
+use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
 use crate::contact::force::{ElasticTangent, Tangent};
 use crate::contact::memory::PairKey;

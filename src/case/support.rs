@@ -104,15 +104,15 @@ fn patches(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     }
 }
 
-/// Asperities stand between rigid bodies; others have a spring behind their mesh, and what a change of fidelity carries over is a spring's.
+/// Asperities stand before bodies whose flexibility is known, not before the nodes of their meshes.
 fn asperities(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
-    let problem = "asperities bear between rigid bodies only";
-    let is_rigid = match &case.geometry {
-        Geometry::Specimen(_) => case.fidelity_of_grains() == Fidelity::Rigid,
-        Geometry::Scene(scene) => scene.bodies.iter().all(|body| case.fidelity_of(body) == Fidelity::Rigid),
+    let has_nodes = match &case.geometry {
+        Geometry::Specimen(_) => case.fidelity_of_grains() == Fidelity::Full,
+        Geometry::Scene(scene) => scene.bodies.iter().any(|body| case.fidelity_of(body) == Fidelity::Full),
     };
-    if !is_rigid {
-        let accepted = "\"spring\", or bodies of fidelity \"rigid\"";
+    if has_nodes {
+        let problem = "asperities do not stand before bodies of fidelity \"full\" yet";
+        let accepted = "\"spring\", or another fidelity";
         refuse("$.contact.normal", "\"asperity\"", problem, accepted);
     }
     if matches!(case.membrane, MembraneCase::RigidWall) && matches!(case.geometry, Geometry::Specimen(_)) {

@@ -356,7 +356,7 @@ static CONTACT: &[Key] = &[
         "normal",
         Choice(&["spring", "asperity"]),
         "\"spring\"",
-        "What bears the normal force where rigid bodies meet: a spring that goes with their size alone, or asperities, whose rounding is elastic up to the limit pressure and crushed beyond.",
+        "What bears the normal force between bodies: a spring that goes with their size alone, or asperities, whose rounding is elastic up to the limit pressure and crushed beyond.",
     ),
     Key::optional(
         "limit_pressure",

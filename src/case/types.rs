@@ -388,7 +388,7 @@ pub struct ContactCase {
     pub rounding: f64,
     /// What parallel faces carry by.
     pub faces: FaceContact,
-    /// What bears the normal force where rigid bodies meet.
+    /// What bears the normal force between bodies.
     pub normal: NormalLaw,
     /// Pressure at which rock is crushed at a contact of asperities [Pa]; `None`: it follows from the compressive strength.
     #[serde(default, skip_serializing_if = "Option::is_none")]

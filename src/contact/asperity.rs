@@ -39,7 +39,10 @@ use serde::{Deserialize, Serialize};
 /// confined (Tabor 1951, *The Hardness of Metals*; Johnson 1985, 6.3). Rock gains strength by confinement, and loses by chipping.
 pub const LIMIT_OVER_STRENGTH: f64 = 2.8;
 
-/// What bears the normal force where rigid bodies meet.
+/// Steps at most to an indentation that is shared with a compliance.
+const MOST_STEPS: usize = 80;
+
+/// What bears the normal force where bodies meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NormalLaw {
@@ -220,6 +223,35 @@ impl Asperity {
         let patch = self.patch_at_limit(indentation);
         let force = (patch * patch).scaled(PI * self.limit_pressure);
         Press { force, energy: force * patch.scaled(0.4 * self.yielding()), patch }
+    }
+
+    /// The indentation `h` [m] of an asperity that shares a `way` [m] with a `compliance` [m/N] behind it: `h + c F(h) = way`. Exact in its derivatives.
+    pub fn indentation_behind<T: Real>(&self, way: T, depth: f64, compliance: T) -> T {
+        let (total, c) = (way.value(), compliance.value());
+        if c == 0.0 || total <= depth {
+            return way;
+        }
+        let pressed = |h: f64| self.press(Dual::<1>::variable(h, 0), depth).force;
+        // Where crushing begins the slope falls, so Newton's steps are kept within what is known to hold the root.
+        let ([mut low, mut high], mut h) = ([depth, total], total);
+        for _ in 0..MOST_STEPS {
+            let force = pressed(h);
+            let miss = h + c * force.value - total;
+            if miss > 0.0 {
+                high = h
+            } else {
+                low = h
+            }
+            let next = h - miss / (1.0 + c * force.gradient[0]);
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            if (next - h).abs() <= 1e-15 * total.abs() {
+                break;
+            }
+            h = next;
+        }
+        let force = pressed(h);
+        let miss = T::constant(h) + compliance.scaled(force.value) - way;
+        T::constant(h) - miss.scaled(1.0 / (1.0 + c * force.gradient[0]))
     }
 
     /// The crushed depth after an indentation [m], crushed to `depth` [m] before.

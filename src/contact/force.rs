@@ -83,8 +83,8 @@ pub struct PointState {
     pub elastic_change: Vec3,
     /// Overlap besides [m]; see [`crate::contact::memory::PointMemory::lead`].
     pub lead: f64,
-    /// Where the contact's force is an unknown: compliance behind the spring per force, weight included [m/N], in all directions; and what
-    /// it gave under the unknown force [m], in space, which it gives back. Where the two forces agree nothing of it is left.
+    /// Where the contact's force is an unknown, or an asperity's: compliance behind the spring per force, weight included [m/N], in all directions; and what
+    /// it gave under the unknown force, or that of the last augmentation [m], in space, which it gives back. Where the two forces agree nothing of it is left.
     pub compliance: f64,
     pub given: Vec3,
     /// Stiffness with which it hardens before the cores meet ([`ContactLaw::hardening`]) [N/m]; zero where no body can break. That of the contact of
@@ -148,6 +148,8 @@ pub struct Evaluation {
     pub stretch: Vec3,
     /// Energy stored in the tangential stretch [J].
     pub tangential_energy: f64,
+    /// How far its asperity is pressed in [m]; zero without one.
+    pub indentation: f64,
     /// Radius of the patch of its asperity now, and of the one that friction holds on to [m]; zero without one.
     pub patch: f64,
     pub grip: f64,
@@ -175,6 +177,7 @@ impl Evaluation {
             trial_stretch: Vec3::zeros(),
             stretch: Vec3::zeros(),
             tangential_energy: 0.0,
+            indentation: 0.0,
             patch: 0.0,
             grip: 0.0,
             energy: 0.0,
@@ -404,12 +407,16 @@ fn wrench<T: Real>(
     let given = Vector::constant(&state.given);
     let pushed = overlap + T::constant(state.offset) + normal.dot(given);
     let behind = T::constant(state.behind()) + weight.scaled(state.spring * state.compliance);
-    let press = state.asperity.map(|asperity| (asperity, asperity.law.press(pushed, asperity.depth)));
+    let press = state.asperity.map(|asperity| {
+        let compliance = weight.scaled(asperity.share * state.compliance);
+        let indentation = asperity.law.indentation_behind(pushed, asperity.depth, compliance);
+        (asperity, indentation, asperity.law.press(indentation, asperity.depth))
+    });
     let linear = match &press {
-        Some((asperity, press)) => press.force.scaled(asperity.share),
+        Some((asperity, _, press)) => press.force.scaled(asperity.share),
         None => law.normal_behind(pushed, behind).scaled(state.spring),
     };
-    let grip = press.map(|(asperity, press)| asperity.grip(press.patch));
+    let grip = press.map(|(asperity, _, press)| asperity.grip(press.patch));
     let hardens = state.hardening > 0.0;
     let hardened = if hardens { law.hardening(undeformed, state.radii) } else { None };
     let hardened = hardened.map(|both| both.map(|part| part.scaled(state.hardening)));
@@ -419,7 +426,8 @@ fn wrench<T: Real>(
         gap: -overlap.value(),
         load: load.value(),
         hardened: hardened.map_or(0.0, |[more, _]| more.value()),
-        patch: press.map_or(0.0, |(_, press)| press.patch.value()),
+        indentation: press.map_or(0.0, |(_, indentation, _)| indentation.value()),
+        patch: press.map_or(0.0, |(.., press)| press.patch.value()),
         grip: grip.map_or(0.0, T::value),
         ..Evaluation::new(state, weight.value(), normal.value(), point.value(), pressure.value())
     };
@@ -441,7 +449,7 @@ fn wrench<T: Real>(
     let mut moment_b = arm_b.cross(force_b);
 
     let excess = match press {
-        Some((asperity, press)) => press.energy.scaled(asperity.share),
+        Some((asperity, _, press)) => press.energy.scaled(asperity.share),
         None => law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring),
     };
     let excess = hardened.map_or(excess, |[_, more]| excess + more);

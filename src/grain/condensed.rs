@@ -5,7 +5,7 @@
 //! A load is balanced by uniform inertia (`P^T f`, `P = 1 - R (R^T M R)^-1 R^T M`), the stiffness is
 //! held at six statically determinate supports whose reactions then vanish, and the solution is
 //! moved into the frame: `u = P K_held^-1 P^T f`. That flexibility `C = P K_held^-1 P^T` is symmetric
-//! and positive semi-definite and does not depend on the supports.
+//! and positive semi-definite and does not depend on the supports. With contacts of asperities a force acts on a patch (`grain::patch`).
 //!
 //! Source: free-free flexibility with inertia relief, e.g. Felippa & Park (2002), "The construction
 //! of free-free flexibility matrices", Comput. Methods Appl. Mech. Eng. 191:2139-2168.
@@ -19,6 +19,7 @@ use crate::error::{Error, Result};
 use crate::grain::held::{DenseFlexibility, HeldGrain};
 use crate::grain::local::LocalStiffness;
 use crate::grain::mass::MassProperties;
+use crate::grain::patch::{PATCH_OF_BODY, Patches};
 use crate::grain::surface::{Surface, SurfacePoint};
 use crate::material::Elastic;
 use crate::mesh::{CellId, Mesh};
@@ -36,6 +37,16 @@ pub struct CondensedGrain {
     surface: Arc<Surface>,
     mass: MassProperties,
     flexibility: Flexibility,
+    /// What contact forces are spread over; `None` where they act on points.
+    patches: Option<OnPatches>,
+}
+
+/// Contact forces on patches.
+#[derive(Debug, Clone)]
+struct OnPatches {
+    patches: Arc<Patches>,
+    /// `S W S^T`, `[i (i + 1) / 2 + j]` for surface nodes number i >= j; empty where columns are solved for on demand.
+    flexibility: Vec<Mat3>,
 }
 
 /// Displacement of nodes under unit forces on surface nodes [m/N].
@@ -104,7 +115,43 @@ impl CondensedGrain {
             Flexibility::OnDemand { held: Box::new(held), columns }
         };
         let (mesh, surface) = (Arc::new(mesh), Arc::new(surface));
-        Ok(CondensedGrain { rock: Arc::new(cell_elasticity.to_vec()), mesh, surface, mass, flexibility })
+        let rock = Arc::new(cell_elasticity.to_vec());
+        Ok(CondensedGrain { rock, mesh, surface, mass, flexibility, patches: None })
+    }
+
+    /// The same whose contact forces act on patches of [`PATCH_OF_BODY`] of its size.
+    pub fn on_patches(mut self) -> Self {
+        let size = (6.0 * self.mesh.volume() / std::f64::consts::PI).cbrt();
+        let patches = Arc::new(Patches::new(&self.mesh, &self.surface, PATCH_OF_BODY * size));
+        let flexibility = match &self.flexibility {
+            Flexibility::Dense(_) => self.over(&patches),
+            Flexibility::OnDemand { .. } => Vec::new(),
+        };
+        self.patches = Some(OnPatches { patches, flexibility });
+        self
+    }
+
+    /// Whether its contact forces act on patches.
+    pub const fn is_on_patches(&self) -> bool {
+        self.patches.is_some()
+    }
+
+    /// `S W S^T` of a flexibility that is known as a whole.
+    fn over(&self, patches: &Patches) -> Vec<Mat3> {
+        let count = self.surface.nodes().len();
+        let mut packed = Vec::with_capacity(count * (count + 1) / 2);
+        for i in 0..count {
+            let own: Vec<(usize, f64)> = patches.of(i).collect();
+            let row: Vec<Mat3> = (0..count)
+                .map(|k| own.iter().map(|(j, share)| self.point_block(*j, k) * *share).sum())
+                .collect();
+            packed.extend((0..=i).map(|j| {
+                let block = patches.of(j).map(|(k, share)| row[k] * share).sum::<Mat3>();
+                // Symmetric up to rounding; make it exact on the diagonal.
+                if i == j { (block + block.transpose()) * 0.5 } else { block }
+            }));
+        }
+        packed
     }
 
     /// This grain, which solves on demand, with another part `intact` of its stiffness: the bits of
@@ -122,6 +169,7 @@ impl CondensedGrain {
                     held: Box::new(held),
                     columns: columns.iter().map(|_| OnceLock::new()).collect(),
                 },
+                patches: self.patches.clone(),
             },
         ))
     }
@@ -154,12 +202,10 @@ impl CondensedGrain {
     pub fn flexibility_along(&self, at: &SurfacePoint, n: &Vec3) -> f64 {
         match &self.flexibility {
             Flexibility::Dense(_) => n.dot(&(self.flexibility(at, at) * n)),
-            Flexibility::OnDemand { held, .. } if self.surface.nodes().len() <= DENSE_SURFACE_NODES => {
-                let mut forces = vec![Vec3::zeros(); self.mesh.nodes.len()];
-                let node = |&k: &u32| self.surface.nodes()[k as usize].index();
-                at.nodes.iter().zip(&at.weights).for_each(|(k, weight)| forces[node(k)] += n * *weight);
-                let u = held.solve(&forces);
-                at.nodes.iter().zip(&at.weights).map(|(k, weight)| n.dot(&u[node(k)]) * weight).sum()
+            Flexibility::OnDemand { .. } if self.surface.nodes().len() <= DENSE_SURFACE_NODES => {
+                let mut field = Vec::new();
+                self.surface_field_into(&mut field, &[(*at, *n)]);
+                at.nodes.iter().zip(&at.weights).map(|(&k, weight)| n.dot(&field[k as usize]) * weight).sum()
             }
             Flexibility::OnDemand { .. } => {
                 let patch = (self.surface.facet_area(at.facet) / std::f64::consts::PI).sqrt();
@@ -203,23 +249,20 @@ impl CondensedGrain {
         }
     }
 
-    /// Displacements [m] of all surface nodes, in the frame, under forces [N] on surface points.
+    /// Displacements [m] of all surface nodes, in the frame, under forces [N] on surface points, as contacts feel them: means over patches where
+    /// these are what forces act on.
     pub fn surface_field_into(&self, out: &mut Vec<Vec3>, loads: &[(SurfacePoint, Vec3)]) {
         let count = self.surface.nodes().len();
         out.clear();
         out.resize(count, Vec3::zeros());
-        let mut forces = vec![Vec3::zeros(); count];
-        for (point, force) in loads {
-            for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
-                forces[node as usize] += force * weight;
-            }
-        }
+        let forces = self.surface_forces(loads);
         if let Flexibility::OnDemand { held, .. } = &self.flexibility {
-            let mut field = vec![Vec3::zeros(); self.mesh.nodes.len()];
+            let u = held.solve(&self.on_all_nodes(&forces));
             let nodes = self.surface.nodes();
-            nodes.iter().zip(&forces).for_each(|(node, force)| field[node.index()] = *force);
-            let u = held.solve(&field);
             nodes.iter().zip(out.iter_mut()).for_each(|(node, out)| *out = u[node.index()]);
+            if let Some(OnPatches { patches, .. }) = &self.patches {
+                *out = patches.felt(out);
+            }
             return;
         }
         for (j, force) in forces.iter().enumerate() {
@@ -229,6 +272,15 @@ impl CondensedGrain {
                 }
             }
         }
+    }
+
+    /// Forces on all nodes that forces on those of the surface come to, spread over patches where there are any [N].
+    fn on_all_nodes(&self, forces: &[Vec3]) -> Vec<Vec3> {
+        let mut all = vec![Vec3::zeros(); self.mesh.nodes.len()];
+        let spread = self.patches.as_ref().map(|on| on.patches.spread(forces));
+        let forces = spread.as_deref().unwrap_or(forces);
+        self.surface.nodes().iter().zip(forces).for_each(|(node, force)| all[node.index()] = *force);
+        all
     }
 
     /// Elastic energy [J] under the loads: half the work of the forces on the displacements they cause.
@@ -260,21 +312,19 @@ impl CondensedGrain {
         let forces = self.surface_forces(loads);
         match &self.flexibility {
             Flexibility::Dense(DenseFlexibility { inner, inner_nodes, .. }) => {
+                let spread = self.patches.as_ref().map(|on| on.patches.spread(&forces));
+                let forces = spread.unwrap_or(forces);
                 let loaded: Vec<usize> = (0..nodes.len()).filter(|&k| forces[k] != Vec3::zeros()).collect();
                 let mut u = vec![Vec3::zeros(); self.mesh.nodes.len()];
                 for (i, node) in nodes.iter().enumerate() {
-                    u[node.index()] = loaded.iter().map(|&j| self.surface_block(i, j) * forces[j]).sum();
+                    u[node.index()] = loaded.iter().map(|&j| self.point_block(i, j) * forces[j]).sum();
                 }
                 for (row, node) in inner.chunks_exact(nodes.len()).zip(inner_nodes) {
                     u[node.index()] = loaded.iter().map(|&j| row[j] * forces[j]).sum();
                 }
                 u
             }
-            Flexibility::OnDemand { held, .. } => {
-                let mut field = vec![Vec3::zeros(); self.mesh.nodes.len()];
-                nodes.iter().zip(&forces).for_each(|(node, force)| field[node.index()] = *force);
-                held.solve(&field)
-            }
+            Flexibility::OnDemand { held, .. } => held.solve(&self.on_all_nodes(&forces)),
         }
     }
 
@@ -322,320 +372,46 @@ impl CondensedGrain {
                 columns.iter().filter_map(OnceLock::get).map(|column| size_of_val(&column[..])).sum()
             }
         };
-        mesh + size_of_val(&self.rock[..]) + self.surface.memory() + flexibility
+        let patches =
+            self.patches.as_ref().map_or(0, |on| on.patches.memory() + size_of_val(&on.flexibility[..]));
+        mesh + size_of_val(&self.rock[..]) + self.surface.memory() + flexibility + patches
     }
 
-    /// Flexibility between surface nodes number `i` and `j`.
+    /// Flexibility between surface nodes number `i` and `j`, of patches where these are what forces act on.
     fn surface_block(&self, i: usize, j: usize) -> Mat3 {
-        match &self.flexibility {
-            Flexibility::Dense(DenseFlexibility { surface, .. }) => {
-                if i >= j {
-                    surface[i * (i + 1) / 2 + j]
-                } else {
-                    surface[j * (j + 1) / 2 + i].transpose()
-                }
-            }
-            Flexibility::OnDemand { held, columns } => {
+        match (&self.flexibility, &self.patches) {
+            (Flexibility::Dense(_), None) => self.point_block(i, j),
+            (Flexibility::Dense(_), Some(on)) => lower(&on.flexibility, i, j),
+            (Flexibility::OnDemand { held, columns }, patches) => {
                 // The column of the larger number, whoever asks, so that both give the same bits.
                 let (row, column) = (i.min(j), i.max(j));
-                let block = columns[column].get_or_init(|| held.column(&self.surface, column))[row];
+                let solved = || match patches {
+                    None => held.column(&self.surface, std::iter::once((column, 1.0))),
+                    Some(OnPatches { patches, .. }) => {
+                        let displaced = held.column(&self.surface, patches.of(column));
+                        let felt = |i| patches.of(i).map(|(j, share)| displaced[j] * share).sum();
+                        (0..displaced.len()).map(felt).collect()
+                    }
+                };
+                let block = columns[column].get_or_init(solved)[row];
                 if i <= j { block } else { block.transpose() }
             }
         }
     }
+
+    /// Displacement of surface node number `i` by a force on number `j`; zero where columns are solved for on demand.
+    fn point_block(&self, i: usize, j: usize) -> Mat3 {
+        match &self.flexibility {
+            Flexibility::Dense(DenseFlexibility { surface, .. }) => lower(surface, i, j),
+            Flexibility::OnDemand { .. } => Mat3::zeros(),
+        }
+    }
+}
+
+/// A block of a symmetric matrix of which those are kept whose row is not below the column.
+fn lower(packed: &[Mat3], i: usize, j: usize) -> Mat3 {
+    if i >= j { packed[i * (i + 1) / 2 + j] } else { packed[j * (j + 1) / 2 + i].transpose() }
 }
 
 #[cfg(test)]
-mod tests {
-    use nalgebra::{DMatrix, DVector};
-
-    use super::*;
-    use crate::element::tet10::mass_share;
-    use crate::geometry::Polyhedron;
-    use crate::mesh::{cuboid_mesh, grain_mesh};
-
-    const DENSITY: f64 = 2700.0;
-
-    fn shape() -> Polyhedron {
-        let points: Vec<Vec3> = [
-            [9.0, 1.0, 2.0],
-            [-8.0, 3.0, -1.0],
-            [1.0, 11.0, 3.0],
-            [2.0, -10.0, 1.0],
-            [0.0, 2.0, 14.0],
-            [-1.0, 1.0, -13.0],
-            [7.0, 6.0, -6.0],
-            [-6.0, -6.0, 7.0],
-            [6.0, -5.0, -7.0],
-            [-5.0, 7.0, 6.0],
-        ]
-        .iter()
-        .map(|p| Vec3::from(*p) * 1e-3)
-        .collect();
-        let hull = Polyhedron::convex_hull(&points).expect("a hull");
-        hull.translated(&-hull.centroid())
-    }
-
-    fn rocks(count: usize) -> Vec<Elastic> {
-        (0..count)
-            .map(|k| Elastic::new(30e9 * (1.0 + 0.2 * (k as f64).sin()), 0.2).expect("allowed"))
-            .collect()
-    }
-
-    fn grain() -> CondensedGrain {
-        let mesh = grain_mesh(&shape(), 38).expect("a mesh");
-        let rock = rocks(mesh.cells.len());
-        CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain")
-    }
-
-    fn loads(grain: &CondensedGrain) -> Vec<(SurfacePoint, Vec3)> {
-        let mut random = rand_mt::Mt64::new(3);
-        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-        (0..9)
-            .map(|_| {
-                let place = Vec3::new(draw(), draw(), draw()) * 0.04;
-                (grain.locate(&place), Vec3::new(draw(), draw(), draw()) * 1e3)
-            })
-            .collect()
-    }
-
-    #[test]
-    fn a_grain_softened_again_has_the_bits_of_one_made_anew() {
-        let mesh = grain_mesh(&shape(), 38).expect("a mesh");
-        let rock = rocks(mesh.cells.len());
-        let intact = |k: usize| -> Vec<[f64; POINT_COUNT]> {
-            (0..rock.len()).map(|cell| [1.0 / (1 + (cell * k) % 5) as f64; POINT_COUNT]).collect()
-        };
-        let make = |k| {
-            CondensedGrain::with_damage_on_demand(mesh.clone(), &rock, DENSITY, &intact(k)).expect("a grain")
-        };
-        let again = make(1).with_intact(&intact(3)).expect("on demand").expect("a grain");
-        let anew = make(3);
-        let loads = loads(&anew);
-        assert_eq!(again.nodal_displacements(&loads), anew.nodal_displacements(&loads));
-        assert_ne!(make(1).nodal_displacements(&loads), anew.nodal_displacements(&loads));
-        assert!(grain().with_intact(&intact(1)).is_none());
-    }
-
-    /// Dense reference: `[K, M R; R^T M, 0]` with `u` and the accelerations unknown.
-    fn full_solution(grain: &CondensedGrain, loads: &[(SurfacePoint, Vec3)]) -> Vec<Vec3> {
-        let mesh = grain.mesh();
-        let n = 3 * mesh.nodes.len();
-        let mut k = DMatrix::zeros(n, n);
-        let mut m = DMatrix::zeros(n, n);
-        let mut r = DMatrix::zeros(n, 6);
-        for cell in mesh.cell_ids() {
-            let element = StraightTet10::new(&mesh.corners(cell)).expect("a cell");
-            let mut local = [[Mat3::zeros(); 10]; 10];
-            element.add_stiffness(&mut local, grain.rock(cell), &[1.0; 4]);
-            let nodes = mesh.cells[cell.index()];
-            for i in 0..10 {
-                for j in 0..10 {
-                    let at = (3 * nodes[i].index(), 3 * nodes[j].index());
-                    let mut view = k.fixed_view_mut::<3, 3>(at.0, at.1);
-                    view += local[i][j];
-                    let mut view = m.fixed_view_mut::<3, 3>(at.0, at.1);
-                    view += Mat3::from_diagonal_element(DENSITY * element.volume * mass_share(i, j));
-                }
-            }
-        }
-        for (node, x) in mesh.nodes.iter().enumerate() {
-            for axis in 0..3 {
-                r[(3 * node + axis, axis)] = 1.0;
-                let turn = Vec3::ith(axis, 1.0).cross(&(x - grain.mass_properties().centroid));
-                r.fixed_view_mut::<3, 1>(3 * node, 3 + axis).copy_from(&turn);
-            }
-        }
-        let mr = &m * &r;
-        let mass = r.transpose() * &mr;
-        let properties = grain.mass_properties();
-        assert!((mass[(0, 0)] / properties.mass - 1.0).abs() < 1e-12);
-        assert!(
-            (mass.fixed_view::<3, 3>(3, 3) - properties.inertia).norm() < 1e-12 * properties.inertia.norm()
-        );
-        assert!(mass.fixed_view::<3, 3>(0, 3).norm() < 1e-14 * properties.mass);
-        // Scaled so that both blocks weigh alike in the pivoting.
-        let scale = k[(0, 0)] / mr.amax();
-        let mut system = DMatrix::zeros(n + 6, n + 6);
-        system.view_mut((0, 0), (n, n)).copy_from(&k);
-        system.view_mut((0, n), (n, 6)).copy_from(&(&mr * scale));
-        system.view_mut((n, 0), (6, n)).copy_from(&(mr.transpose() * scale));
-        let mut rhs = DVector::zeros(n + 6);
-        for (point, force) in loads {
-            for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
-                let node = grain.surface().nodes()[node as usize].index();
-                for axis in 0..3 {
-                    rhs[3 * node + axis] += weight * force[axis];
-                }
-            }
-        }
-        let x = system.lu().solve(&rhs).expect("a regular system");
-        (0..mesh.nodes.len()).map(|node| Vec3::new(x[3 * node], x[3 * node + 1], x[3 * node + 2])).collect()
-    }
-
-    fn largest(u: &[Vec3]) -> f64 {
-        u.iter().map(Vec3::norm).fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn condensed_equals_full_solution() {
-        let grain = grain();
-        let loads = loads(&grain);
-        let full = full_solution(&grain, &loads);
-        let nodal = grain.nodal_displacements(&loads);
-        let scale = largest(&full);
-        for (a, b) in full.iter().zip(&nodal) {
-            assert!((a - b).norm() < 1e-8 * scale);
-        }
-        let at: Vec<SurfacePoint> = loads.iter().map(|(point, _)| *point).collect();
-        let mut u = vec![Vec3::zeros(); at.len()];
-        grain.surface_displacement_into(&mut u, &loads, &at);
-        let mut work = 0.0;
-        for ((point, force), u) in loads.iter().zip(&u) {
-            let expected: Vec3 = point
-                .nodes
-                .iter()
-                .zip(&point.weights)
-                .map(|(&k, w)| full[grain.surface().nodes()[k as usize].index()] * *w)
-                .sum();
-            assert!((expected - u).norm() < 1e-8 * scale);
-            work += 0.5 * force.dot(u);
-        }
-        assert!((grain.elastic_energy(&loads) / work - 1.0).abs() < 1e-10);
-        // The strain energy of the recovered field is that same energy.
-        let mut strain_energy = 0.0;
-        for cell in grain.mesh().cell_ids() {
-            let element = StraightTet10::new(&grain.mesh().corners(cell)).expect("a cell");
-            let u = grain.mesh().cells[cell.index()].map(|node| nodal[node.index()]);
-            for l in &crate::element::POINTS {
-                strain_energy += grain.rock(cell).energy_density(&element.strain(l, &u)) * element.volume
-                    / POINT_COUNT as f64;
-            }
-        }
-        assert!((strain_energy / work - 1.0).abs() < 1e-9, "{strain_energy} {work}");
-    }
-
-    #[test]
-    fn flexibility_is_symmetric_and_positive() {
-        let grain = grain();
-        let points: Vec<SurfacePoint> = loads(&grain).iter().map(|(point, _)| *point).collect();
-        // Maxwell and Betti: the displacement at a under a force at b, and the other way round.
-        for a in &points {
-            for b in &points {
-                let (ab, ba) = (grain.flexibility(a, b), grain.flexibility(b, a));
-                assert!((ab - ba.transpose()).norm() < 1e-12 * ab.norm().max(grain.flexibility(a, a).norm()));
-            }
-        }
-        let n = grain.surface().nodes().len();
-        let mut c = DMatrix::zeros(3 * n, 3 * n);
-        for i in 0..n {
-            for j in 0..n {
-                c.fixed_view_mut::<3, 3>(3 * i, 3 * j).copy_from(&grain.surface_block(i, j));
-            }
-        }
-        assert!((&c - c.transpose()).norm() == 0.0);
-        let values = c.symmetric_eigenvalues();
-        assert!(values.min() > -1e-12 * values.max(), "{} {}", values.min(), values.max());
-    }
-
-    #[test]
-    fn balanced_rigid_loads_do_nothing_and_mean_motion_is_zero() {
-        let grain = grain();
-        let u = grain.nodal_displacements(&loads(&grain));
-        let (mut mean, mut turn) = (Vec3::zeros(), Vec3::zeros());
-        for cell in grain.mesh().cell_ids() {
-            let nodes = grain.mesh().cells[cell.index()];
-            let volume = grain.mesh().cell_volume(cell);
-            for i in 0..10 {
-                for j in 0..10 {
-                    let share = volume * mass_share(i, j);
-                    let x = grain.mesh().nodes[nodes[j].index()] - grain.mass_properties().centroid;
-                    mean += u[nodes[i].index()] * share;
-                    turn += x.cross(&u[nodes[i].index()]) * share;
-                }
-            }
-        }
-        let volume = grain.mesh().volume();
-        assert!(mean.norm() < 1e-12 * volume * largest(&u));
-        assert!(turn.norm() < 1e-12 * volume * largest(&u) * 0.01);
-    }
-
-    #[test]
-    fn uniform_traction_gives_uniform_stress() {
-        // sigma n on every facet, as consistent nodal loads of a constant traction: a third of the
-        // facet's force on each mid-side node, none on the corners.
-        let mesh = grain_mesh(&shape(), 38).expect("a mesh");
-        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
-        let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-        let sigma = Mat3::new(-3e6, 1e6, 0.5e6, 1e6, -1e6, 0.2e6, 0.5e6, 0.2e6, 2e6);
-        let mut loads = Vec::new();
-        for facet in &grain.mesh().surface {
-            let [a, b, c] = [0, 1, 2].map(|k| grain.mesh().nodes[facet.nodes[k].index()]);
-            let area = (b - a).cross(&(c - a)) * 0.5;
-            for k in 3..6 {
-                let middle = grain.mesh().nodes[facet.nodes[k].index()];
-                loads.push((grain.locate(&middle), sigma * area / 3.0));
-            }
-        }
-        let u = grain.nodal_displacements(&loads);
-        for stress in grain.cell_stresses(&u).iter().flatten() {
-            let found = Mat3::new(
-                stress[0], stress[3], stress[5], stress[3], stress[1], stress[4], stress[5], stress[4],
-                stress[2],
-            );
-            assert!((found - sigma).norm() < 1e-9 * sigma.norm(), "{found}");
-        }
-    }
-
-    #[test]
-    fn on_demand_equals_dense() {
-        let mesh = cuboid_mesh([0.02, 0.01, 0.015], 0.005).expect("a mesh");
-        let rock = rocks(mesh.cells.len());
-        let dense = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-        let intact = vec![[1.0; POINT_COUNT]; rock.len()];
-        let held =
-            HeldGrain::new(dense.mesh(), &rock, dense.mass_properties(), DENSITY, &intact).expect("held");
-        let lazy = CondensedGrain {
-            flexibility: Flexibility::OnDemand {
-                held: Box::new(held),
-                columns: dense.surface().nodes().iter().map(|_| OnceLock::new()).collect(),
-            },
-            mesh: dense.mesh.clone(),
-            rock: dense.rock.clone(),
-            surface: dense.surface.clone(),
-            mass: dense.mass,
-        };
-        let loads = loads(&dense);
-        for (a, _) in &loads {
-            for (b, _) in &loads {
-                let expected = dense.flexibility(a, b);
-                assert!((lazy.flexibility(a, b) - expected).norm() < 1e-10 * dense.flexibility(a, a).norm());
-            }
-        }
-        let (u, v) = (dense.nodal_displacements(&loads), lazy.nodal_displacements(&loads));
-        let scale = largest(&u);
-        assert!(u.iter().zip(&v).all(|(u, v)| (u - v).norm() < 1e-10 * scale));
-    }
-
-    #[test]
-    fn grain_is_small() {
-        let memory = grain().memory();
-        assert!(memory < 400_000, "{memory} bytes");
-    }
-
-    #[test]
-    fn grains_can_be_shared_between_threads() {
-        fn shared<T: Send + Sync>() {}
-        shared::<CondensedGrain>();
-    }
-
-    #[test]
-    fn unusable_grains_are_refused() {
-        let mesh = grain_mesh(&shape(), 38).expect("a mesh");
-        let rock = rocks(mesh.cells.len());
-        assert!(CondensedGrain::new(mesh.clone(), &rock[1..], DENSITY).is_err());
-        assert!(CondensedGrain::new(mesh.clone(), &rock, 0.0).is_err());
-        let gone = vec![[0.0; POINT_COUNT]; rock.len()];
-        assert!(CondensedGrain::with_damage(mesh, &rock, DENSITY, &gone).is_err());
-    }
-}
+mod tests;

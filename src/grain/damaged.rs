@@ -183,7 +183,7 @@ impl Pace {
 }
 
 /// Condenses with failed points held.
-pub(super) fn condense(
+fn condense(
     mesh: Mesh,
     laws: &[DamageLaw],
     density: f64,
@@ -375,7 +375,9 @@ impl DamagedGrain {
     pub fn as_sound(&self) -> Result<CondensedGrain> {
         let elastic: Vec<Elastic> = self.laws.iter().map(|law| *law.elastic()).collect();
         let intact = vec![[1.0; POINT_COUNT]; elastic.len()];
-        CondensedGrain::with_damage_on_demand(self.mesh().clone(), &elastic, self.density, &intact)
+        let on_points =
+            CondensedGrain::with_damage_on_demand(self.mesh().clone(), &elastic, self.density, &intact)?;
+        Ok(if self.is_on_patches() { on_points.on_patches() } else { on_points })
     }
 
     pub fn mesh(&self) -> &Mesh {
@@ -518,12 +520,28 @@ impl DamagedGrain {
         let known = Some(&self.trial.condensed).filter(|_| !self.trial.sound);
         let softer = match known.and_then(|known| known.with_intact(&held(&self.trial.intact))) {
             Some(softer) => softer,
-            None => condense(self.mesh().clone(), &self.laws, self.density, &self.trial.intact),
+            None => self.condensed_alike(self.mesh().clone(), &self.laws, &self.trial.intact),
         };
         self.trial.condensed = Arc::new(softer?);
         self.trial.sound = false;
         self.stale = false;
         Ok(true)
+    }
+
+    /// Condenses a part or another state of this grain, with failed points held; contact forces act on patches if they do here.
+    pub(super) fn condensed_alike(
+        &self,
+        mesh: Mesh,
+        laws: &[DamageLaw],
+        intact: &[[f64; POINT_COUNT]],
+    ) -> Result<CondensedGrain> {
+        let on_points = condense(mesh, laws, self.density, intact)?;
+        Ok(if self.is_on_patches() { on_points.on_patches() } else { on_points })
+    }
+
+    /// Whether contact forces act on patches of its surface.
+    pub fn is_on_patches(&self) -> bool {
+        self.committed.condensed.is_on_patches()
     }
 
     /// Forgets the trial damage.

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past, condense};
+use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past};
 use crate::grain::mass::mean_motion;
 use crate::grain::surface::SurfacePoint;
 use crate::mesh::{CellId, Mesh, NodeId, SurfaceFacet};
@@ -236,7 +236,7 @@ impl DamagedGrain {
                 exposed.get(&old).copied().unwrap_or(true)
             })
             .collect();
-        let condensed = Arc::new(condense(mesh, &laws, self.density, &intact)?);
+        let condensed = Arc::new(self.condensed_alike(mesh, &laws, &intact)?);
         let condition = Condition { states, intact, condensed, sound: false };
         let past = Past {
             origin_cells,

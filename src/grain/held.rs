@@ -154,11 +154,14 @@ impl HeldGrain {
         }
     }
 
-    /// Flexibility of all surface nodes for forces on surface node number `column`.
-    pub fn column(&self, surface: &Surface, column: usize) -> Vec<Mat3> {
+    /// Displacement of all surface nodes by a unit force of which the surface nodes `on` have these shares.
+    pub fn column(&self, surface: &Surface, on: impl Iterator<Item = (usize, f64)>) -> Vec<Mat3> {
         let size = 3 * self.frame.arms.len();
-        let mut x = vec![0.0; 3 * size];
-        self.unit_loads_into(&mut x, surface.nodes()[column].index());
+        let (mut x, mut alone) = (vec![0.0; 3 * size], vec![0.0; 3 * size]);
+        for (node, share) in on {
+            self.unit_loads_into(&mut alone, surface.nodes()[node].index());
+            x.iter_mut().zip(&alone).for_each(|(x, own)| *x += share * own);
+        }
         if self.factor.back_substitute_shared(&mut x, 3).is_err() {
             x.fill(f64::NAN);
         }

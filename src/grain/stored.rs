@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::element::POINT_COUNT;
 use crate::error::{Error, Result};
-use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past, condense};
+use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past};
 use crate::material::DamageState;
 use crate::mesh::{CellId, Mesh};
 use crate::tensor::Vec3;
@@ -115,7 +115,7 @@ impl DamagedGrain {
             if mesh.surface.len() != stored.exposed.len() {
                 return Err(fail("has another surface than the one that was stored"));
             }
-            Arc::new(condense(mesh, &laws, self.density, &intact)?)
+            Arc::new(self.condensed_alike(mesh, &laws, &intact)?)
         };
         let condition = Condition { states, intact, condensed, sound: stored.sound };
         let past = Past {
@@ -140,7 +140,7 @@ impl DamagedGrain {
     pub fn moved_to(&self, point: &Vec3) -> Result<DamagedGrain> {
         let offset = self.offset + point;
         let mesh = placed(&self.origin, &self.origin_cells, &offset)?;
-        let condensed = Arc::new(condense(mesh, &self.laws, self.density, &self.committed.intact)?);
+        let condensed = Arc::new(self.condensed_alike(mesh, &self.laws, &self.committed.intact)?);
         let (states, intact) = (self.committed.states.clone(), self.committed.intact.clone());
         let past = Past {
             origin_cells: self.origin_cells.to_vec(),

@@ -110,6 +110,11 @@ impl Surface {
         &self.nodes
     }
 
+    /// Corners of a facet [m].
+    pub fn corners(&self, facet: u32) -> [Vec3; 3] {
+        self.facets[facet as usize].corners
+    }
+
     /// Area of a facet [m^2].
     pub fn facet_area(&self, facet: u32) -> f64 {
         let [a, b, c] = self.facets[facet as usize].corners;
@@ -250,7 +255,8 @@ impl Surface {
         shares
     }
 
-    fn point(&self, facet: u32, l: &[f64; 3]) -> SurfacePoint {
+    /// The point of a facet with these area coordinates.
+    pub(crate) fn point(&self, facet: u32, l: &[f64; 3]) -> SurfacePoint {
         let &Facet { corners, normal, nodes } = &self.facets[facet as usize];
         let weights = [
             l[0] * (2.0 * l[0] - 1.0),

@@ -5,10 +5,14 @@
 //! was left. Tolerances: LADDER's 1e-6 for forces, of which rounding takes 1e-9; the books are those of the trapezoidal rule, second order in the increment.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::contact::{Asperity, NormalLaw};
-use crate::ladder::bodies::{HELD, body, cuboid, drive, fixed, load, scene};
+use crate::grain::CondensedGrain;
+use crate::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
 use crate::ladder::{Findings, Run, Tolerance};
+use crate::material::Elastic;
+use crate::mesh::cuboid_mesh;
 use crate::scene::SceneParameters;
 use crate::tensor::{Rotation, Vec3};
 
@@ -39,6 +43,36 @@ pub fn corner(friction: f64, ways: Ways<'_>) -> SceneParameters {
     let stages = ways.iter().map(|(n, way)| load(*n, "cube", drive(way.map(Some), HELD))).collect();
     let parameters = scene(vec![cube, floor("one", 0.0), floor("other", STEP)], friction, stages);
     SceneParameters { normal: NormalLaw::Asperity, ..parameters }
+}
+
+/// [`corner`] with a cube that yields, of cells of this size [m].
+pub fn corner_of_cells(cell: f64, friction: f64, ways: Ways<'_>) -> SceneParameters {
+    let mut parameters = corner(friction, ways);
+    let mesh = cuboid_mesh([SIDE; 3], cell).expect("a mesh");
+    let rock = Elastic::new(3e10, 0.2).expect("allowed");
+    let rock = vec![rock; mesh.cells.len()];
+    let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
+    parameters.bodies[0].grain = Some(Arc::new(grain.on_patches()));
+    parameters
+}
+
+/// The force of a corner pressed in by a tenth of a millimetre: what its body yields depends little on its mesh, and a rigid body is the limit.
+pub(super) fn meshes(findings: &mut Findings) {
+    let ways = [(5, [0.0, 0.0, -0.1e-3])];
+    let finest = Run::of(&corner_of_cells(0.004, 0.0, &ways));
+    let of_cells =
+        |size: f64| (format!("cells of {:.0} mm", 1e3 * size), Run::of(&corner_of_cells(size, 0.0, &ways)));
+    let runs = [0.02, 0.01, 0.005].map(of_cells);
+    for (name, run) in runs.into_iter().chain([("rigid".into(), Run::of(&corner(0.0, &ways)))]) {
+        let (computed, expected) = (force(&run, 0), force(&finest, 0));
+        findings.of_run(
+            format!("force [N], {name}, over cells of 4 mm"),
+            &run,
+            computed,
+            expected,
+            Tolerance::Relative(0.03),
+        );
+    }
 }
 
 /// The law of [`corner`]: a cube's corner is cut in equilateral triangles of area `3 sqrt(3)/2` times the depth squared.

@@ -101,6 +101,7 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "crossed_edges", problem: "edge on edge", climb: edges::crossed },
     Rung { name: "corners", problem: "corner on corner, corner on edge", climb: edges::corners },
     Rung { name: "indents", problem: "corner and edges of rock pressed in", climb: asperities::indents },
+    Rung { name: "corner_meshes", problem: "corner of rock on four meshes", climb: asperities::meshes },
     Rung { name: "rolling", problem: "prism rolled over an edge", climb: edges::rolling },
     Rung {
         name: "unlike_bodies",

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::contact::law::Friction;
 use crate::geometry::Polyhedron;
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain, Surface};
-use crate::model::{SHELL_STIFFNESS, STIFFNESS_RATIO};
+use crate::model::STIFFNESS_RATIO;
 
 /// Index of a body in its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -148,6 +148,11 @@ impl Body {
         self.damaged.is_some() && !self.yields
     }
 
+    /// Whether a force on it stresses the facets around its place: it breaks, and its mesh does not spread forces over patches by itself.
+    pub fn spreads_forces(&self) -> bool {
+        self.is_brittle() && self.damaged.as_ref().is_some_and(|grain| !grain.is_on_patches())
+    }
+
     /// Whether its contacts soften with its rock, and so harden where their overlap comes near the rounding.
     pub fn softens(&self) -> bool {
         self.is_brittle() || self.is_rubble
@@ -169,11 +174,6 @@ impl Body {
     /// `E / (1 - nu^2)` of its rock [Pa]; infinite where it does not yield.
     pub fn plane_strain_modulus(&self) -> f64 {
         self.stiffness / (2.0 * STIFFNESS_RATIO * self.rotation_scale)
-    }
-
-    /// What its contacts yield less of their own where it deforms than where it is rigid, per force [m/N].
-    pub fn shell_spares(&self) -> f64 {
-        (1.0 - 1.0 / SHELL_STIFFNESS) / self.stiffness
     }
 
     /// Whether it may be rigid for a while: damage has not changed how it bends.

@@ -85,11 +85,26 @@ impl Model {
     /// Stiffness of the contact's own spring between two bodies [N/m]: as [`Self::contact_stiffness`],
     /// an elastic body with its shell alone.
     pub fn contact_spring(&self, a: usize, b: usize) -> f64 {
-        let compliance = |body: usize| {
-            let body = &self.bodies[body];
-            1.0 / (body.stiffness * if body.is_elastic() { SHELL_STIFFNESS } else { 1.0 })
-        };
-        1.0 / (compliance(a) + compliance(b))
+        1.0 / (self.shell_compliance(a) + self.shell_compliance(b))
+    }
+
+    /// What a body yields at a contact by the contact's own spring [m/N]: where it deforms, its shell. An asperity is the same whether it does or not.
+    fn shell_compliance(&self, body: usize) -> f64 {
+        let has_shell = self.normal == NormalLaw::Spring && self.bodies[body].is_elastic();
+        1.0 / (self.bodies[body].stiffness * if has_shell { SHELL_STIFFNESS } else { 1.0 })
+    }
+
+    /// By how much less a body yields at a contact's own spring where it deforms than where it is rigid [m/N].
+    pub fn shell_spares(&self, body: usize) -> f64 {
+        match self.normal {
+            NormalLaw::Spring => (1.0 - 1.0 / SHELL_STIFFNESS) / self.bodies[body].stiffness,
+            NormalLaw::Asperity => 0.0,
+        }
+    }
+
+    /// Whether bodies that deform are displaced by the forces of the step before: asperities yield so much more that few steps bring them to agree.
+    pub fn follows_by_steps(&self) -> bool {
+        self.normal == NormalLaw::Asperity && self.has_elastic()
     }
 
     /// Stiffness of the patch that two parallel faces share, per area [N/m^3]: of each body a layer in simple compression, of a rigid
@@ -103,7 +118,7 @@ impl Model {
         1.0 / (compliance(a) + compliance(b))
     }
 
-    /// Has this bear the normal force between rigid bodies.
+    /// Has this bear the normal force between bodies.
     pub fn with_normal(self, normal: NormalLaw) -> Self {
         Model { normal, ..self }
     }
@@ -112,7 +127,7 @@ impl Model {
     /// from a face over an edge; two balls have both their curvatures. `None` where a spring bears.
     pub fn asperity(&self, [a, b]: [usize; 2], feature: Feature) -> Option<Asperity> {
         let bodies = [a, b].map(|i| &self.bodies[i]);
-        if self.normal == NormalLaw::Spring || bodies.iter().any(|body| body.is_elastic()) {
+        if self.normal == NormalLaw::Spring {
             return None;
         }
         let [first, second] = bodies.map(Body::plane_strain_modulus);
@@ -153,8 +168,7 @@ impl Model {
             return 1.0;
         }
         let sides = [(a, firmness[0]), (b, firmness[1])].map(|(body, left)| {
-            let rigid = 1.0 / self.bodies[body].stiffness;
-            let own = if self.bodies[body].is_elastic() { rigid / SHELL_STIFFNESS } else { rigid };
+            let (rigid, own) = (1.0 / self.bodies[body].stiffness, self.shell_compliance(body));
             [own, own - rigid + rigid / left]
         });
         (sides[0][0] + sides[1][0]) / (sides[0][1] + sides[1][1])

@@ -438,14 +438,16 @@ fn rig_of(case: &Case, origin: &Origin<'_>, observer: &dyn Observer) -> Result<R
 fn condense(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
     match case.fidelity_of_grains() {
         Fidelity::Rigid if case.rock.damage.is_some() => {
-            rig.let_break(rock::condensed_grains(&case.rock, meshes, case.seed)?);
+            rig.let_break(rock::condensed_grains(&case.rock, meshes, (case.seed, case.contact.normal))?);
         }
         Fidelity::Rigid => {}
         Fidelity::Auto => {
-            rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?);
+            rig.condense(rock::condensed_grains(&case.rock, meshes, (case.seed, case.contact.normal))?);
             rig.rest_all();
         }
-        Fidelity::Condensed => rig.condense(rock::condensed_grains(&case.rock, meshes, case.seed)?),
+        Fidelity::Condensed => {
+            rig.condense(rock::condensed_grains(&case.rock, meshes, (case.seed, case.contact.normal))?)
+        }
         Fidelity::Full => {
             rig.resolve(rock::full_grains(&case.rock, meshes, case.seed, case.solver.nodes())?);
         }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::case::{Law, NodesCase, RockCase, RubbleCase, Scatter};
+use crate::contact::NormalLaw;
 use crate::element::Strains;
 use crate::error::{Error, Result};
 use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, FullGrain};
@@ -68,17 +69,21 @@ fn named(name: &str) -> impl Fn(Error) -> Error {
     }
 }
 
-/// Body number `index` condensed.
+/// Body number `index` condensed; with contacts of asperities forces act on patches of it.
 pub fn condensed(
     rock: &RockCase,
     name: &str,
     index: usize,
     mesh: Mesh,
-    seed: u64,
+    (seed, normal): (u64, NormalLaw),
 ) -> Result<Arc<CondensedGrain>> {
     tracing::debug!(name, cells = mesh.cells.len(), nodes = mesh.nodes.len(), "condensing");
     let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
-    CondensedGrain::new(mesh, &elasticity, rock.density).map(Arc::new).map_err(named(name))
+    let on_points = CondensedGrain::new(mesh, &elasticity, rock.density).map_err(named(name))?;
+    Ok(Arc::new(match normal {
+        NormalLaw::Spring => on_points,
+        NormalLaw::Asperity => on_points.on_patches(),
+    }))
 }
 
 /// Body number `index` with all its nodes, and what eliminates them, where that is asked for.
@@ -115,10 +120,14 @@ pub type Resolved = (Arc<FullGrain>, Option<Arc<CondensedGrain>>);
 pub type Breakable = (Arc<CondensedGrain>, Option<Arc<DamagedGrain>>);
 
 /// The grains of a specimen condensed, in their order.
-pub fn condensed_grains(rock: &RockCase, meshes: &[Mesh], seed: u64) -> Result<Vec<Breakable>> {
+pub fn condensed_grains(
+    rock: &RockCase,
+    meshes: &[Mesh],
+    (seed, normal): (u64, NormalLaw),
+) -> Result<Vec<Breakable>> {
     let grain = |(index, mesh): (usize, &Mesh)| {
         let name = format!("grain {index}");
-        let grain = condensed(rock, &name, index, mesh.clone(), seed)?;
+        let grain = condensed(rock, &name, index, mesh.clone(), (seed, normal))?;
         let damaged = damaged(rock, &name, index, &grain, seed)?;
         Ok((grain, damaged))
     };

@@ -310,7 +310,7 @@ fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Resu
     let (mut grain, mut full) = (None, None);
     match (fidelity, mesh) {
         (Fidelity::Auto | Fidelity::Condensed, Some(mesh)) => {
-            grain = Some(rock::condensed(rock, &body.name, index, mesh, case.seed)?);
+            grain = Some(rock::condensed(rock, &body.name, index, mesh, (case.seed, case.contact.normal))?);
         }
         (Fidelity::Full, Some(mesh)) => {
             let nodes = case.solver.nodes();

@@ -125,7 +125,8 @@ impl Newton<'_> {
         self.dissipated = self.step_dissipation();
         self.softened += self.contacts.softened(self.model);
         self.crushed += self.contacts.work_of_crushing();
-        let fields = self.committed.fields.clone();
+        let follows = self.model.follows_by_steps();
+        let fields = if follows { self.contacts.fields.clone() } else { self.committed.fields.clone() };
         let mut here = Committed { fields, ..Committed::new(self.poses.clone()) };
         self.contacts.rebase(self.model, &mut here);
         self.committed = Cow::Owned(here);

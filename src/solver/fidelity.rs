@@ -145,7 +145,7 @@ pub fn judge(
 
 /// `loads` on a body as they stress its `grain`.
 fn stressing<'a>(body: &Body, grain: &DamagedGrain, loads: &'a SurfaceLoads) -> Cow<'a, SurfaceLoads> {
-    if !body.is_brittle() {
+    if !body.spreads_forces() {
         return Cow::Borrowed(loads);
     }
     let surface = grain.condensed().surface();

@@ -4,10 +4,11 @@
 //! at two places: Gauss's rule, exact for forces that change with the cube of the way. Contacts that open, close or begin to slide on it make an error,
 //! which the energy balance tells. (Points at the ends would weigh forces before a contact slides too much, with one sign in all of them.)
 //!
-//! Bodies that bend come to their displacements by augmentations, at the end of a step only: there the mean of the forces at both ends of the increment stands in, and
-//! tells nothing of what snaps in it.
+//! Displacements of bodies that follow the forces by steps go straight along with them. Where they are solved for by augmentations, at the end of a step
+//! only, the mean of the forces at both ends of the increment stands in, and tells nothing of what snaps in it.
 
 use crate::assembly;
+use crate::assembly::elastic::SurfaceField;
 use crate::solver::newton::Newton;
 use crate::solver::pace::motion_between;
 use crate::tensor::{Pose, Vector6};
@@ -30,6 +31,8 @@ pub(super) struct Cut {
 #[derive(Debug, Clone)]
 pub(super) struct Path {
     poses: Vec<Pose>,
+    /// Displacements of bodies that follow the forces by steps.
+    fields: Vec<SurfaceField>,
     forces: Vec<Vector6<f64>>,
     /// Pressure there [Pa], which goes to the present one in a step.
     pressure: f64,
@@ -45,7 +48,8 @@ impl Path {
         let known = forces.len() == poses.len();
         let forces = if known { forces } else { vec![Vector6::zeros(); poses.len()] };
         let pressure = newton.committed.pressure.unwrap_or(newton.loads.pressure);
-        Path { work: vec![Vector6::zeros(); poses.len()], poses, forces, pressure }
+        let fields = newton.committed.fields.clone();
+        Path { work: vec![Vector6::zeros(); poses.len()], poses, fields, forces, pressure }
     }
 
     /// How far any body has come since, over the length that it may go in an iteration.
@@ -65,7 +69,7 @@ impl Path {
         let by_length = (self.reach(newton) / cut.longest).min(MOST_PIECES) as usize;
         let pieces = (cut.pieces_a_step * steps.max(1)).max(by_length);
         let mean = newton
-            .mean_forces_since(&self.poses, self.pressure, pieces)
+            .mean_forces_since(self, pieces)
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
         let ways = self.poses.iter().zip(&newton.poses);
         for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(ways) {
@@ -73,6 +77,7 @@ impl Path {
             *work += mean.component_mul(&Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z));
         }
         self.poses.clone_from(&newton.poses);
+        self.fields.clone_from(&newton.contacts.fields);
         self.forces = end;
         self.pressure = newton.loads.pressure;
     }
@@ -91,28 +96,29 @@ impl Newton<'_> {
         forces
     }
 
-    /// The mean of the same over the straight way from `start`, in so many pieces; `None` where that is not known: where bodies deform, or are too close there.
-    fn mean_forces_since(
-        &mut self,
-        start: &[Pose],
-        pressure: f64,
-        pieces: usize,
-    ) -> Option<Vec<Vector6<f64>>> {
-        if self.model.has_elastic() {
+    /// The mean of the same over the straight way since `start`, in so many pieces; `None` where that is not known: where bodies are displaced by
+    /// augmentations, or are too close there.
+    fn mean_forces_since(&mut self, start: &Path, pieces: usize) -> Option<Vec<Vector6<f64>>> {
+        let follows = self.model.follows_by_steps();
+        if self.model.has_elastic() && !follows {
             return None;
         }
+        let fields = self.contacts.fields.clone();
         let mut forces_at = |share: f64| {
             let there = |(from, to): (&Pose, &Pose)| {
                 let (shift, turn) = motion_between(from, to);
                 from.moved(&(share * shift), &(share * turn))
             };
-            let poses: Vec<Pose> = start.iter().zip(&self.poses).map(there).collect();
+            let poses: Vec<Pose> = start.poses.iter().zip(&self.poses).map(there).collect();
+            if follows {
+                self.contacts.displace(between(&start.fields, &fields, share), false);
+            }
             let met = self.contacts.evaluate(self.model, &self.committed, &poses);
-            let pressure = pressure + share * (self.loads.pressure - pressure);
+            let pressure = start.pressure + share * (self.loads.pressure - start.pressure);
             met.is_ok().then(|| self.forces_at(pressure, &poses))
         };
         let weight = 0.5 / pieces as f64;
-        let mut mean = vec![Vector6::zeros(); start.len()];
+        let mut mean = vec![Vector6::zeros(); start.poses.len()];
         let mut known = true;
         for piece in 0..pieces {
             for point in GAUSS_POINTS {
@@ -121,7 +127,21 @@ impl Newton<'_> {
                 mean.iter_mut().zip(there.iter().flatten()).for_each(|(mean, force)| *mean += weight * force);
             }
         }
+        if follows {
+            self.contacts.displace(fields, true);
+        }
         self.evaluate();
         known.then_some(mean)
     }
+}
+
+/// Fields at a share of the way from one to the other; a body without one at an end has none moved there.
+fn between(from: &[SurfaceField], to: &[SurfaceField], share: f64) -> Vec<SurfaceField> {
+    let of = |(body, to): (usize, &SurfaceField)| match from.get(body) {
+        Some(from) if from.len() == to.len() => {
+            from.iter().zip(to).map(|(from, to)| from + (to - from) * share).collect()
+        }
+        Some(_) | None => to.iter().map(|to| to * share).collect(),
+    };
+    to.iter().enumerate().map(of).collect()
 }

@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::assembly::contacts::{ContactPoint, Contacts, PairWork};
 use crate::assembly::elastic::{OVERESTIMATE, SurfaceField, SurfaceLoads, for_each_cover_force, interpolate};
 use crate::assembly::network::{Knot, Network, Patch, STILL, pair_of, spot_of};
 use crate::assembly::timings::Kernel;
+use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::SurfacePoint;
 use crate::model::{Body, Loads, Model};
 use crate::tensor::{Mat3, Pose, Vec3};
@@ -15,8 +15,11 @@ use crate::tensor::{Mat3, Pose, Vec3};
 /// An open contact's force is an unknown where the bodies would yield by its gap under this share of the mean contact force.
 const NEAR: f64 = 1.0;
 
-/// Whether contacts of two bodies can be knots: one is condensed, and none has its nodes for unknowns.
+/// Whether contacts of two bodies can be knots: one is condensed, none has its nodes for unknowns, and no asperities yield far more than they do.
 fn is_networked(model: &Model, pair: &PairWork) -> bool {
+    if model.follows_by_steps() {
+        return false;
+    }
     let [a, b] = [&model.bodies[pair.a()], &model.bodies[pair.b()]];
     let among = |body: &Body| body.nodes_among_unknowns().is_some();
     (a.grain.is_some() || b.grain.is_some()) && !among(a) && !among(b)

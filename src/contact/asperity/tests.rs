@@ -212,6 +212,42 @@ fn the_indentation_of_a_force_inverts_the_law() {
     }
 }
 
+/// What an asperity and the compliance behind it yield adds up to the way, in elastic, crushed and unloaded states; derivatives by way and compliance are
+/// those of differences.
+#[test]
+fn an_indentation_behind_a_compliance_shares_the_way() {
+    for asperity in samples() {
+        for depth in [0.0, 0.2e-3] {
+            for more in [1e-7, 2e-6, 1e-5, 1e-4, 1e-3] {
+                let way = depth + more;
+                let stiffness = asperity.update(depth, way).tangent;
+                for compliance in [0.0, 0.05, 3.0].map(|share| share / stiffness) {
+                    let at = |way: f64, compliance: f64| asperity.indentation_behind(way, depth, compliance);
+                    let h = at(way, compliance);
+                    let left = h + compliance * asperity.press(h, depth).force - way;
+                    assert!(left.abs() < 1e-12 * way, "{asperity:?} {depth} {more} {compliance:e}: {left:e}");
+                    let [by_way, by_compliance] = [1e-6 * more, 1e-6 / stiffness];
+                    let dual = asperity.indentation_behind(
+                        Dual::<2>::variable(way, 0),
+                        depth,
+                        Dual::variable(compliance, 1),
+                    );
+                    let slope =
+                        (at(way + by_way, compliance) - at(way - by_way, compliance)) / (2.0 * by_way);
+                    // Yield may lie between the two.
+                    assert!((slope - dual.gradient[0]).abs() < 2e-3, "{slope} {}", dual.gradient[0]);
+                    if compliance > 0.0 {
+                        let ends = [1.0, -1.0].map(|sign| at(way, compliance + sign * by_compliance));
+                        let slope = (ends[0] - ends[1]) / (2.0 * by_compliance);
+                        let miss = (slope - dual.gradient[1]).abs();
+                        assert!(miss < 2e-3 * dual.gradient[1].abs(), "{slope:e} {:e}", dual.gradient[1]);
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// The mean pressure on the patch never exceeds the limit.
 #[test]
 fn pressure_keeps_below_its_limit() {

@@ -312,6 +312,36 @@ fn tangent_is_derivative_of_the_force_of_asperities() {
     }
 }
 
+/// An asperity before a body that yields: at the force that its compliance has given back before, it is the asperity alone; elsewhere derivatives are exact.
+#[test]
+fn tangent_is_derivative_of_the_force_of_asperities_before_bodies_that_yield() {
+    for (law, depth) in
+        [(Asperity::tip(1.5e10, 7e8, 4e-4, 1.2), 0.0), (Asperity::tip(1.5e10, 7e8, 4e-4, 1.2), 1.5e-5)]
+    {
+        for coefficient in [0.0, 0.05, 5.0] {
+            for mut scene in [edges(coefficient), vertex_on_facet(coefficient), vertex_on_vertex(coefficient)]
+            {
+                let state = &mut scene.state;
+                (state.offset, state.elastic_change) = (0.0, Vec3::zeros());
+                (state.stiffness, state.behind_stretch) = (state.spring, Vec3::zeros());
+                state.asperity = Some(AsperityState { law, depth, grip: 1e-6, share: 0.7 });
+                let mut scene = scene.pressed();
+                let poses = moved_on(&scene);
+                let alone = scene.evaluate_at(&poses).0;
+                let compliance = 0.2 / (2.0 * law.modulus * alone.patch);
+                scene.state.compliance = compliance;
+                scene.state.given = alone.bending_force() * compliance;
+                let behind = scene.evaluate_at(&poses).0;
+                assert!((behind.bending_force() - alone.bending_force()).norm() < 1e-9 * alone.pressure);
+                assert!((behind.indentation / alone.indentation - 1.0).abs() < 1e-9);
+                scene.state.given *= 0.5;
+                assert!(scene.evaluate_at(&poses).0.pressure < alone.pressure);
+                assert_tangent_is_exact(&scene, &poses);
+            }
+        }
+    }
+}
+
 /// The force that a smaller patch held stays as the patch grows, by less stretch.
 #[test]
 fn friction_of_a_patch_that_grows_stays() {
