@@ -174,7 +174,7 @@ fn cells_of_bodies_are_about_those_of_their_meshes() {
         );
         let raw = riprap::case::RawCase::parse(Path::new("scene.json"), &text);
         let case = raw.and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}"));
-        let built = riprap::simulation::scene::parameters(&case, Path::new("")).expect("bodies");
+        let built = riprap::setup::scene_parameters(&case, Path::new("")).expect("bodies");
         let cells = built.bodies[0].grain.as_ref().expect("a condensed body").mesh().cells.len();
         println!("{name}: {} for {cells}", case.estimate().cells);
         let share = case.estimate().cells as f64 / cells as f64;

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use riprap::case::RawCase;
+use riprap::case::{Case, RawCase};
 use riprap::results::{Existing, Reader};
 use riprap::scene::Scene;
-use riprap::simulation::{End, Observer, Options, run, scene};
+use riprap::setup::scene_parameters;
+use riprap::simulation::{End, Observer, Options, run};
 use riprap::triaxial::StageEnd;
 use serde_json::{Value, json};
 
@@ -20,11 +21,11 @@ fn results_hold_every_body() {
     let results = tempfile::tempdir().expect("a folder");
     let path = results.path().join("push.h5");
     let mut pushes = vec![];
-    let end = scene::run(&case, &folder(), |_, row| {
+    let end = built(&case, &folder()).run(|_, row| {
         pushes.push(row.bodies[1].reaction_force.x);
         true
     });
-    assert_eq!(end.unwrap_or_else(|e| panic!("{e}")), StageEnd::Finished);
+    assert_eq!(end, StageEnd::Finished);
     struct Nobody;
     impl Observer for Nobody {}
     let raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
@@ -72,7 +73,7 @@ fn fixed_walls_hold_a_block_at_its_sides() {
         let raw = riprap::case::RawCase::parse(Path::new("k0.json"), &text).unwrap_or_else(|e| panic!("{e}"));
         let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
         let mut sides = [0.0; 4];
-        let end = scene::run(&case, Path::new("."), |_, row| {
+        let end = built(&case, Path::new(".")).run(|_, row| {
             sides = [1, 2]
                 .map(|i| row.bodies[i].contact_force.x.abs())
                 .into_iter()
@@ -82,7 +83,7 @@ fn fixed_walls_hold_a_block_at_its_sides() {
                 .expect("four");
             true
         });
-        assert_eq!(end.unwrap_or_else(|e| panic!("{e}")), StageEnd::Finished);
+        assert_eq!(end, StageEnd::Finished);
         for side in sides {
             let (found, layer) = (side / 20.0, 0.02 * 0.04 / 0.02);
             let expected = nu / (1.0 - nu + (1.0 - nu * nu) * layer);
@@ -91,12 +92,17 @@ fn fixed_walls_hold_a_block_at_its_sides() {
     }
 }
 
+/// The scene of a case, its files relative to `folder`.
+fn built(case: &Case, folder: &Path) -> Scene {
+    let parameters = scene_parameters(case, folder).unwrap_or_else(|e| panic!("{e}"));
+    Scene::new(&parameters).unwrap_or_else(|e| panic!("{e}"))
+}
+
 /// The scene of a case in text, its files relative to `folder`.
 fn scene_of(text: &Value, folder: &Path) -> Scene {
     let raw = RawCase::parse(Path::new("a.json"), &text.to_string()).unwrap_or_else(|e| panic!("{e}"));
     let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
-    let parameters = scene::parameters(&case, folder).unwrap_or_else(|e| panic!("{e}"));
-    Scene::new(&parameters).unwrap_or_else(|e| panic!("{e}"))
+    built(&case, folder)
 }
 
 fn case_of(bodies: Value, stages: Value) -> Value {

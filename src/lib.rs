@@ -8,7 +8,8 @@
 //! the history in a results file count compression positive.
 //!
 //! The modules below stand in layer order: each imports only modules listed above it
-//! (`solver_tests/architecture.rs` checks that). ARCHITECTURE.md walks through the house, docs/formulation.md has the equations.
+//! (`solver_tests/architecture.rs` checks that). ARCHITECTURE.md walks through the house, docs/formulation.md has
+//! the equations.
 
 pub mod error;
 pub mod tensor;
@@ -30,6 +31,8 @@ pub mod results;
 pub mod report;
 pub mod case;
 pub mod study;
+pub mod setup;
+pub mod recording;
 pub mod simulation;
 pub mod ladder;
 pub mod cli;

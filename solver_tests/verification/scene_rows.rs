@@ -4,11 +4,11 @@ use std::path::Path;
 
 use riprap::case::Case;
 use riprap::scene::{Row, Scene};
-use riprap::simulation::scene::parameters;
+use riprap::setup::scene_parameters;
 use riprap::triaxial::StageEnd;
 
 pub fn scene(case: &Case) -> Scene {
-    Scene::new(&parameters(case, Path::new("")).expect("parameters")).expect("a sound scene")
+    Scene::new(&scene_parameters(case, Path::new("")).expect("parameters")).expect("a sound scene")
 }
 
 /// All rows, or as many as `most`.

@@ -13,7 +13,8 @@ use crate::results::{
     Existing, Reader, Summary, results_file, write_bodies_csv, write_history_csv, write_network, write_stl,
     write_vtu_series,
 };
-use crate::simulation::{self, End, Options, Outcome, expected_draws, generate_specimen, missing_start};
+use crate::setup::rock_samples;
+use crate::simulation::{self, End, Options, Outcome, generate_specimen, missing_start};
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
@@ -94,7 +95,7 @@ pub fn check(arguments: &Check) -> Ended {
         case.remarks().iter().for_each(|remark| say(remark));
         case.remarks_on_meshes(folder_of(&source)).iter().for_each(|remark| say(remark));
         case.burdens(memory_of_machine()).iter().for_each(|burden| say(burden));
-        for drawn in expected_draws(&case).map_err(failed)? {
+        for drawn in rock_samples::expected(&case).map_err(failed)? {
             say(&drawn.to_string());
         }
     }

@@ -7,11 +7,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 
 use crate::case::Case;
+use crate::material::Drawn;
 use crate::report::{duration, short};
 use crate::results::{HISTORY, HistoryRow, Value as Number};
+use crate::setup::PlannedStage;
 use crate::simulation::{
-    Drawn, End, Observer, Options, Outcome, PlannedStage, Resumption, Seating, SpecimenReport, StageReport,
-    Step,
+    End, Observer, Options, Outcome, Resumption, Seating, SpecimenReport, StageReport, Step,
 };
 use crate::solver::StopSignal;
 use crate::specimen::Phase;
@@ -218,7 +219,7 @@ impl Observer for Progress {
     }
 
     fn stage_ended(&mut self, report: &StageReport<'_>) {
-        let r = report;
+        let (r, work) = (report, report.work);
         let (end, reason) = match r.end {
             StageEnd::Finished => ("finished", None),
             StageEnd::Interrupted => ("interrupted", None),
@@ -226,28 +227,28 @@ impl Observer for Progress {
         };
         self.tell(
             || {
-                let (kind, time) = (r.stage.kind, duration(r.wall_time.as_secs_f64()));
-                if r.increments == 0 {
+                let (kind, time) = (r.stage.kind, duration(work.wall_time.as_secs_f64()));
+                if work.increments == 0 {
                     return format!("{kind:<15} {end} without an increment in {time}");
                 }
-                let poor = match r.poorly_closed {
+                let poor = match work.poorly_closed {
                     0 => String::new(),
                     count => format!(", {count} increments worse than solver.energy_tolerance"),
                 };
                 format!(
                     "{kind:<15} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}{poor}",
-                    r.increments,
-                    r.factorisations as f64 / r.increments as f64,
-                    r.energy_error.abs(),
+                    work.increments,
+                    work.factorisations as f64 / work.increments as f64,
+                    work.energy_error.abs(),
                 )
             },
             || {
                 json!({
                     "event": "stage_ended", "stage": r.stage.index, "kind": r.stage.kind, "end": end,
-                    "reason": reason, "increments": r.increments, "factorisations": r.factorisations,
-                    "energy_error": r.energy_error, "poorly_closed": r.poorly_closed,
-                    "wall_time": r.wall_time.as_secs_f64(), "writing_time": r.writing_time.as_secs_f64(),
-                    "states": r.states,
+                    "reason": reason, "increments": work.increments, "factorisations": work.factorisations,
+                    "energy_error": work.energy_error, "poorly_closed": work.poorly_closed,
+                    "wall_time": work.wall_time.as_secs_f64(), "writing_time": work.writing_time.as_secs_f64(),
+                    "states": work.states,
                 })
             },
         );

@@ -11,7 +11,7 @@ use crate::ladder::patch;
 use crate::ladder::wedges::force_by_stage;
 use crate::ladder::{Findings, Run, Tolerance};
 use crate::scene::{SceneParameters, other_equilibrium};
-use crate::simulation::scene::parameters;
+use crate::setup::scene_parameters;
 use crate::tensor::Vec3;
 
 /// A case file.
@@ -84,7 +84,7 @@ impl SceneCase {
     pub fn parameters(&self) -> Result<SceneParameters> {
         let file = format!("cases/scenes/{}.json", self.name);
         let case = RawCase::parse(Path::new(&file), self.text)?.check()?;
-        parameters(&case, Path::new("cases/scenes"))
+        scene_parameters(&case, Path::new("cases/scenes"))
     }
 }
 

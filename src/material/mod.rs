@@ -5,12 +5,14 @@
 //! engineering shear strains (`gamma = 2 epsilon`): the one order used everywhere.
 
 pub mod damage;
+pub mod drawn;
 pub mod elastic;
 pub mod field;
 pub mod rubber;
 pub mod softening;
 
 pub use damage::{DamageLaw, DamageParameters, DamageState, Response};
+pub use drawn::Drawn;
 pub use elastic::Elastic;
 pub use field::{Field, Law, Property, Quantity, sample_field};
 pub use rubber::{Rubber, RubberLaw, SheetState, Wrinkling};

@@ -3,15 +3,17 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::material::Drawn;
 use crate::mesh::{Mesh, QualityReport};
+use crate::recording::StageWork;
 use crate::results::HistoryRow;
-use crate::simulation::draws::Drawn;
-use crate::simulation::plan::PlannedStage;
-use crate::simulation::seating::Seating;
+use crate::setup::PlannedStage;
 use crate::solver::StopSignal;
 use crate::specimen::statistics::ClassStatistics;
 use crate::specimen::{Phase, Specimen, VOID_RATIO_TOLERANCE};
 use crate::triaxial::StageEnd;
+
+use super::seating::Seating;
 
 /// Hears of a run as it goes on. Every call is optional.
 pub trait Observer {
@@ -86,8 +88,8 @@ pub struct SpecimenReport {
     pub rattlers: usize,
     /// The grading asked and achieved, the coarsest class first.
     pub classes: Vec<ClassStatistics>,
-    /// Means over the grains: intermediate over long and short over intermediate semi-axis, surface of the ball of equal volume over the
-    /// grain's, number of vertices.
+    /// Means over the grains: intermediate over long and short over intermediate semi-axis, surface of the
+    /// ball of equal volume over the grain's, number of vertices.
     pub elongation: f64,
     pub flatness: f64,
     pub sphericity: f64,
@@ -170,17 +172,5 @@ impl<'a> Step<'a> {
 pub struct StageReport<'a> {
     pub stage: &'a PlannedStage,
     pub end: &'a StageEnd,
-    /// Accepted increments of this stage.
-    pub increments: usize,
-    pub factorisations: i64,
-    /// Increments whose energy closed worse than the case's `energy_tolerance`.
-    pub poorly_closed: usize,
-    /// Energy that no row of the ledger accounts for, over the external work of the stage, or a thousandth of that of the whole run
-    /// so far where a stage does less.
-    pub energy_error: f64,
-    pub wall_time: Duration,
-    /// The share of it that went into stresses, contact tables, restart points and the file.
-    pub writing_time: Duration,
-    /// Saved states in the file so far.
-    pub states: usize,
+    pub work: StageWork,
 }

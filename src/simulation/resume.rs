@@ -6,10 +6,10 @@ use serde_json::Value;
 
 use crate::case::{Case, RawCase};
 use crate::error::{Error, Fault, Result};
+use crate::recording::restart::fault;
 use crate::results::{self, Outcome, Reader, Restart, Writer, check_unused};
 
 use super::observer::Resumption;
-use super::restart::fault;
 
 /// Most differences that are listed one by one.
 const MOST_LISTED: usize = 20;
@@ -98,7 +98,8 @@ pub fn kept_case(reader: &Reader, file: &Path) -> Result<Value> {
     Ok(completed_anew(kept, file))
 }
 
-/// A case completed by an older version, with this one's defaults for what that did not know. What this one refuses stays as it is.
+/// A case completed by an older version, with this one's defaults for what that did not know. What this one
+/// refuses stays as it is.
 fn completed_anew(kept: Value, file: &Path) -> Value {
     let raw =
         RawCase { file: file.to_path_buf(), text: String::new(), value: kept.clone(), faults: Vec::new() };

@@ -10,7 +10,8 @@ use crate::triaxial::{Rig, Test};
 
 /// Each goes on from where the one before gave up.
 const MOST_ATTEMPTS: usize = 8;
-/// Forces further out of balance than this, over the mean contact force, are no specimen: its grains have flown apart.
+/// Forces further out of balance than this, over the mean contact force, are no specimen: its grains have
+/// flown apart.
 const APART: f64 = 100.0;
 
 /// What the seating came to.
@@ -47,8 +48,8 @@ impl Seating {
 }
 
 /// Seats the grains under a share of the consolidation pressure [Pa]; gives up early where `stop` says so.
-/// Grains that deform fall into place as rigid bodies first, which is most of the work of it and costs a fraction so;
-/// and a specimen is then the same packing at every fidelity.
+/// Grains that deform fall into place as rigid bodies first, which is most of the work of it and costs a
+/// fraction so; and a specimen is then the same packing at every fidelity.
 pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bool) -> Seating {
     let friction = rig.model.friction;
     rig.model.friction = Friction::constant(friction.peak);
@@ -96,7 +97,8 @@ mod tests {
             falling_steps: 240_000,
             overlap: None,
         };
-        // One that gave up short of its tolerance may still be consolidated; low friction as met; nothing known.
+        // One that gave up short of its tolerance may still be consolidated; low friction as met; nothing
+        // known.
         assert!(seating(0.5).fault().is_none());
         assert!(seating(6.2e12).fault().is_some_and(|reason| reason.contains("6e12")));
         assert!(seating(f64::NAN).fault().is_some() && seating(f64::INFINITY).fault().is_some());

@@ -1,6 +1,7 @@
-//! Starts a run from the consolidated specimen in another results file (`"start_from"`): its specimen, committed state,
-//! contact search and ledger, so that several shears go on from one consolidation. Where the file has none, and the case
-//! consolidates, the run starts from the specimen as it was generated, which takes minutes where there are thousands of grains.
+//! Starts a run from the consolidated specimen in another results file (`"start_from"`): its specimen,
+//! committed state, contact search and ledger, so that several shears go on from one consolidation. Where the
+//! file has none, and the case consolidates, the run starts from the specimen as it was generated, which
+//! takes minutes where there are thousands of grains.
 //!
 //! The stages that follow come to the same bits as in a run that did all by itself. What the
 //! state depends on must be the same in both cases; tolerances, stages and output may differ.
@@ -11,12 +12,11 @@ use serde_json::{Map, Value};
 
 use crate::case::{Case, RawCase, StageCase};
 use crate::error::{Error, Fault, Result};
+use crate::recording::{Consolidated, Origin, restart};
 use crate::results::{self, Reader};
 use crate::specimen::Specimen;
 
-use super::kept::{Consolidated, Origin};
 use super::observer::Resumption;
-use super::restart;
 use super::resume::{differences, kept_case};
 
 /// Keys of a case on which a consolidated specimen depends.
@@ -62,8 +62,9 @@ pub fn missing(source: &RawCase) -> Option<Fault> {
 /// Reads the start of a case; `None` where it has none.
 ///
 /// # Errors
-/// `Error::Case` with every value in which the case differs from that of the file and matters, or where the file is
-/// missing; `Error::Results` and `Error::Io` where it cannot be read or holds no consolidated specimen.
+/// `Error::Case` with every value in which the case differs from that of the file and matters, or where the
+/// file is missing; `Error::Results` and `Error::Io` where it cannot be read or holds no consolidated
+/// specimen.
 pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     let Some(name) = &case.start_from else { return Ok(None) };
     let refused = |faults: Vec<Fault>| Err(Error::Case { file: source.file.clone(), faults });
@@ -125,7 +126,8 @@ fn binding(completed: &Value) -> Value {
     Value::Object(keys)
 }
 
-/// Pressures that stages before any consolidation say they hold, where it is not the one that the file holds [Pa].
+/// Pressures that stages before any consolidation say they hold, where it is not the one that the file holds
+/// [Pa].
 fn wrong_pressures(case: &Case, held: f64) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (i, stage) in case.stages.iter().enumerate() {

@@ -40,7 +40,7 @@ impl Profile {
     }
 
     /// Closes the books.
-    pub(super) fn finish(&mut self, kernels: Timings) {
+    pub fn finish(&mut self, kernels: Timings) {
         self.kernels = kernels;
         self.peak_memory = peak_memory();
     }

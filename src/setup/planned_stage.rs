@@ -1,15 +1,7 @@
-//! From the checked case to what the rig takes.
+//! The stages of a case as the rig runs them, each with the increments that it is expected to take.
 
-use crate::case::{
-    Case, GateCase, Geometry, MembraneCase, RubberLawCase, SolverCase, StageCase, Tilting, UntilCase,
-};
-use crate::contact::law::Friction;
-use crate::error::{Error, Result};
-use crate::material::{Rubber, RubberLaw};
-use crate::solver::{DamageSettings, Settings, Stabilisation};
-use crate::triaxial::{
-    Cover, EnergyGate, Lateral, Path, RigParameters, Rims, RubberSheet, Stage, Steps, Until,
-};
+use crate::case::{Case, Geometry, StageCase, UntilCase};
+use crate::triaxial::{Lateral, Path, Stage, Steps, Until};
 
 /// A stage of the case as the rig runs it.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +33,8 @@ const EXPECTED_UNLOADING: f64 = 1e-3;
 /// An unloading that is not over after this much axial strain has failed.
 const MOST_UNLOADING: f64 = 0.05;
 
-/// Largest axial strain of a driven increment over the accuracy asked for. Condensed grains were off by 0.8 % of q at 1e-4 and 2.2 % at 2e-4, whatever
-/// else was set (docs/decisions/0118-default-fidelity-rigid.md).
+/// Largest axial strain of a driven increment over the accuracy asked for. Condensed grains were off by 0.8 %
+/// of q at 1e-4 and 2.2 % at 2e-4, whatever else was set (docs/decisions/0118-default-fidelity-rigid.md).
 const INCREMENT_OF_ACCURACY: f64 = 5e-3;
 
 /// The stages of a case that [`crate::case::unsupported`] lets through.
@@ -111,110 +103,4 @@ pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
         PlannedStage { index, kind: stage.kind(), stage: run, increments }
     };
     case.stages.iter().enumerate().map(planned).collect()
-}
-
-/// What the rig is built of. A rubber membrane's contacts are made for `membrane_pressure` [Pa].
-///
-/// # Errors
-/// `Error::Usage` for a rubber that the case's table lets through and the material does not allow.
-pub fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParameters> {
-    let contact = case.contact;
-    Ok(RigParameters {
-        density: case.rock.density,
-        youngs_modulus: case.rock.youngs_modulus.mean,
-        poissons_ratio: case.rock.poissons_ratio.mean,
-        friction: Friction {
-            peak: contact.friction,
-            residual: contact.residual_friction,
-            weakening_distance: contact.weakening_distance,
-        },
-        plate_friction: Friction::constant(case.plates.friction),
-        faces: contact.faces,
-        normal: contact.normal,
-        limit_pressure: case.limit_pressure_of(&case.rock),
-        tilting: match case.plates.tilting {
-            Tilting::Free => true,
-            Tilting::Locked => false,
-        },
-        cover: cover(case, membrane_pressure)?,
-    })
-}
-
-fn cover(case: &Case, pressure: f64) -> Result<Cover> {
-    let (thickness, on_bodies, shear_modulus, law, mesh_size, refinement) = match case.membrane {
-        MembraneCase::Pressure { rims } => {
-            let by_friction = if case.plates.friction == 0.0 { Rims::Sliding } else { Rims::Bonded };
-            return Ok(Cover::Pressure(rims.unwrap_or(by_friction)));
-        }
-        MembraneCase::RigidWall => return Ok(Cover::RigidWall),
-        MembraneCase::Rubber {
-            thickness,
-            thickness_law,
-            shear_modulus,
-            law,
-            mooney_share,
-            gent_limit,
-            mesh_size,
-            refinement,
-        } => {
-            let law = match law {
-                RubberLawCase::NeoHookean => RubberLaw::NeoHookean,
-                RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
-                RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
-            };
-            (thickness, thickness_law, shear_modulus, law, mesh_size, refinement)
-        }
-    };
-    let rubber =
-        Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
-    Ok(Cover::Rubber(RubberSheet { rubber, thickness, on_bodies, mesh_size, refinement, pressure }))
-}
-
-/// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it names.
-pub fn largest_pressure(case: &Case) -> f64 {
-    case.stages.iter().map(StageCase::radial_pressure).fold(0.0, f64::max)
-}
-
-pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
-    match solver.energy_gate {
-        None => EnergyGate::default(),
-        Some(GateCase::Warn) => EnergyGate { tolerance: solver.energy_tolerance, cuts: false },
-        Some(GateCase::Cut) => EnergyGate { tolerance: solver.energy_tolerance, cuts: true },
-    }
-}
-
-/// Solver settings of a case; what it does not mention is as usual.
-pub fn settings(case: &Case) -> Settings {
-    let solver = &case.solver;
-    let usual = Settings::default();
-    let stabilisation = match &case.geometry {
-        Geometry::Specimen(_) => {
-            Some(solver.stabilisation.map_or(Stabilisation::Rest, Stabilisation::Unrest))
-        }
-        Geometry::Scene(_) => None,
-    };
-    Settings {
-        force_tolerance: solver.force_tolerance,
-        gap_tolerance: solver.gap_tolerance,
-        max_augmentations: solver.max_augmentations,
-        stabilisation,
-        max_newton: solver.max_newton_iterations,
-        first_penalty: solver.first_penalty,
-        accuracy: solver.chosen_accuracy(),
-        damage: damage_settings(case),
-        // Halvings that stay above the smallest increment.
-        max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
-        ..usual
-    }
-}
-
-/// How damage is followed in a case.
-pub fn damage_settings(case: &Case) -> DamageSettings {
-    let usual = DamageSettings::default();
-    let asked = case.rock.damage.as_ref();
-    DamageSettings {
-        max_change: case.solver.damage_change,
-        least_share: asked.map_or(usual.least_share, |damage| damage.least_fragment),
-        ..usual
-    }
 }

@@ -85,7 +85,8 @@ pub fn grain_states(model: &Model) -> Vec<GrainState> {
     model.generated.iter().zip(model.parts()).map(of_grain).collect()
 }
 
-/// Damage, and whether it was deleted, of a cell, with the body that carries it: a deleted one goes with what is left of its grain.
+/// Damage, and whether it was deleted, of a cell, with the body that carries it: a deleted one goes with what
+/// is left of its grain.
 pub fn of_cell(states: &[CellStates], grain: usize, cell: usize) -> (f64, bool, usize) {
     match states.get(grain).filter(|states| cell < states.body.len()) {
         Some(states) => {
@@ -95,7 +96,8 @@ pub fn of_cell(states: &[CellStates], grain: usize, cell: usize) -> (f64, bool, 
     }
 }
 
-/// Nodes of a mesh, or, of one that can come apart, of each cell on its own: then neighbours need not stay together.
+/// Nodes of a mesh, or, of one that can come apart, of each cell on its own: then neighbours need not stay
+/// together.
 pub fn shown_nodes(mesh: &crate::mesh::Mesh, apart: bool) -> (Vec<Vec3>, Vec<[usize; 10]>) {
     if apart {
         let nodes = mesh.cells.iter().flatten().map(|node| mesh.nodes[node.index()]).collect();

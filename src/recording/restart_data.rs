@@ -1,4 +1,5 @@
-//! What a results file keeps of a run: saved states for looking at, and what another run, or the same one later, goes on from.
+//! What a results file keeps of a run: saved states for looking at, and what another run, or the same one
+//! later, goes on from.
 
 use std::borrow::Cow;
 
@@ -12,7 +13,7 @@ use crate::triaxial::{LocalStrain, Rig, RigState, StageCurve, Test};
 use super::breaking::{CellStates, GrainState, cell_states, grain_states};
 use super::contact_table::ContactTable;
 use super::grain_stress::mean_stresses;
-use super::recorder::Sums;
+use super::sums::Sums;
 
 /// A state that the file may come to hold.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -33,6 +34,21 @@ pub struct State {
 }
 
 impl State {
+    /// The reference configuration, free of stress: where bodies are at first, and how each deforms.
+    pub fn reference(poses: Vec<Pose>, stressed: usize, levels: Vec<u8>) -> Self {
+        State {
+            time: 0.0,
+            increment: 0,
+            poses,
+            stress: vec![Mat3::zeros(); stressed],
+            local_strains: Vec::new(),
+            contacts: ContactTable::default(),
+            cells: Vec::new(),
+            grains: Vec::new(),
+            levels,
+        }
+    }
+
     /// A rig before its first increment, as it is committed.
     pub fn of(rig: &Rig, grains: usize) -> Self {
         let (committed, mut contacts) = (&rig.committed, rig.contacts.clone());
@@ -43,15 +59,11 @@ impl State {
             false => vec![Mat3::zeros(); grains],
         };
         State {
-            time: 0.0,
-            increment: 0,
-            poses: committed.poses.clone(),
             stress,
-            local_strains: Vec::new(),
             contacts: ContactTable::of(&contacts, &committed.memory, grains),
             cells: cell_states(&rig.model),
             grains: grain_states(&rig.model),
-            levels: rig.levels(),
+            ..State::reference(committed.poses.clone(), 0, rig.levels())
         }
     }
 }
@@ -73,6 +85,13 @@ pub struct Origin<'a> {
     pub specimen: Cow<'a, Specimen>,
     /// The pressure that a rubber membrane's contacts are made for [Pa].
     pub membrane_pressure: f64,
+}
+
+impl Origin<'_> {
+    /// Of a new specimen.
+    pub fn new(specimen: Specimen, membrane_pressure: f64) -> Self {
+        Origin { specimen: Cow::Owned(specimen), membrane_pressure }
+    }
 }
 
 /// The state after the consolidation.

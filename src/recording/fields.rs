@@ -1,4 +1,5 @@
-//! What `/VTKHDF` shows: of a specimen in its rig the grains' meshes, the plates, the cover; of a scene its bodies.
+//! What `/VTKHDF` shows: of a specimen in its rig the grains' meshes, the plates, the cover; of a scene its
+//! bodies.
 
 use crate::error::Result;
 use crate::mesh::Mesh;
@@ -8,7 +9,7 @@ use crate::tensor::{Mat3, Pose, Vec3, components};
 use crate::triaxial::Rig;
 
 use super::breaking::{CellStates, of_cell, shown_nodes};
-use super::inside::Inside;
+use super::cell_fields::CellFields;
 
 /// Corners of the polygon that shows a plate.
 const PLATE_CORNERS: usize = 64;
@@ -27,23 +28,25 @@ pub struct Points {
     grain: Vec<Option<usize>>,
     /// Its number among those of its grain.
     number: Vec<usize>,
-    /// A cell that each point of a grain is a node of, and which node. Of a grain that can come apart it is the only one.
+    /// A cell that each point of a grain is a node of, and which node. Of a grain that can come apart it is
+    /// the only one.
     node: Vec<Option<(usize, usize)>>,
 }
 
 impl Points {
-    /// Displacement of every point since the reference configuration [m]: its body's and, where that deforms, what is known of it inside.
-    /// `frames` are those of the body coordinates as generated, and `carriers` the bodies of the cells.
+    /// Displacement of every point since the reference configuration [m]: its body's and, where that deforms,
+    /// what is known of it inside. `frames` are those of the body coordinates as generated, and `carriers`
+    /// the bodies of the cells.
     pub fn displacements(
         &self,
         frames: &[Pose],
         carriers: &[Option<usize>],
-        insides: &[Inside],
+        cell_fields: &[CellFields],
     ) -> Vec<Vec3> {
         let moved = |(point, (place, reference)): (usize, (&Vec3, &Vec3))| {
             let body = self.node[point].and_then(|(cell, _)| carriers[cell]).unwrap_or(self.body[point]);
             let inside = self.node[point].and_then(|(cell, node)| {
-                let nodes = insides.get(self.body[point])?.displacement.get(self.number[cell])?;
+                let nodes = cell_fields.get(self.body[point])?.displacement.get(self.number[cell])?;
                 Some(Vec3::from(nodes[node]))
             });
             frames[body].to_space(place) - reference + inside.unwrap_or_default()
@@ -63,21 +66,33 @@ impl Points {
         (damage, deleted, carriers)
     }
 
-    /// Each cell's own stress where that is known, else that of the body that it is on; not a number on what has none.
+    /// Each cell's own stress where that is known, else that of the body that it is on; not a number on what
+    /// has none.
     pub fn cell_stresses(
         &self,
         of_bodies: &[Mat3],
         carriers: &[Option<usize>],
-        insides: &[Inside],
+        cell_fields: &[CellFields],
     ) -> Vec<[f64; 6]> {
         let of_cell = |(cell, body): (usize, &Option<usize>)| {
-            let inside = self.grain[cell].and_then(|grain| insides.get(grain)?.stress.get(self.number[cell]));
+            let inside =
+                self.grain[cell].and_then(|grain| cell_fields.get(grain)?.stress.get(self.number[cell]));
             let known = inside.filter(|stress| !stress[0].is_nan()).copied();
             let of_body = || body.and_then(|body| of_bodies.get(body)).map(components);
             known.or_else(of_body).unwrap_or([f64::NAN; 6])
         };
         carriers.iter().enumerate().map(of_cell).collect()
     }
+}
+
+/// The meshes by which the grains of a specimen are shown.
+#[derive(Debug, Clone, Copy)]
+pub struct GrainMeshes<'a> {
+    pub meshes: &'a [Mesh],
+    /// Young's, of the cells of each grain [Pa].
+    pub moduli: &'a [Vec<f64>],
+    /// Whether grains can come apart.
+    pub apart: bool,
 }
 
 /// A field mesh in the making.
@@ -150,7 +165,8 @@ impl Builder<'_> {
 }
 
 /// The mesh of a scene's bodies as they stand now, which becomes the reference configuration: a part and a
-/// number of its own for each. A body without a mesh is shown by its facets. `moduli`: Young's, of the cells of each body [Pa].
+/// number of its own for each. A body without a mesh is shown by its facets. `moduli`: Young's, of the cells
+/// of each body [Pa].
 pub fn scene_mesh(
     scene: &Scene,
     parameters: &SceneParameters,
@@ -182,19 +198,13 @@ pub fn scene_mesh(
 }
 
 /// The mesh of a specimen of `diameter` [m] in its rig as it stands now, which becomes the reference
-/// configuration. `moduli`: Young's, of the cells of each grain [Pa]; `apart`: grains can come apart.
-pub fn field_mesh(
-    rig: &Rig,
-    meshes: &[Mesh],
-    diameter: f64,
-    moduli: &[Vec<f64>],
-    apart: bool,
-) -> Result<(FieldMesh, Points)> {
+/// configuration.
+pub fn field_mesh(rig: &Rig, diameter: f64, grains: &GrainMeshes<'_>) -> Result<(FieldMesh, Points)> {
     let poses = &rig.committed.poses;
     let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
     let part = builder.mesh.add_part("grains");
-    for (grain, (mesh, moduli)) in meshes.iter().zip(moduli).enumerate() {
-        builder.grain(grain, mesh, part, apart, moduli)?;
+    for (grain, (mesh, moduli)) in grains.meshes.iter().zip(grains.moduli).enumerate() {
+        builder.grain(grain, mesh, part, grains.apart, moduli)?;
     }
     for (name, body) in [("bottom plate", rig.bottom), ("top plate", rig.top)] {
         let half = rig.model.bodies[body].nominal.vertices.iter().map(|v| v.z).fold(0.0, f64::max);

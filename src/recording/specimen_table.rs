@@ -1,19 +1,27 @@
 //! `/grains` and `/specimen`: the grains as generated, and what the specimen is like.
 
 use crate::case::{Case, Fidelity};
-use crate::error::Result;
+use crate::material::Drawn;
 use crate::mesh::{Mesh, QualityReport};
 use crate::results::Column;
 use crate::specimen::Specimen;
 use crate::specimen::statistics::Histogram;
 
-use super::draws::grain_means;
+/// A specimen as generated.
+#[derive(Debug, Clone, Copy)]
+pub struct Generated<'a> {
+    pub specimen: &'a Specimen,
+    /// A mesh of each grain.
+    pub meshes: &'a [Mesh],
+    /// What the cells of all grains have drawn from the laws of their rock.
+    pub drawn: &'a [Drawn],
+    /// Mean Young's modulus [Pa] and Poisson's ratio of each grain.
+    pub means: &'a [Vec<f64>; 2],
+}
 
 /// The static columns of `/grains`.
-///
-/// # Errors
-/// As [`grain_means`].
-pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Result<Vec<Column>> {
+pub fn grains(case: &Case, generated: &Generated<'_>) -> Vec<Column> {
+    let Generated { specimen, meshes, means: [moduli, ratios], .. } = *generated;
     let grains = &specimen.grains;
     let count = grains.len();
     let volumes: Vec<f64> = grains.iter().map(|g| g.nominal.volume()).collect();
@@ -23,13 +31,12 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Result<Vec<C
         axes
     });
     let rock = &case.rock;
-    let [moduli, ratios] = grain_means(case, meshes)?;
     let level = match case.fidelity_of_grains() {
         Fidelity::Auto | Fidelity::Rigid => 0,
         Fidelity::Condensed => 1,
         Fidelity::Full => 2,
     };
-    Ok(vec![
+    vec![
         Column::floats("mass", "kg", "mass", volumes.iter().map(|v| rock.density * v).collect()),
         Column::floats("volume", "m3", "volume of the nominal polyhedron", volumes),
         Column::floats(
@@ -74,20 +81,20 @@ pub fn grains(case: &Case, specimen: &Specimen, meshes: &[Mesh]) -> Result<Vec<C
             "mean_youngs_modulus",
             "Pa",
             "Young's modulus of the grain, mean over its cells",
-            moduli,
+            moduli.clone(),
         ),
         Column::floats(
             "mean_poissons_ratio",
             "1",
             "Poisson's ratio of the grain, mean over its cells",
-            ratios,
+            ratios.clone(),
         ),
         Column::integers(
             "fidelity",
             "how the grain deforms at first: 0 rigid with local compliance, 1 condensed, 2 full",
             vec![level; count],
         ),
-    ])
+    ]
 }
 
 /// Tables of `/specimen`, each with its group.

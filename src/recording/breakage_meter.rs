@@ -1,4 +1,5 @@
-//! Breakage of a specimen as its test goes on: the size of a grain or a piece is measured once, the rest only where damage moved.
+//! Breakage of a specimen as its test goes on: the size of a grain or a piece is measured once, the rest only
+//! where damage moved.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +14,7 @@ type Mark = (DamageCounts, u64);
 
 /// Measures breakage.
 #[derive(Debug, Clone, Default)]
-pub struct Meter {
+pub struct BreakageMeter {
     /// Of the specimen's grading [m].
     sieves: Vec<f64>,
     /// Sizes of the grains as generated [m]; empty before the first damage.
@@ -23,13 +24,13 @@ pub struct Meter {
     last: Option<(Mark, Breakage)>,
 }
 
-impl Meter {
+impl BreakageMeter {
     pub fn new(case: &Case) -> Self {
         let sieves = match &case.geometry {
             Geometry::Specimen(specimen) => specimen.grading.iter().map(|point| point[0]).collect(),
             Geometry::Scene(_) => Vec::new(),
         };
-        Meter { sieves, ..Meter::default() }
+        BreakageMeter { sieves, ..BreakageMeter::default() }
     }
 
     /// Breakage of the grains as they are; `None` where none can break or nothing is damaged.
@@ -100,8 +101,9 @@ impl Meter {
     }
 }
 
-/// Puts the measures into a row of the history: zero before the first damage, not a number where they cannot be measured.
-pub fn note(row: &mut HistoryRow, model: &Model, meter: &mut Meter) {
+/// Puts the measures into a row of the history: zero before the first damage, not a number where they cannot
+/// be measured.
+pub fn note(row: &mut HistoryRow, model: &Model, meter: &mut BreakageMeter) {
     if !model.can_break() {
         return;
     }

@@ -47,8 +47,8 @@ pub fn elasticity(
     moduli.into_iter().zip(ratios).map(|(e, nu)| Elastic::new(e, nu).map_err(fail)).collect()
 }
 
-/// Strength of a cell of so much `volume` [m^3] over that of the volume that the law's mean is meant for: `(V0 / V)^(1/k)`, Weibull's (1939)
-/// weakest link. 1 where the law names no size.
+/// Strength of a cell of so much `volume` [m^3] over that of the volume that the law's mean is meant for:
+/// `(V0 / V)^(1/k)`, Weibull's (1939) weakest link. 1 where the law names no size.
 fn size_factor(law: &Law, volume: f64) -> f64 {
     match law.scatter {
         Scatter::Weibull { shape, reference_size: Some(size) } => (size.powi(3) / volume).powf(1.0 / shape),
@@ -134,8 +134,8 @@ pub fn condensed_grains(
     meshes.par_iter().enumerate().map(grain).collect()
 }
 
-/// Body number `index` with the strengths of its cells; `None` for elastic rock. With a fracture energy the softening in tension follows
-/// from it and the size of the cell.
+/// Body number `index` with the strengths of its cells; `None` for elastic rock. With a fracture energy the
+/// softening in tension follows from it and the size of the cell.
 ///
 /// # Errors
 /// `Error::Mesh` naming the body, where a law cannot give what is possible.

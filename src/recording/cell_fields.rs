@@ -1,4 +1,5 @@
-//! What bodies that deform or can break are like inside: stresses of their cells and displacements of their nodes.
+//! What bodies that deform or can break are like inside: stresses of their cells and displacements of their
+//! nodes.
 
 use rayon::prelude::*;
 
@@ -12,9 +13,9 @@ use crate::triaxial::Rig;
 
 /// The cells of one body as generated; of a rigid one that cannot break there are none.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Inside {
-    /// Mean Cauchy stress of each cell in space [Pa], xx yy zz xy yz xz, tension positive; zero where deleted, not a number in parts whose
-    /// cells are not known.
+pub struct CellFields {
+    /// Mean Cauchy stress of each cell in space [Pa], xx yy zz xy yz xz, tension positive; zero where
+    /// deleted, not a number in parts whose cells are not known.
     pub stress: Vec<[f64; 6]>,
     /// What each cell's nodes have moved by deformation, in space [m]; empty where the body is rigid.
     pub displacement: Vec<[[f64; 3]; 10]>,
@@ -28,9 +29,14 @@ struct Own<'a> {
     displacement: Vec<Vec3>,
 }
 
-/// Of all bodies as generated, as they are committed, whatever `contacts` was last evaluated in; under `loads`. Of none where these contacts
-/// cannot be evaluated.
-pub fn of_committed(model: &Model, contacts: &Contacts, committed: &Committed, loads: &Loads) -> Vec<Inside> {
+/// Of all bodies as generated, as they are committed, whatever `contacts` was last evaluated in; under
+/// `loads`. Of none where these contacts cannot be evaluated.
+pub fn of_committed(
+    model: &Model,
+    contacts: &Contacts,
+    committed: &Committed,
+    loads: &Loads,
+) -> Vec<CellFields> {
     let (mut contacts, poses) = (contacts.clone(), &committed.poses);
     contacts.start(model, committed);
     if contacts.evaluate(model, committed, poses).is_err() {
@@ -41,12 +47,12 @@ pub fn of_committed(model: &Model, contacts: &Contacts, committed: &Committed, l
 }
 
 /// [`of_committed`] of a rig under its pressure.
-pub fn of_rig(rig: &Rig) -> Vec<Inside> {
+pub fn of_rig(rig: &Rig) -> Vec<CellFields> {
     of_committed(&rig.model, &rig.contacts, &rig.committed, &rig.loads(false, rig.pressure))
 }
 
 /// The same in the configuration that `contacts` was last accepted in.
-fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Inside> {
+fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<CellFields> {
     let own: Vec<Option<Own<'_>>> = model
         .bodies
         .par_iter()
@@ -54,19 +60,19 @@ fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Inside> 
         .zip(poses)
         .map(|((index, body), pose)| own(body, index, contacts, &pose.rotation))
         .collect();
-    let mut all: Vec<Inside> = match model.generated.is_empty() {
-        true => vec![Inside::default(); model.bodies.len()],
+    let mut all: Vec<CellFields> = match model.generated.is_empty() {
+        true => vec![CellFields::default(); model.bodies.len()],
         false => model.generated.iter().map(|grain| gone(grain.as_deref())).collect(),
     };
     for ((index, body), own) in model.bodies.iter().enumerate().zip(own) {
         let origin = body.damaged.as_ref().map_or(index, |grain| grain.ancestry().origin as usize);
-        let Some(inside) = all.get_mut(origin) else { continue };
+        let Some(fields) = all.get_mut(origin) else { continue };
         match (&body.damaged, own) {
-            (Some(grain), own) => inside.take(grain.origin_cells().iter().map(|cell| cell.index()), own),
+            (Some(grain), own) => fields.take(grain.origin_cells().iter().map(|cell| cell.index()), own),
             (None, Some(own)) => {
                 let cells = own.mesh.cells.len();
-                inside.stress = vec![[0.0; 6]; cells];
-                inside.take(0..cells, Some(own));
+                fields.stress = vec![[0.0; 6]; cells];
+                fields.take(0..cells, Some(own));
             }
             (None, None) => {}
         }
@@ -75,12 +81,12 @@ fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<Inside> 
 }
 
 /// A grain all cells of which are deleted.
-fn gone(grain: Option<&DamagedGrain>) -> Inside {
+fn gone(grain: Option<&DamagedGrain>) -> CellFields {
     let cells = grain.map_or(0, |grain| grain.states().len());
-    Inside { stress: vec![[0.0; 6]; cells], displacement: Vec::new() }
+    CellFields { stress: vec![[0.0; 6]; cells], displacement: Vec::new() }
 }
 
-impl Inside {
+impl CellFields {
     /// Takes a body's cells, whose numbers as generated are `cells`; `None`: nothing is known of them.
     fn take(&mut self, cells: impl Iterator<Item = usize>, own: Option<Own<'_>>) {
         let Some(Own { mesh, stress, displacement }) = own else {
@@ -147,18 +153,20 @@ mod tests {
 
     use super::*;
     use crate::case::RawCase;
-    use crate::simulation::scene;
+    use crate::scene::Scene;
+    use crate::setup::scene_parameters;
 
     /// A run that ends between saved states has nothing but its committed state to tell from.
     #[test]
-    fn committed_bodies_are_like_inside_what_the_increment_left() {
+    fn committed_bodies_have_the_fields_that_the_increment_left() {
         let text = include_str!("../../cases/scenes/contact_patch.json");
         for fidelity in ["condensed", "full"] {
             let text = text.replace("\"fidelity\": \"condensed\"", &format!("\"fidelity\": \"{fidelity}\""));
             let case =
                 RawCase::parse(Path::new("x.json"), &text).and_then(|raw| raw.check()).expect("a case");
             let mut blocks = 0;
-            let end = scene::run(&case, Path::new(""), |scene, _| {
+            let parameters = scene_parameters(&case, Path::new("")).expect("parameters");
+            let end = Scene::new(&parameters).expect("a scene").run(|scene, _| {
                 let (model, contacts) = (&scene.model, &scene.contacts);
                 let left = of_bodies(model, contacts, &scene.committed.poses);
                 let told = of_committed(model, contacts, &scene.committed, scene.loads());
@@ -175,7 +183,7 @@ mod tests {
                 }
                 true
             });
-            assert!(matches!(end, Ok(crate::triaxial::StageEnd::Finished)), "{end:?}");
+            assert_eq!(end, crate::triaxial::StageEnd::Finished);
             assert_eq!(blocks, 2, "{fidelity}");
         }
     }

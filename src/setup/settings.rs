@@ -1,0 +1,59 @@
+//! Solver settings and the energy gate of a case.
+
+use crate::case::{Case, GateCase, SolverCase};
+use crate::solver::{DamageSettings, Settings, Stabilisation};
+use crate::triaxial::EnergyGate;
+
+/// What is done about an increment whose energy closes badly.
+pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
+    match solver.energy_gate {
+        None => EnergyGate::default(),
+        Some(GateCase::Warn) => EnergyGate { tolerance: solver.energy_tolerance, cuts: false },
+        Some(GateCase::Cut) => EnergyGate { tolerance: solver.energy_tolerance, cuts: true },
+    }
+}
+
+/// Solver settings of a specimen in its rig; what the case does not mention is as usual.
+pub fn rig_settings(case: &Case) -> Settings {
+    let solver = &case.solver;
+    Settings {
+        force_tolerance: solver.force_tolerance,
+        gap_tolerance: solver.gap_tolerance,
+        max_augmentations: solver.max_augmentations,
+        stabilisation: Some(solver.stabilisation.map_or(Stabilisation::Rest, Stabilisation::Unrest)),
+        max_newton: solver.max_newton_iterations,
+        first_penalty: solver.first_penalty,
+        accuracy: solver.chosen_accuracy(),
+        damage: damage_settings(case),
+        // Halvings that stay above the smallest increment.
+        max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
+        ..Settings::default()
+    }
+}
+
+/// Solver settings of a scene; what the case does not mention is as usual.
+pub fn scene_settings(case: &Case) -> Settings {
+    let solver = &case.solver;
+    Settings {
+        force_tolerance: solver.force_tolerance,
+        gap_tolerance: solver.gap_tolerance,
+        max_augmentations: solver.max_augmentations,
+        max_dwell: solver.max_dwell,
+        max_newton: solver.max_newton_iterations,
+        first_penalty: solver.first_penalty,
+        accuracy: solver.chosen_accuracy(),
+        damage: damage_settings(case),
+        ..Settings::default()
+    }
+}
+
+/// How damage is followed in a case.
+fn damage_settings(case: &Case) -> DamageSettings {
+    let usual = DamageSettings::default();
+    let asked = case.rock.damage.as_ref();
+    DamageSettings {
+        max_change: case.solver.damage_change,
+        least_share: asked.map_or(usual.least_share, |damage| damage.least_fragment),
+        ..usual
+    }
+}
