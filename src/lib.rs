@@ -8,7 +8,7 @@
 //! the history in a results file count compression positive.
 //!
 //! The modules below stand in layer order: each imports only modules listed above it
-//! (`solver_tests/architecture.rs` checks that). ARCHITECTURE.md walks through the house, docs/formulation.md has
+//! (`solver_tests/architecture` checks that). ARCHITECTURE.md walks through the house, docs/formulation.md has
 //! the equations.
 
 pub mod error;

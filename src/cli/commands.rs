@@ -18,8 +18,9 @@ use crate::simulation::{self, End, Options, Outcome, generate_specimen, missing_
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
+use super::interrupt;
 use super::progress::Progress;
-use super::{complain, interrupt, note, say};
+use super::terminal::{complain, note, say};
 
 /// Stack of a worker thread [bytes], as much as the main thread usually has: the run is on one of them.
 const STACK: usize = 8 << 20;

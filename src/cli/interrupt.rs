@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::solver::StopSignal;
 
 use super::exit::Ending;
-use super::note;
+use super::terminal::note;
 
 /// How long the increment at hand may go on.
 const PATIENCE: Duration = Duration::from_secs(2);

@@ -9,15 +9,16 @@ mod exit;
 mod interrupt;
 mod progress;
 mod series;
+mod terminal;
 
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::process::ExitCode;
-use std::sync::OnceLock;
 
 use clap::Parser;
 
 use arguments::{Arguments, Command};
 use exit::{Ending, Failure};
+use terminal::{complain, unsaid};
 
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
@@ -45,7 +46,7 @@ pub fn main() -> ExitCode {
         Command::Verify(verify) => commands::verify(verify),
         Command::Schema => commands::schema(),
     };
-    match (ended, UNSAID.get()) {
+    match (ended, unsaid()) {
         // Whoever read it has seen enough.
         (Ok(_), Some(error)) if error.kind() != ErrorKind::BrokenPipe => {
             complain(&format!("cannot write to standard output: {error}"));
@@ -67,53 +68,4 @@ fn log_as_asked() -> Result<(), String> {
     })?;
     tracing_subscriber::fmt().with_max_level(level).with_writer(std::io::stderr).without_time().init();
     Ok(())
-}
-
-/// The first trouble with standard output.
-static UNSAID: OnceLock<std::io::Error> = OnceLock::new();
-
-/// A line on standard output; what keeps it from there is told at the end.
-fn say(text: &str) {
-    if let Err(error) = writeln!(std::io::stdout().lock(), "{}", harmless(text)) {
-        UNSAID.get_or_init(|| error);
-    }
-}
-
-/// An error on standard error.
-fn complain(text: &str) {
-    note(&format!("riprap: {text}"));
-}
-
-/// A line on standard error.
-fn note(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{}", harmless(text));
-}
-
-/// A text as a terminal may see it: titles and names are from case files and results files, which others made. Characters that a
-/// terminal obeys, and those that turn the direction of writing, are shown by their numbers, as JSON writes them.
-pub(crate) fn harmless(text: &str) -> std::borrow::Cow<'_, str> {
-    let obeyed = |c: char| {
-        (c.is_control() && c != '\n' && c != '\t')
-            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-    };
-    if !text.contains(obeyed) {
-        return text.into();
-    }
-    let shown = |c: char| if obeyed(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
-    text.chars().map(shown).collect::<String>().into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_terminal_obeys_no_title() {
-        let hostile = "a\u{1b}]0;owned\u{7}\u{1b}[31mred\u{9b}2J\r\u{202e}cod\u{7f}";
-        assert_eq!(
-            harmless(hostile),
-            "a\\u001b]0;owned\\u0007\\u001b[31mred\\u009b2J\\u000d\\u202ecod\\u007f"
-        );
-        assert_eq!(harmless("q = 0,8 MPa\n\tSchüttung 试验"), "q = 0,8 MPa\n\tSchüttung 试验");
-    }
 }

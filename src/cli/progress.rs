@@ -20,7 +20,8 @@ use crate::specimen::statistics::ClassStatistics;
 use crate::triaxial::{Path, Stage, StageEnd, Steps, Until};
 
 use super::arguments::{ProgressKind, Target};
-use super::{complain, interrupt, note, say};
+use super::interrupt;
+use super::terminal::{complain, note, say};
 
 /// How often lines tell of a specimen being generated.
 const SPECIMEN_PAUSE: Duration = Duration::from_secs(5);

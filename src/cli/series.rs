@@ -15,7 +15,8 @@ use crate::study::{Member, Refusal, chart, plan, safe, slurm, table};
 use super::arguments::{Batch, Study};
 use super::commands::{Ended, checked};
 use super::exit::{Ending, Failure};
-use super::{complain, interrupt, note, say};
+use super::interrupt;
+use super::terminal::{complain, note, say};
 
 pub fn study(arguments: &Study) -> Ended {
     let (source, case) = checked(&arguments.input, None)?;

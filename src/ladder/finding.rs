@@ -1,7 +1,9 @@
-//! One line of the ladder's table: a quantity, what it should be and what came out.
+//! What a rung of the ladder finds, and one line of the table: a quantity, what it should be and what came out.
 
 use std::fmt;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use crate::ladder::Run;
 
 /// By how much a computed quantity may miss its reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +83,84 @@ impl fmt::Display for Finding {
 /// Six digits, with an exponent where they need one.
 fn number(x: f64) -> String {
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { format!("{x:.6}") } else { format!("{x:.6e}") }
+}
+
+/// What a rung has found so far.
+#[derive(Debug)]
+pub struct Findings {
+    rung: &'static str,
+    list: Vec<Finding>,
+}
+
+impl Findings {
+    /// Nothing yet of the rung of this name.
+    pub fn of(rung: &'static str) -> Self {
+        Findings { rung, list: Vec::new() }
+    }
+
+    pub fn into_list(self) -> Vec<Finding> {
+        self.list
+    }
+
+    /// A quantity that took so many factorisations and so long.
+    pub fn compare(
+        &mut self,
+        quantity: impl Into<String>,
+        computed: f64,
+        reference: f64,
+        tolerance: Tolerance,
+        (factorisations, time, note): (usize, Duration, String),
+    ) {
+        let (error, tolerance) = match tolerance {
+            Tolerance::Relative(share) => ((computed - reference) / reference.abs(), share),
+            Tolerance::Absolute(amount) => (computed - reference, amount),
+        };
+        let (rung, quantity) = (self.rung, quantity.into());
+        let finding =
+            Finding { rung, quantity, reference, computed, error, tolerance, factorisations, time, note };
+        self.list.push(finding);
+    }
+
+    /// A quantity of a run that should have finished: a miss where it did not.
+    pub fn of_run(
+        &mut self,
+        quantity: impl Into<String>,
+        run: &Run,
+        computed: f64,
+        reference: f64,
+        tolerance: Tolerance,
+    ) {
+        let computed = if run.finished() { computed } else { f64::NAN };
+        self.compare(
+            quantity,
+            computed,
+            reference,
+            tolerance,
+            (run.factorisations(), run.time, run.trouble()),
+        );
+    }
+
+    /// Whether something stands (1) or falls (0). An audit's fault is a miss either way.
+    pub fn stands(&mut self, what: impl Into<String>, run: &Run, stands: bool, expected: bool) {
+        let computed = if run.fault.is_some() { f64::NAN } else { f64::from(stands) };
+        let note = if stands == expected { String::new() } else { run.trouble() };
+        let what = format!("{}: {}", what.into(), if expected { "stands" } else { "falls" });
+        let tolerance = Tolerance::Absolute(0.0);
+        let cost = (run.factorisations(), run.time, note);
+        self.compare(what, computed, f64::from(expected), tolerance, cost);
+    }
+}
+
+/// The larger of an error and those before it; not a number where one is not.
+pub fn worse(before: f64, error: f64) -> f64 {
+    if error <= before { before } else { error }
+}
+
+/// Runs `work` and says how long it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let done = work();
+    (done, start.elapsed())
 }
 
 #[cfg(test)]

@@ -30,10 +30,9 @@ pub mod spheres;
 pub mod standing;
 pub mod wedges;
 
-pub use finding::{Finding, Tolerance};
+pub(crate) use finding::worse;
+pub use finding::{Finding, Findings, Tolerance, timed};
 pub use run::Run;
-
-use std::time::{Duration, Instant};
 
 /// One problem of the ladder.
 #[derive(Debug, Clone, Copy)]
@@ -48,9 +47,9 @@ pub struct Rung {
 impl Rung {
     /// Runs the problem and compares.
     pub fn climb(&self) -> Vec<Finding> {
-        let mut findings = Findings { rung: self.name, list: Vec::new() };
+        let mut findings = Findings::of(self.name);
         (self.climb)(&mut findings);
-        findings.list
+        findings.into_list()
     }
 }
 
@@ -117,72 +116,3 @@ pub const RUNGS: &[Rung] = &[
     Rung { name: "scale", problem: "the same in millimetres and kilometres", climb: wedges::scale },
     Rung { name: "scenes", problem: "the case files in cases/scenes", climb: scenes::all },
 ];
-
-/// What a rung has found so far.
-#[derive(Debug)]
-pub struct Findings {
-    rung: &'static str,
-    list: Vec<Finding>,
-}
-
-impl Findings {
-    /// A quantity that took so many factorisations and so long.
-    pub fn compare(
-        &mut self,
-        quantity: impl Into<String>,
-        computed: f64,
-        reference: f64,
-        tolerance: Tolerance,
-        (factorisations, time, note): (usize, Duration, String),
-    ) {
-        let (error, tolerance) = match tolerance {
-            Tolerance::Relative(share) => ((computed - reference) / reference.abs(), share),
-            Tolerance::Absolute(amount) => (computed - reference, amount),
-        };
-        let (rung, quantity) = (self.rung, quantity.into());
-        let finding =
-            Finding { rung, quantity, reference, computed, error, tolerance, factorisations, time, note };
-        self.list.push(finding);
-    }
-
-    /// A quantity of a run that should have finished: a miss where it did not.
-    pub fn of_run(
-        &mut self,
-        quantity: impl Into<String>,
-        run: &Run,
-        computed: f64,
-        reference: f64,
-        tolerance: Tolerance,
-    ) {
-        let computed = if run.finished() { computed } else { f64::NAN };
-        self.compare(
-            quantity,
-            computed,
-            reference,
-            tolerance,
-            (run.factorisations(), run.time, run.trouble()),
-        );
-    }
-
-    /// Whether something stands (1) or falls (0). An audit's fault is a miss either way.
-    pub fn stands(&mut self, what: impl Into<String>, run: &Run, stands: bool, expected: bool) {
-        let computed = if run.fault.is_some() { f64::NAN } else { f64::from(stands) };
-        let note = if stands == expected { String::new() } else { run.trouble() };
-        let what = format!("{}: {}", what.into(), if expected { "stands" } else { "falls" });
-        let tolerance = Tolerance::Absolute(0.0);
-        let cost = (run.factorisations(), run.time, note);
-        self.compare(what, computed, f64::from(expected), tolerance, cost);
-    }
-}
-
-/// The larger of an error and those before it; not a number where one is not.
-fn worse(before: f64, error: f64) -> f64 {
-    if error <= before { before } else { error }
-}
-
-/// Runs `work` and says how long it took.
-pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
-    let start = Instant::now();
-    let done = work();
-    (done, start.elapsed())
-}

@@ -1,8 +1,10 @@
-//! The house rules that a machine can check: layers, printing, packages kept in one room, names, sizes.
+//! The house rules that a machine can check: layers, circles, printing, packages in one room, names, sizes.
 //!
 //! `src/lib.rs` lists the rooms in layer order; a room refers only to rooms listed above it. The
 //! scan reads tokens, not text, so that comments, doc links and strings never count. ARCHITECTURE.md
 //! has the table of rooms. The scanner's own tests below show that each rule can fail.
+
+mod circles;
 
 use std::path::{Path, PathBuf};
 
