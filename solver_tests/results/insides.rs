@@ -109,6 +109,7 @@ fn block_that_can_break_has_the_stress_of_its_load_in_every_cell() {
 fn mean_of_a_grains_cells_is_the_stress_of_the_forces_on_it() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let overrides = [
+        "/contact/normal=spring",
         "/solver/fidelity=condensed",
         "/rock/damage=null",
         "/specimen/grains=20",

@@ -6,6 +6,7 @@
 //! still less.
 
 use super::types::*;
+use crate::contact::NormalLaw;
 
 /// What would be built.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,8 +38,10 @@ const NODES_PER_CELL: f64 = 2.5;
 /// Volume of a cell over the cube of the longest edge that is asked for (measured: 0.01 for a cylinder of twelve sides, 0.03 for a sphere).
 const CELL_VOLUME: f64 = 0.018;
 
-/// CPU seconds of an increment at [`REFERENCE`] grains: rigid, condensed, full, and full with its nodes among the unknowns.
+/// CPU seconds of an increment at [`REFERENCE`] grains: rigid, condensed, full, and full with its nodes among the unknowns. Behind asperities condensed
+/// grains take [`BEHIND`] times what rigid ones do.
 const INCREMENT_TIME: [f64; 4] = [0.5, 5.0, 6.5, 40.0];
+const BEHIND: f64 = 2.5;
 const REFERENCE: f64 = 300.0;
 /// Power of the grains in that time.
 const TIME_POWER: f64 = 1.4;
@@ -85,7 +88,10 @@ impl Case {
         let n = grains as f64;
         let nodes = NODES_PER_CELL * cells as f64;
         let chooses = self.solver.chosen_accuracy().is_some();
+        let follows = self.contact.normal == NormalLaw::Asperity;
         let (level, unknowns) = match self.solver.fidelity {
+            Fidelity::Condensed if follows => (1, 6.0 * n),
+            Fidelity::Auto if chooses && follows => (1, 6.0 * n),
             Fidelity::Full if self.solver.nodes() == NodesCase::Unknowns => (3, 6.0 * n + 3.0 * nodes),
             Fidelity::Full => (2, 6.0 * n + 3.0 * POINTS * contacts),
             Fidelity::Condensed => (1, 6.0 * n + 3.0 * POINTS * contacts),
@@ -101,7 +107,9 @@ impl Case {
         let increments = self.stages.iter().map(StageCase::increments).sum::<f64>();
         let increment = match &self.geometry {
             Geometry::Specimen(_) => {
-                let plain = INCREMENT_TIME[level] * (n / REFERENCE).powf(TIME_POWER);
+                let reference =
+                    if follows && level == 1 { BEHIND * INCREMENT_TIME[0] } else { INCREMENT_TIME[level] };
+                let plain = reference * (n / REFERENCE).powf(TIME_POWER);
                 plain * if breaking > 0.0 { BREAKING } else { 1.0 }
                     + RUBBER[0] * RUBBER[1] * self.rubber_nodes()
             }
