@@ -117,7 +117,7 @@ pub struct ContactMeasures {
     pub mean_force: f64,
 }
 
-/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that does not overlap; in steps from the one nearest to balance.
+/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that does not overlap; where it need not come to rest, from the one nearest to balance.
 /// `contacts` lends its buffers and gets them back.
 pub fn advance(
     increment: &Increment<'_>,
@@ -131,6 +131,7 @@ pub fn advance(
     let searches = lent.searches;
     let mut newton = None;
     let mut last_start = committed.poses.clone();
+    let chooses = settings.stabilisation.is_some_and(|until| until.goes_on(model));
     let mut best: Option<(f64, Start)> = None;
     let mut starts: VecDeque<Start> = starts.into_iter().map(Into::into).collect();
     while let Some(start) = starts.pop_front() {
@@ -138,7 +139,7 @@ pub fn advance(
             Ok(mut ready) => {
                 let off = ready.mean_imbalance();
                 let improves = best.as_ref().is_none_or(|(least, _)| off < *least);
-                if settings.stabilisation.is_none() || (starts.is_empty() && improves) {
+                if !chooses || (starts.is_empty() && improves) {
                     newton = Some(ready);
                     lent = Contacts::default();
                     break;

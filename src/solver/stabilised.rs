@@ -4,13 +4,14 @@
 //! still moves, and goes on moving in the next increment. In increments of many steps friction acts along the way.
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
+use crate::model::Model;
 use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
 use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
 use crate::solver::path::{Cut, Path};
 use crate::solver::settings::Settings;
-use crate::solver::step::{Leave, StepEnd};
+use crate::solver::step::{Leave, Room, StepEnd};
 
 /// Drag of a step over that of the one before.
 const DRAG_LOWER: f64 = 0.3;
@@ -40,6 +41,11 @@ pub enum Stabilisation {
 }
 
 impl Stabilisation {
+    /// Whether what a step leaves is made up for in the next: where all is to come to rest, or displacements wait for augmentations, it is not.
+    pub(super) fn goes_on(self, model: &Model) -> bool {
+        matches!(self, Stabilisation::Unrest(_)) && (!model.has_elastic() || model.follows_by_steps())
+    }
+
     /// Whether no more moves than is asked for.
     pub(super) fn is_met(self, balance: &Balance, settings: &Settings) -> bool {
         match self {
@@ -106,6 +112,7 @@ impl Newton<'_> {
         let settings = self.settings;
         let Course { first_drag, least_drag, most_steps, cut } = Course::to(until, settings);
         let mut damage = DamageWatch::new(self.model, settings);
+        let room = if until.goes_on(self.model) { Room::OfEach } else { Room::OfAll };
         self.gather();
         let mut path = Path::from(self);
         let mut drag = self.uniform_drag(first_drag);
@@ -115,7 +122,7 @@ impl Newton<'_> {
         loop {
             self.counters.augmentations += 1;
             found.augmentations += 1;
-            let end = self.implicit_step(&mut drag, self.left_of_step(until));
+            let end = self.implicit_step(&mut drag, self.left_of_step(until), room);
             let settled = match self.settle(&mut damage, until) {
                 Ok(settled) => settled,
                 Err(problem) => return Equilibrium { broke: Some(problem.to_string()), ..found },
@@ -165,7 +172,10 @@ impl Newton<'_> {
     fn left_of_step(&self, until: Stabilisation) -> Leave {
         let balance = self.balance();
         let ([largest, mean], shares_of_drag) = match until {
-            Stabilisation::Unrest(unrest) => ([LOCALLY * unrest, SHARE_OF_UNREST * unrest], SHARES_OF_DRAG),
+            Stabilisation::Unrest(unrest) => {
+                let shares = if until.goes_on(self.model) { SHARES_OF_DRAG } else { [0.0; 2] };
+                ([LOCALLY * unrest, SHARE_OF_UNREST * unrest], shares)
+            }
             Stabilisation::Rest => {
                 let begun = SHARE_OF_START * balance.out_of_balance;
                 ([begun.max(SHARE_OF_TOLERANCE * self.settings.force_tolerance), f64::INFINITY], [0.0; 2])

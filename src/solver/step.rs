@@ -32,6 +32,15 @@ pub(super) struct Leave {
     pub shares_of_drag: [f64; 2],
 }
 
+/// Whose room between neighbours limits how far a body goes in an iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Room {
+    /// Its own: one that hardly anything holds does not hold up the others.
+    OfEach,
+    /// The least of all.
+    OfAll,
+}
+
 /// How a step ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StepEnd {
@@ -58,7 +67,7 @@ impl Newton<'_> {
     }
 
     /// Takes an implicit step from the present configuration, to where forces balance the drag but for what may be left.
-    pub(super) fn implicit_step(&mut self, drag: &mut Drag, leave: Leave) -> StepEnd {
+    pub(super) fn implicit_step(&mut self, drag: &mut Drag, leave: Leave, room: Room) -> StepEnd {
         let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
         self.recentre();
         drag.weights.resize(self.dofs.bodies(), drag.weights.last().copied().unwrap_or(0.0));
@@ -72,7 +81,7 @@ impl Newton<'_> {
             }
             self.counters.newton_iterations += 1;
             let Some(mut step) = self.step(&held) else { break };
-            self.clip(&mut step);
+            self.clip(&mut step, room);
             let from = (self.poses.clone(), self.away.clone());
             let (mut factor, mut refused) = (self.largest_factor(&step), None);
             let accepted = (0..MOST_HALVINGS).find_map(|_| {
@@ -133,9 +142,8 @@ impl Newton<'_> {
         drag.free_plates(self);
     }
 
-    /// Shortens the motion of each body to what it may go at once, alone and towards its neighbours: one that hardly anything holds does not hold up
-    /// the others.
-    fn clip(&self, step: &mut [f64]) {
+    /// Shortens the motion of each body to what it may go at once, and by the room that it has itself.
+    fn clip(&self, step: &mut [f64], room: Room) {
         let lengths = self.settings.travel.lengths(self.model);
         let bodies = self.model.bodies.len();
         let mut reach: Vec<f64> = (0..bodies).map(|body| self.reach(step, body)).collect();
@@ -145,7 +153,7 @@ impl Newton<'_> {
             reach[body] *= shares[body];
         }
         let alone = shares.clone();
-        for pair in &self.contacts.pairs {
+        for pair in self.contacts.pairs.iter().filter(|_| room == Room::OfEach) {
             let [a, b] = [pair.a(), pair.b()];
             let share = (0.5 * self.room(pair) / (reach[a] + reach[b]).max(f64::MIN_POSITIVE)).min(1.0);
             for body in [a, b] {
