@@ -248,8 +248,8 @@ mod tests {
         const TWICE: &str = "/stages/1/increment=2e-4";
         const TO_ONE: &str = "/stages/1/axial_strain=0.01";
         let timed = [
-            // benchmarks/runs/2026-11-21-quick-start took 34 s, a later build 14.5 s: between the two.
-            ("quick_start.json", &[][..], 22.0, Some(58e6)),
+            // benchmarks/runs/2026-11-26-quick-start.
+            ("quick_start.json", &[][..], 30.1, Some(138e6)),
             // Recorded on 2026-11-21 as hundred-grains.
             ("stages/hundred_grains.json", &[], 37.0, None),
             // Timed on 2026-11-26; benchmarks/runs/2026-11-21-rubber-15.
