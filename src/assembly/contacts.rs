@@ -4,6 +4,7 @@ use crate::assembly::crushing::Crushing;
 use crate::assembly::damage::Trial;
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, SurfaceLoads, reach};
 use crate::assembly::faces;
+use crate::assembly::following::Followed;
 use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::network::Network;
@@ -393,6 +394,9 @@ pub struct Contacts {
     /// The flexibility of every condensed body in the present increment: with trial damage, where a body can break.
     #[serde(skip)]
     pub grains: Vec<Option<Arc<CondensedGrain>>>,
+    /// What bodies that follow the forces by steps were displaced by last, and the share of it that they took.
+    #[serde(skip)]
+    pub(super) followed: Vec<Followed>,
     /// Forces on the surfaces of condensed bodies that `fields` follows from.
     #[serde(skip)]
     pub surface_loads: Vec<SurfaceLoads>,
@@ -449,6 +453,7 @@ impl Default for Contacts {
             reach: Vec::new(),
             grains: Vec::new(),
             surface_loads: Vec::new(),
+            followed: Vec::new(),
             yields: true,
             stressing_loads: Vec::new(),
             trial: Trial::default(),
@@ -480,6 +485,7 @@ impl Contacts {
         self.grains.clear();
         self.grains.extend(model.bodies.iter().map(|body| body.grain.clone()));
         self.surface_loads.clear();
+        self.followed.clear();
         self.stressing_loads.clear();
         self.trial = Trial::default();
         for pair in &mut self.pairs {

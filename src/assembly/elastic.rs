@@ -14,6 +14,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use crate::assembly::following::Followed;
 use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::Feature;
@@ -335,6 +336,7 @@ impl Contacts {
             return Relaxed::default();
         }
         let start = Instant::now();
+        let were = if model.follows_by_steps() { self.fields.clone() } else { Vec::new() };
         let surface_loads = self.surface_loads(model, loads, poses);
         let displaced =
             self.fields.par_iter_mut().zip(&mut self.surplus).zip(&self.grains).zip(&surface_loads);
@@ -424,6 +426,12 @@ impl Contacts {
             largest
         };
         let gaps: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();
+        if !were.is_empty() {
+            self.followed.resize_with(were.len(), Followed::default);
+            let bodies = self.fields.par_iter_mut().zip(&were).zip(&mut self.followed);
+            bodies.for_each(|((field, was), followed)| followed.follow(field, was));
+            self.update_reach();
+        }
         self.network.lift();
         let largest = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
         Relaxed { mismatch: largest(gaps), left: largest(left), energy }

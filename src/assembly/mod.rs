@@ -12,6 +12,7 @@ pub mod dofs;
 pub mod elastic;
 mod faces;
 pub mod fidelity;
+mod following;
 pub mod full;
 mod inherit;
 pub mod membrane;
