@@ -10,7 +10,6 @@
 //!
 //! within the bounds below. Where forces and displacements agree nothing depends on it.
 
-use crate::assembly::elastic::SurfaceField;
 use crate::tensor::Vec3;
 
 const LEAST: f64 = 0.1;
@@ -26,7 +25,7 @@ pub struct Followed {
 
 impl Followed {
     /// Sets `field`, displacements under the forces [m], to those that the body takes from where it `was`, empty for nowhere.
-    pub fn follow(&mut self, field: &mut SurfaceField, was: &[Vec3]) {
+    pub fn follow(&mut self, field: &mut [Vec3], was: &[Vec3]) {
         let before = |k: usize| was.get(k).copied().unwrap_or_else(Vec3::zeros);
         let way: Vec<Vec3> = field.iter().enumerate().map(|(k, u)| u - before(k)).collect();
         let dot = |a: &[Vec3], b: &[Vec3]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();

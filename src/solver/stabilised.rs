@@ -112,7 +112,8 @@ impl Newton<'_> {
         let settings = self.settings;
         let Course { first_drag, least_drag, most_steps, cut } = Course::to(until, settings);
         let mut damage = DamageWatch::new(self.model, settings);
-        let room = if until.goes_on(self.model) { Room::OfEach } else { Room::OfAll };
+        let waits = self.model.has_elastic() && !self.model.follows_by_steps();
+        let room = if waits || self.model.wall.is_some() { Room::OfAll } else { Room::OfEach };
         self.gather();
         let mut path = Path::from(self);
         let mut drag = self.uniform_drag(first_drag);
