@@ -9,6 +9,9 @@
 //! rest `f = f_old` and only `c f = overlap - n.W f` is left: the answer does not depend on `w`, the
 //! pace does. This is the augmented Lagrangian with `c = 0`, multiplier `f_old` and penalty `1/w`.
 //! Tangentially alike. All contacts of a body load all its surface.
+//!
+//! Contacts of asperities (`contact::asperity`) yield far more than their bodies do. There no force is an unknown: bodies are displaced by the forces of
+//! the last step (`assembly::following`), and in a solve a contact yields by about what its bodies did under these, which it gives back.
 
 use std::time::Instant;
 
@@ -182,7 +185,7 @@ impl Spot {
         let force = held.map_or(Vec3::zeros(), |held| (normal * held.load + held.traction) * held.weight);
         let pressed = force.dot(normal);
         let shared = if pressed > 0.0 { normal.dot(&self.elastic) / pressed } else { 0.0 };
-        self.compliance = shared.clamp(own, MOST_SHARED * own);
+        self.compliance = shared.max(own).min(MOST_SHARED * own);
         self.given = Some(force * self.compliance);
     }
 

@@ -4,7 +4,7 @@
 //! `-d/dq [ w s psi(overlap) ]`, a plain spring. Where the bodies' own flexibility is in the gap, a compliance stands behind the
 //! spring (both together are the penalty, `stiffness`) and `offset` is what it gave under the force of the last
 //! augmentation. The spring keeps its own law, onset and bend included, so that at rest that law is left, and
-//! energies are the spring's (`assembly::elastic`). Rigid bodies of rock meet by an asperity in the spring's place (`contact::asperity`). Friction: the trial
+//! energies are the spring's (`assembly::elastic`). Bodies of rock meet by an asperity in the spring's place (`contact::asperity`). Friction: the trial
 //! force `k_t w (stretch - slide)` is bent smoothly onto the disc of radius `mu w p`, `p` being the
 //! normal force of the same configuration (implicit, never lagged). The bend is elastic; only what
 //! the stretch exceeds the end of the bend by slips, so that repeating a step changes nothing. `mu` weakens with the slip
