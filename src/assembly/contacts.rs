@@ -240,7 +240,7 @@ impl PairWork {
                 let known = spots.iter().position(|s| s.feature == site.feature);
                 let place = known.unwrap_or_else(|| {
                     let (point, normal) = force::place(&site, &sites, state.radius_difference);
-                    // An asperity yields enough by itself.
+                    // Behind an asperity it follows from the last force.
                     let scale = state.asperity.is_none().then(|| last.map_or(first_scale, |h| h.scale));
                     let mut spot = Spot::new(site.feature, [side(a), side(b)], &point, &normal, scale);
                     if elastic && yields && scale.is_none() {

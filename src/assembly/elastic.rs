@@ -131,10 +131,10 @@ impl Side<'_> {
         Some(self.surface?.locate_along(&(back * (x - self.pose.position)), &(back * outward)))
     }
 
-    /// The flexibility at a place along `outward`, in space, that is not among the unknowns [m/N].
-    fn flexibility(&self, place: &SurfacePoint, outward: &Vec3) -> f64 {
+    /// The flexibility at a place along `outward`, in space, that is not among the unknowns [m/N]; zero where it has none.
+    fn flexibility(&self, place: &Option<SurfacePoint>, outward: &Vec3) -> f64 {
         let n = self.pose.rotation.inverse() * outward;
-        self.grain.map_or(0.0, |grain| grain.flexibility_along(place, &n))
+        self.grain.zip(place.as_ref()).map_or(0.0, |(grain, place)| grain.flexibility_along(place, &n))
     }
 }
 
@@ -155,11 +155,7 @@ impl Spot {
         scale: Option<f64>,
     ) -> Self {
         let (on_a, on_b) = (a.look(point, normal), b.look(point, &-normal));
-        let along = |side: &Side<'_>, place: &Option<SurfacePoint>, outward: &Vec3| {
-            place.as_ref().map_or(0.0, |place| side.flexibility(place, outward))
-        };
-        let compliance =
-            |scale: f64| scale * OVERESTIMATE * (along(&a, &on_a, normal) + along(&b, &on_b, &-normal));
+        let own = || a.flexibility(&on_a, normal) + b.flexibility(&on_b, &-normal);
         let mut spot = Spot {
             feature,
             on_a,
@@ -167,7 +163,7 @@ impl Spot {
             turns: [a.pose.rotation, b.pose.rotation],
             elastic: Vec3::zeros(),
             change: Vec3::zeros(),
-            compliance: scale.map_or(0.0, compliance),
+            compliance: scale.map_or(0.0, |scale| scale * OVERESTIMATE * own()),
             firmness: 1.0,
             given: None,
         };
@@ -178,10 +174,7 @@ impl Spot {
     /// Has an asperity's contact yield in a solve by about what its bodies do under its own force and those that go with it, `held` being what is known of
     /// these: so far as its surfaces have retreated along the `normal` under them, and at least by its own flexibility.
     pub fn yield_at_once(&mut self, [a, b]: [Side<'_>; 2], normal: &Vec3, held: Option<&Held>) {
-        let along = |side: &Side<'_>, place: &Option<SurfacePoint>, outward: &Vec3| {
-            place.as_ref().map_or(0.0, |place| side.flexibility(place, outward))
-        };
-        let own = along(&a, &self.on_a, normal) + along(&b, &self.on_b, &-normal);
+        let own = a.flexibility(&self.on_a, normal) + b.flexibility(&self.on_b, &-normal);
         let force = held.map_or(Vec3::zeros(), |held| (normal * held.load + held.traction) * held.weight);
         let pressed = force.dot(normal);
         let shared = if pressed > 0.0 { normal.dot(&self.elastic) / pressed } else { 0.0 };

@@ -107,6 +107,11 @@ impl Model {
         self.normal == NormalLaw::Asperity && self.has_elastic()
     }
 
+    /// Whether bodies that deform are displaced by augmentations of their contacts' forces: behind springs.
+    pub fn waits_for_augmentations(&self) -> bool {
+        self.normal == NormalLaw::Spring && self.has_elastic()
+    }
+
     /// Stiffness of the patch that two parallel faces share, per area [N/m^3]: of each body a layer in simple compression, of a rigid
     /// one half its size thick, of one whose mesh deforms the rounding, which is outside of the mesh's corners.
     pub fn patch_stiffness(&self, a: usize, b: usize) -> f64 {

@@ -117,8 +117,8 @@ pub struct ContactMeasures {
     pub mean_force: f64,
 }
 
-/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that does not overlap; where it need not come to rest, from the one nearest to balance.
-/// `contacts` lends its buffers and gets them back.
+/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that does not overlap; where it need not come to
+/// rest, from the one nearest to balance. `contacts` lends its buffers and gets them back.
 pub fn advance(
     increment: &Increment<'_>,
     starts: Vec<impl Into<Start>>,
@@ -148,17 +148,15 @@ pub fn advance(
                 if improves {
                     best = Some((off, start));
                 }
-                if starts.is_empty() {
-                    starts.extend(best.take().map(|(_, start)| start));
-                }
             }
             Err(back) => {
                 lent = *back;
                 last_start = start.poses;
-                if starts.is_empty() {
-                    starts.extend(best.take().map(|(_, start)| start));
-                }
             }
+        }
+        // Tried again, now the last.
+        if starts.is_empty() {
+            starts.extend(best.take().map(|(_, start)| start));
         }
     }
     let Some(mut newton) = newton else {

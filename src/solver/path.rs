@@ -99,10 +99,10 @@ impl Newton<'_> {
     /// The mean of the same over the straight way since `start`, in so many pieces; `None` where that is not known: where bodies are displaced by
     /// augmentations, or are too close there.
     fn mean_forces_since(&mut self, start: &Path, pieces: usize) -> Option<Vec<Vector6<f64>>> {
-        let follows = self.model.follows_by_steps();
-        if self.model.has_elastic() && !follows {
+        if self.model.waits_for_augmentations() {
             return None;
         }
+        let follows = self.model.follows_by_steps();
         let fields = self.contacts.fields.clone();
         let mut forces_at = |share: f64| {
             let there = |(from, to): (&Pose, &Pose)| {

@@ -43,7 +43,7 @@ pub enum Stabilisation {
 impl Stabilisation {
     /// Whether what a step leaves is made up for in the next: where all is to come to rest, or displacements wait for augmentations, it is not.
     pub(super) fn goes_on(self, model: &Model) -> bool {
-        matches!(self, Stabilisation::Unrest(_)) && (!model.has_elastic() || model.follows_by_steps())
+        matches!(self, Stabilisation::Unrest(_)) && !model.waits_for_augmentations()
     }
 
     /// Whether no more moves than is asked for.
@@ -112,7 +112,7 @@ impl Newton<'_> {
         let settings = self.settings;
         let Course { first_drag, least_drag, most_steps, cut } = Course::to(until, settings);
         let mut damage = DamageWatch::new(self.model, settings);
-        let waits = self.model.has_elastic() && !self.model.follows_by_steps();
+        let waits = self.model.waits_for_augmentations();
         let room = if waits || self.model.wall.is_some() { Room::OfAll } else { Room::OfEach };
         self.gather();
         let mut path = Path::from(self);
@@ -145,7 +145,7 @@ impl Newton<'_> {
             }
             let ends = found.converged || tired || settings.stop.is_raised();
             let is_due = found.augmentations - counted == REBASE_EVERY || path.reach(self) > REBASE_BEYOND;
-            let rebases = is_due && (!self.model.has_elastic() || self.model.follows_by_steps());
+            let rebases = is_due && !waits;
             if ends || rebases {
                 path.go_on(self, found.augmentations - counted, cut);
                 counted = found.augmentations;

@@ -120,6 +120,20 @@ fn full_solution(grain: &CondensedGrain, loads: &[(SurfacePoint, Vec3)]) -> Vec<
     (0..mesh.nodes.len()).map(|node| Vec3::new(x[3 * node], x[3 * node + 1], x[3 * node + 2])).collect()
 }
 
+/// Of the field of these nodal displacements [J].
+fn strain_energy(grain: &CondensedGrain, nodal: &[Vec3]) -> f64 {
+    let mut energy = 0.0;
+    for cell in grain.mesh().cell_ids() {
+        let element = StraightTet10::new(&grain.mesh().corners(cell)).expect("a cell");
+        let u = grain.mesh().cells[cell.index()].map(|node| nodal[node.index()]);
+        for l in &crate::element::POINTS {
+            energy +=
+                grain.rock(cell).energy_density(&element.strain(l, &u)) * element.volume / POINT_COUNT as f64;
+        }
+    }
+    energy
+}
+
 fn largest(u: &[Vec3]) -> f64 {
     u.iter().map(Vec3::norm).fold(0.0, f64::max)
 }
@@ -150,15 +164,7 @@ fn condensed_equals_full_solution() {
     }
     assert!((grain.elastic_energy(&loads) / work - 1.0).abs() < 1e-10);
     // The strain energy of the recovered field is that same energy.
-    let mut strain_energy = 0.0;
-    for cell in grain.mesh().cell_ids() {
-        let element = StraightTet10::new(&grain.mesh().corners(cell)).expect("a cell");
-        let u = grain.mesh().cells[cell.index()].map(|node| nodal[node.index()]);
-        for l in &crate::element::POINTS {
-            strain_energy +=
-                grain.rock(cell).energy_density(&element.strain(l, &u)) * element.volume / POINT_COUNT as f64;
-        }
-    }
+    let strain_energy = strain_energy(&grain, &nodal);
     assert!((strain_energy / work - 1.0).abs() < 1e-9, "{strain_energy} {work}");
 }
 
@@ -243,15 +249,7 @@ fn forces_on_patches_do_the_work_that_is_stored() {
     let grain = grain().on_patches();
     let loads = loads(&grain);
     let nodal = grain.nodal_displacements(&loads);
-    let mut stored = 0.0;
-    for cell in grain.mesh().cell_ids() {
-        let element = StraightTet10::new(&grain.mesh().corners(cell)).expect("a cell");
-        let u = grain.mesh().cells[cell.index()].map(|node| nodal[node.index()]);
-        for l in &crate::element::POINTS {
-            stored +=
-                grain.rock(cell).energy_density(&element.strain(l, &u)) * element.volume / POINT_COUNT as f64;
-        }
-    }
+    let stored = strain_energy(&grain, &nodal);
     assert!((grain.elastic_energy(&loads) / stored - 1.0).abs() < 1e-9);
     let mut field = Vec::new();
     grain.surface_field_into(&mut field, &loads);
