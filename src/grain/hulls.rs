@@ -21,7 +21,7 @@ use crate::tensor::{Mat3, Pose, Vec3};
 pub struct ContactShape {
     /// The cut hull.
     pub nominal: Polyhedron,
-    /// The planes that cut it; outward.
+    /// The planes between it and the other parts, those that cut it among them; outward.
     pub planes: Vec<HalfSpace>,
     /// Volume of the hull over that of the part: 1 for a convex part.
     pub hull_over_own: f64,
@@ -68,27 +68,37 @@ pub fn contact_shapes(parts: &[&Mesh]) -> Vec<Result<ContactShape>> {
         .collect();
     let clouds: Vec<Vec<(Vec3, f64)>> = parts.iter().map(|mesh| cloud(mesh)).collect();
     let mut planes: Vec<Vec<HalfSpace>> = vec![vec![]; parts.len()];
+    let mut cuts = planes.clone();
     for i in 0..parts.len() {
         for j in i + 1..parts.len() {
             let (Ok(a), Ok(b)) = (&hulls[i], &hulls[j]) else { continue };
             let axis = separating_axis(a, &Pose::identity(), b, &Pose::identity());
-            if axis.gap < 0.0 {
-                let plane = dividing_plane(&clouds[i], &clouds[j], &axis.direction);
-                planes[i].push(plane);
-                planes[j].push(HalfSpace { normal: -plane.normal, offset: -plane.offset });
+            let plane = if axis.gap < 0.0 {
+                dividing_plane(&clouds[i], &clouds[j], &axis.direction)
+            } else {
+                let along = |v: &Vec3| axis.direction.dot(v);
+                let end = a.vertices.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+                HalfSpace { normal: axis.direction, offset: end + 0.5 * axis.gap }
+            };
+            let back = HalfSpace { normal: -plane.normal, offset: -plane.offset };
+            for (part, plane) in [(i, plane), (j, back)] {
+                planes[part].push(plane);
+                if axis.gap < 0.0 {
+                    cuts[part].push(plane);
+                }
             }
         }
     }
     hulls
         .into_iter()
-        .zip(planes)
+        .zip(planes.into_iter().zip(cuts))
         .zip(parts.iter().zip(&clouds))
-        .map(|((hull, planes), (mesh, cloud))| {
+        .map(|((hull, (planes, cuts)), (mesh, cloud))| {
             let hull = hull?;
             let own = mesh.volume();
             let hull_over_own = hull.volume() / own;
-            let nominal = if planes.is_empty() { hull } else { intersection(&hull, &planes)? };
-            let behind = |x: &Vec3| planes.iter().any(|plane| plane.normal.dot(x) > plane.offset);
+            let nominal = if cuts.is_empty() { hull } else { intersection(&hull, &cuts)? };
+            let behind = |x: &Vec3| cuts.iter().any(|plane| plane.normal.dot(x) > plane.offset);
             let cut_off = cloud.iter().filter(|(x, _)| behind(x)).map(|(_, v)| v).sum::<f64>() / own;
             Ok(ContactShape {
                 nominal_over_own: nominal.volume() / own,

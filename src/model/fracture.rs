@@ -28,6 +28,8 @@ use crate::tensor::{Pose, Rotation, Vec3};
 const SAME_VOLUME: f64 = 1e-6;
 /// Cores of a new part and a neighbour are at least this share of their roundings apart.
 const DEEPEST: f64 = 0.6;
+/// Projections of a corner onto the planes between its part and others.
+const PROJECTIONS: usize = 8;
 /// Corners closer than this share of the body's size are the same.
 const SAME_CORNER: f64 = 1e-9;
 
@@ -277,7 +279,10 @@ impl Model {
             nominal = old.clone();
             self.shapes[index].clone()
         } else {
-            match self.trimmed(index, nominal, poses).and_then(|trimmed| self.fitted(index, trimmed, poses)) {
+            match self
+                .trimmed(index, nominal, &shape.planes, poses)
+                .and_then(|trimmed| self.fitted(index, trimmed, poses))
+            {
                 Ok((fitted, rounded)) => {
                     nominal = fitted.translated(&-point);
                     ContactShape::new(RoundedBody { core: rounded.core.translated(&-point), ..rounded })
@@ -313,12 +318,27 @@ impl Model {
     }
 
     /// A smaller `nominal` of body `index`, its new corners drawn back to where neighbours have pressed into the old one: a surface that was
-    /// behind and is met now begins without a force, or it would spend energy that nobody put in.
-    fn trimmed(&self, index: usize, nominal: Polyhedron, poses: &[Pose]) -> Result<Polyhedron> {
+    /// behind and is met now begins without a force, or it would spend energy that nobody put in. `planes` divide the part from others.
+    fn trimmed(
+        &self,
+        index: usize,
+        nominal: Polyhedron,
+        planes: &[HalfSpace],
+        poses: &[Pose],
+    ) -> Result<Polyhedron> {
         let (old, pose) = (&self.bodies[index].nominal, &poses[index]);
         let same = SAME_CORNER * old.bounding_radius();
         let is_new = |v: &Vec3| old.vertices.iter().all(|corner| (corner - v).norm() > same);
         let mut corners = nominal.vertices.clone();
+        // Drawn back, a corner slides along the planes between this part and others: behind them they are.
+        let kept = |mut corner: Vec3| {
+            for _ in 0..PROJECTIONS {
+                for plane in planes {
+                    corner -= plane.normal * (plane.normal.dot(&corner) - plane.offset).max(0.0);
+                }
+            }
+            corner
+        };
         for (other, body) in self.bodies.iter().enumerate() {
             let reach = old.bounding_radius() + body.nominal.bounding_radius();
             let near = (poses[other].position - pose.position).norm() < reach;
@@ -331,7 +351,10 @@ impl Model {
                 let support =
                     nominal.vertices.iter().map(|v| normal.dot(v)).fold(f64::NEG_INFINITY, f64::max);
                 for corner in corners.iter_mut().filter(|corner| is_new(corner)) {
-                    *corner -= normal * (normal.dot(corner) - support - found.gap).max(0.0);
+                    let way = (normal.dot(corner) - support - found.gap).max(0.0);
+                    if way > 0.0 {
+                        *corner = kept(*corner - normal * way);
+                    }
                 }
             }
         }
@@ -474,5 +497,28 @@ impl Model {
         let glued = cover.glued_anew(glue)?;
         self.cover = Some(glued);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::ContactLaw;
+    use crate::contact::law::Friction;
+    use crate::geometry::Polyhedron;
+
+    /// A neighbour pressed in further than a part is thick draws its inner corners back, but not into the part behind.
+    #[test]
+    fn a_trimmed_part_stays_on_its_side_of_the_plane() {
+        let block = |name| Body::block(name, BodyKind::Placed, [2.0; 3], 0.1, 1.0);
+        let (bodies, shapes) = [block("breaks"), block("neighbour")].into_iter().unzip();
+        let model = Model::new(bodies, shapes, ContactLaw::SAMPLE, Friction::constant(0.5));
+        let at = |x: f64| Pose::new(Vec3::new(x, 0.0, 0.0), Rotation::identity());
+        // The part from x = 0.9 on, the neighbour's face at 0.7.
+        let part = Polyhedron::cuboid([0.1, 2.0, 2.0]).expect("a box").translated(&Vec3::new(0.95, 0.0, 0.0));
+        let plane = HalfSpace { normal: -Vec3::x(), offset: -0.9 };
+        let trimmed = model.trimmed(0, part.clone(), &[plane], &[at(0.0), at(1.7)]);
+        let lowest = |body: &Polyhedron| body.vertices.iter().map(|v| v.x).fold(f64::INFINITY, f64::min);
+        assert!(lowest(&trimmed.expect("a part")) > lowest(&part) - 1e-9);
     }
 }
