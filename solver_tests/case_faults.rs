@@ -5,6 +5,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use riprap::case::{Case, GateCase, RawCase, parse_override};
+use riprap::contact::NormalLaw;
 use riprap::error::{Error, Fault};
 use serde_json::{Value, json};
 
@@ -103,32 +104,25 @@ fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
     assert_eq!(refused(SPECIMEN, &[area, whole, ("/solver/accuracy", json!(0.05))]), 1);
 }
 
+/// Contacts of specimens crush, those of scenes are springs, unless the case says otherwise; at every fidelity.
 #[test]
-fn asperities_stand_before_bodies_of_known_strength() {
-    let refused = |base: &str, overrides: &[(&str, Value)]| {
-        not_yet(base, overrides).iter().filter(|path| *path == "$.contact.normal").count()
-    };
-    let asperity = ("/contact/normal", json!("asperity"));
-    assert_eq!(refused(SPECIMEN, std::slice::from_ref(&asperity)), 0);
-    for (fidelity, faults) in [("condensed", 0), ("full", 1)] {
-        assert_eq!(refused(SPECIMEN, &[asperity.clone(), ("/solver/fidelity", json!(fidelity))]), faults);
-    }
+fn asperities_are_the_contacts_of_specimens() {
+    let [asperity, spring] = ["asperity", "spring"].map(|law| ("/contact/normal", json!(law)));
     let limit = ("/contact/limit_pressure", json!("600 MPa"));
-    let meshed = [asperity.clone(), limit.clone(), ("/scene/bodies/1/fidelity", json!("full"))];
-    assert_eq!((refused(SCENE, &meshed[..2]), refused(SCENE, &meshed)), (0, 1));
-    // The scene's rock has no strength, that of the block, which is its own, neither.
-    let own = |(at, to): &(&str, Value)| (at.to_string(), to.clone());
-    let faults = faults_of(SCENE, &[own(&asperity)]);
-    let paths: Vec<&str> = faults.iter().map(|fault| fault.path.as_str()).collect();
-    assert_eq!(paths, ["$.rock.compressive_strength", "$.scene.bodies[1].rock.compressive_strength"]);
-    assert!(faults.iter().all(|fault| fault.problem.contains("2.8 times")), "{faults:?}");
-    // By the strength, or as given.
-    let limit_of = |set: &[(&str, Value)]| {
-        let case = sound(SPECIMEN, set);
+    for fidelity in ["rigid", "condensed", "full"] {
+        let fidelity = ("/solver/fidelity", json!(fidelity));
+        assert_eq!(sound(SPECIMEN, std::slice::from_ref(&fidelity)).contact.normal, NormalLaw::Asperity);
+        assert_eq!(sound(SPECIMEN, &[fidelity.clone(), spring.clone()]).contact.normal, NormalLaw::Spring);
+    }
+    assert_eq!(sound(SCENE, &[]).contact.normal, NormalLaw::Spring);
+    let limit_of = |base: &str, set: &[(&str, Value)]| {
+        let case = sound(base, set);
         case.limit_pressure_of(&case.rock)
     };
-    assert!((limit_of(std::slice::from_ref(&asperity)) / 7e8 - 1.0).abs() < 1e-12);
-    assert_eq!(limit_of(&[asperity, limit]), 6e8);
+    // By the strength, or as given, or, where nothing is said of it, none.
+    assert!((limit_of(SPECIMEN, &[]) / 7e8 - 1.0).abs() < 1e-12);
+    assert_eq!(limit_of(SPECIMEN, std::slice::from_ref(&limit)), 6e8);
+    assert_eq!(limit_of(SCENE, std::slice::from_ref(&asperity)), f64::INFINITY);
 }
 
 /// A random grain and a mesh file are bodies like others: what they overlap is refused, with the depth.

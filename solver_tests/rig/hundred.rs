@@ -10,6 +10,8 @@ use crate::recorded;
 /// Energy that no row accounts for, over the work.
 const CLOSED: f64 = 1e-3;
 const SMALLEST_CLOSED: f64 = 2e-2;
+/// The same of what snaps set free.
+const OF_SNAPS: f64 = 0.1;
 
 /// The covers of `cases/membrane/covers_100.json`.
 const RUBBER: &str =
@@ -55,7 +57,9 @@ fn loop_of(grains: u64, axial_strain: f64, cover: &str) {
             beyond += left;
             assert!(row.energy_gap.abs() < SMALLEST_CLOSED, "{row:?}");
         }
-        assert!(row.energy_error.abs() < CLOSED * row.energy_external || row.stage == 0, "{row:?}");
+        // What bodies do in a snap is seen at some places of their way.
+        let closed = CLOSED * row.energy_external + OF_SNAPS * row.energy_stabilisation;
+        assert!(row.energy_error.abs() < closed || row.stage == 0, "{row:?}");
         before = row.energy_error;
     }
     assert!(beyond < CLOSED * reloaded.energy_external, "{beyond}");

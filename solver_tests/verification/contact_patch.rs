@@ -5,7 +5,7 @@
 use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
 use riprap::element::Strains;
-use riprap::grain::FullGrain;
+use riprap::grain::{CondensedGrain, FullGrain};
 use riprap::ladder::Run;
 use riprap::ladder::blocks::{
     NORMAL, TRAVEL, largest_side_force, pressing, prism_on_cube, pushed, slid_over_facets, weakening_work,
@@ -89,8 +89,9 @@ fn pushed_block() -> SceneParameters {
     let block = body("block", cuboid([0.05; 3]), [0.0, 0.0, 0.025], [0.0, 0.0, 0.3]);
     let mesh = cuboid_mesh([0.05; 3], 0.03).expect("a mesh");
     let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
-    let grain = FullGrain::new(mesh, &rock, DENSITY, Strains::Finite).expect("a grain");
-    let block = SceneBody { full: Some(Arc::new(grain)), ..block };
+    let grain = Arc::new(CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain"));
+    let full = FullGrain::new(grain.clone(), DENSITY, Strains::Finite).expect("a grain");
+    let block = SceneBody { grain: Some(grain), full: Some(Arc::new(full)), ..block };
     let plane = fixed(body("plane", cuboid([0.2, 0.2, 0.05]), [0.0, 0.0, -0.025], [0.0; 3]));
     let way = drive([Some(2e-4), Some(0.0), None], HELD);
     let stages = vec![load(2, "block", push([0.0, 0.0, -1000.0])), load(12, "block", way)];

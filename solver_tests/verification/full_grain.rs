@@ -6,7 +6,6 @@
 //! - With strains that are linear in the displacements both are the same equations, solved in different ways: plate
 //!   forces agree to 1e-8 when both are converged far beyond that.
 //! - With Green's strains the difference is of the order of the strain.
-//! - Nodes that are eliminated grain by grain balance the same equations as nodes that are unknowns, at any strain.
 
 use std::sync::Arc;
 
@@ -24,8 +23,6 @@ use crate::two_cubes::{EDGE, between_plates, meshed};
 enum Cubes {
     Condensed,
     Full(Strains),
-    /// The same with its nodes eliminated.
-    Eliminated(Strains),
 }
 
 struct Pressed {
@@ -38,19 +35,12 @@ struct Pressed {
 fn pressed(cubes: Cubes, approach: f64) -> Pressed {
     let made = |cube: SceneBody| {
         let (mesh, rock) = meshed();
+        let grain = Arc::new(CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain"));
         match cubes {
-            Cubes::Condensed => {
-                let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-                SceneBody { grain: Some(Arc::new(grain)), ..cube }
-            }
+            Cubes::Condensed => SceneBody { grain: Some(grain), ..cube },
             Cubes::Full(strains) => {
-                let grain = FullGrain::new(mesh, &rock, DENSITY, strains).expect("a grain");
-                SceneBody { full: Some(Arc::new(grain)), ..cube }
-            }
-            Cubes::Eliminated(strains) => {
-                let (grain, flexible) =
-                    FullGrain::eliminated(mesh, &rock, DENSITY, strains).expect("a grain");
-                SceneBody { full: Some(Arc::new(grain)), grain: Some(Arc::new(flexible)), ..cube }
+                let full = FullGrain::new(grain.clone(), DENSITY, strains).expect("a grain");
+                SceneBody { full: Some(Arc::new(full)), grain: Some(grain), ..cube }
             }
         }
     };
@@ -103,26 +93,4 @@ fn finite_strains_differ_by_the_order_of_the_strain() {
         assert!(difference < 30.0 * strain, "strain {strain}: {difference}");
         assert!(difference > 1e-3 * strain, "strain {strain}: {difference}");
     }
-}
-
-#[test]
-fn eliminated_nodes_balance_as_unknown_ones_do() {
-    // Plate forces and energy of both are converged to about 1e-8; the strains' own effect is up to 8e-3.
-    for approach in [4e-6, 40e-6, 400e-6] {
-        let unknown = pressed(Cubes::Full(Strains::Finite), approach);
-        let eliminated = pressed(Cubes::Eliminated(Strains::Finite), approach);
-        let difference = difference(&eliminated, &unknown);
-        println!(
-            "{:.3} N, difference {difference:.1e}, {} and {} factorisations",
-            unknown.force.z, unknown.factorisations, eliminated.factorisations
-        );
-        assert!(difference < 1e-8, "approach {approach} m: {difference}");
-    }
-}
-
-#[test]
-fn eliminated_nodes_with_small_strains_are_condensed() {
-    let condensed = pressed(Cubes::Condensed, 100e-6);
-    let eliminated = pressed(Cubes::Eliminated(Strains::Small), 100e-6);
-    assert!(difference(&eliminated, &condensed) < 1e-12);
 }

@@ -5,12 +5,12 @@ use crate::assembly::damage::Trial;
 use crate::assembly::elastic::{Held, Side, Spot, SurfaceField, SurfaceLoads, reach};
 use crate::assembly::faces;
 use crate::assembly::following::Followed;
-use crate::assembly::full::Frames;
 use crate::assembly::membrane::MembraneContacts;
 use crate::assembly::network::Network;
 use crate::assembly::point::ContactPoint;
 use crate::assembly::sites::{facing_corners, site_points};
 use crate::assembly::timings::{Kernel, Timings};
+use crate::assembly::too_close::TooClose;
 use crate::assembly::wall::touch_wall_into;
 use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::law::{CORE_FLOOR, ContactLaw, Weakening};
@@ -27,15 +27,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Two cores have come closer than the floor (or overlap): the configuration is refused.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("bodies {a} and {b} are {distance:.3e} m apart, core to core")]
-pub struct TooClose {
-    pub a: usize,
-    pub b: usize,
-    pub distance: f64,
-}
 
 /// Margin of the broad phase and of a pair's list of features, over the smallest rounding radius.
 const BROAD_MARGIN: f64 = 4.0;
@@ -200,7 +191,6 @@ impl PairWork {
         let elastic = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
         let deforming = [a, b].into_iter().filter(|body| model.bodies[*body].is_elastic());
         let spared: f64 = deforming.map(|body| model.shell_spares(body)).sum();
-        let full = [a, b].iter().any(|&body| model.bodies[body].nodes_among_unknowns().is_some());
         let reach = if elastic || carried.lead() > 0.0 { features.margin() } else { 0.0 };
         let radii = shapes[0].rounded.radius + shapes[1].rounded.radius;
         let yielding = shapes[0].yielding() + shapes[1].yielding();
@@ -267,10 +257,7 @@ impl PairWork {
             }
             if elastic {
                 let last = held.iter().find(|h| h.feature == site.feature);
-                let Some(spot) = spots.iter_mut().find(|s| s.feature == site.feature) else { return };
-                if full {
-                    spot.follow([side(a), side(b)]);
-                }
+                let Some(spot) = spots.iter().find(|s| s.feature == site.feature) else { return };
                 state.elastic = spot.elastic;
                 state.elastic_change = spot.change;
                 if let Some(given) = spot.given {
@@ -384,8 +371,7 @@ pub struct Contacts {
     /// Core vertices of every body in space [m].
     #[serde(skip)]
     corners: Vec<Vec<Vec3>>,
-    /// Surface displacement of every body in its own frame, from the forces of the last augmentation; of a full body
-    /// that of all nodes, now.
+    /// Surface displacement of every body in its own frame, from the forces of the last augmentation; of a full body its field.
     #[serde(skip)]
     pub fields: Vec<SurfaceField>,
     /// The largest displacement in each of `fields` [m].
@@ -417,10 +403,7 @@ pub struct Contacts {
     /// What presses a contact by all that its two bodies may yield ([`ContactShape::yielding`]), unless it is softer itself [N]. Infinite but in a dwell.
     #[serde(skip, default = "unlimited")]
     pub strength: f64,
-    /// What full bodies need besides.
-    #[serde(skip)]
-    pub frames: Frames,
-    /// Displacement that finite strains cause besides that of the loads, of bodies whose nodes are eliminated ([`crate::grain::FullGrain::surplus`]).
+    /// Displacement that finite strains cause besides that of the loads, of full bodies ([`crate::grain::FullGrain::surplus`]).
     #[serde(skip)]
     pub surplus: Vec<SurfaceField>,
     /// Contact forces on condensed bodies that are unknowns.
@@ -460,7 +443,6 @@ impl Default for Contacts {
             first_scale: 1.0,
             travel: Travel::default(),
             strength: unlimited(),
-            frames: Frames::default(),
             surplus: Vec::new(),
             network: Network::default(),
             crushed: Crushed::new(),
@@ -480,7 +462,15 @@ impl Contacts {
         self.network.clear();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
-        self.start_nodes(model);
+        let full = self.fields.iter_mut().zip(&model.bodies).map(|(field, body)| {
+            body.full.as_ref().map_or_else(SurfaceField::new, |grain| {
+                if grain.nodal(field).is_empty() {
+                    *field = grain.undisplaced();
+                }
+                grain.surplus(field)
+            })
+        });
+        self.surplus = full.collect();
         self.update_reach();
         self.grains.clear();
         self.grains.extend(model.bodies.iter().map(|body| body.grain.clone()));

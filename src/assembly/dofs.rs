@@ -3,19 +3,14 @@
 use crate::model::{Loads, Model};
 use crate::tensor::{Pose, Vec3, Vector6};
 
-/// Which components of which body are unknowns, and at which number. Behind the carriers stand, body by body, the
-/// nodes of full grains (three unknowns each: displacements in the grain's frame) and the six multipliers of that
-/// grain's frame, and then the contacts whose forces are unknowns (three each); here all these count as bodies too.
+/// Which components of which body are unknowns, and at which number. Behind the carriers stand the contacts whose forces are unknowns (three each);
+/// here these count as bodies too.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dofs {
     index: Vec<[Option<u32>; 6]>,
     carriers: usize,
-    /// First block of a contact's force.
-    contacts: usize,
     /// The body that each block behind the carriers is of.
     owner: Vec<u32>,
-    /// First node of each body, where it is full.
-    nodes: Vec<Option<usize>>,
     /// Factor from a physical component to its unknown: 1 for translations, the body's rotation
     /// scale for rotations.
     scale: Vec<f64>,
@@ -33,28 +28,18 @@ impl Dofs {
                 })
             })
         };
-        let mut index: Vec<[Option<u32>; 6]> = loads.prescribed.iter().map(&mut number).collect();
-        let carriers = index.len();
-        let (mut owner, mut nodes) = (Vec::new(), vec![None; model.bodies.len()]);
-        for (body, grain) in
-            model.bodies.iter().enumerate().filter_map(|(i, b)| Some((i, b.nodes_among_unknowns()?)))
-        {
-            nodes[body] = Some(index.len());
-            index.extend((0..grain.nodes()).map(|_| number(&[false, false, false, true, true, true])));
-            index.push(number(&[false; 6]));
-            owner.resize(index.len() - carriers, body as u32);
-        }
+        let index: Vec<[Option<u32>; 6]> = loads.prescribed.iter().map(&mut number).collect();
         let mut scale: Vec<f64> = model.bodies.iter().map(|b| b.rotation_scale).collect();
         // Nodes of a membrane do not turn.
         scale.resize(index.len(), 1.0);
-        Dofs { contacts: index.len(), index, carriers, owner, nodes, scale, count }
+        Dofs { carriers: index.len(), index, owner: Vec::new(), scale, count }
     }
 
     /// Replaces the blocks of contacts by as many as there are `owners`, each of that body.
     pub fn renew_contacts(&mut self, owners: impl Iterator<Item = u32>) {
-        let lost = self.index.drain(self.contacts..).map(|block| block.iter().flatten().count());
+        let lost = self.index.drain(self.carriers..).map(|block| block.iter().flatten().count());
         self.count -= lost.sum::<usize>();
-        self.owner.truncate(self.contacts - self.carriers);
+        self.owner.clear();
         for owner in owners {
             let next = self.count as u32;
             self.index.push([Some(next), Some(next + 1), Some(next + 2), None, None, None]);
@@ -73,7 +58,7 @@ impl Dofs {
 
     /// The block of the k-th contact whose force is an unknown.
     pub fn contact_block(&self, k: usize) -> usize {
-        self.contacts + k
+        self.carriers + k
     }
 
     pub fn count(&self) -> usize {
@@ -87,21 +72,6 @@ impl Dofs {
     /// How many of them have a pose.
     pub fn carriers(&self) -> usize {
         self.carriers
-    }
-
-    /// The first node of a full body; its other nodes follow, and then its multipliers.
-    pub fn nodes_of(&self, body: usize) -> Option<usize> {
-        *self.nodes.get(body)?
-    }
-
-    /// Minus one for multipliers, on which a proximal term acts the other way: the energy is at a maximum in them. Zero for the
-    /// forces of contacts, which nothing holds.
-    pub fn sign(&self, block: usize) -> f64 {
-        if block >= self.contacts {
-            return 0.0;
-        }
-        let is_free = |component: usize| self.index[block][component].is_some();
-        if block >= self.carriers && is_free(3) { -1.0 } else { 1.0 }
     }
 
     pub fn of(&self, body: usize) -> &[Option<u32>; 6] {
@@ -180,14 +150,13 @@ impl Dofs {
         free.map(|(k, _)| (wrench[k] / self.factor(body, k)).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// The carrier that a block is of: itself, or the body whose node, multiplier or contact it is.
+    /// The carrier that a block is of: itself, or the body whose contact it is.
     pub fn owner(&self, block: usize) -> usize {
         let inner = block.checked_sub(self.carriers).and_then(|inner| self.owner.get(inner));
         inner.map_or(block, |owner| *owner as usize)
     }
 
-    /// The largest force on a body [N], as [`Self::force_on`], or the first that is no number. Returns the body with it, of a full grain's nodes the
-    /// grain.
+    /// The largest force on a body [N], as [`Self::force_on`], or the first that is no number. Returns the body with it.
     pub fn largest_force(&self, forces: &[f64]) -> (f64, usize) {
         let mut largest = (0.0, 0);
         for body in 0..self.index.len() {

@@ -280,9 +280,9 @@ impl Contacts {
 
     fn loads_of(&self, model: &Model, loads: &Loads, poses: &[Pose], spread: bool) -> Vec<SurfaceLoads> {
         let mut all = vec![SurfaceLoads::new(); model.bodies.len()];
-        let mut put = |body: usize, place: Option<SurfacePoint>, turn: &Rotation, force: Vec3| {
+        let mut put = |body: usize, place: Option<SurfacePoint>, force: Vec3| {
             let Some(place) = place else { return };
-            let force = turn.inverse() * force;
+            let force = poses[body].rotation.inverse() * force;
             let owner = &model.bodies[body];
             match owner.stressed_surface().filter(|_| spread && owner.spreads_forces()) {
                 Some(surface) => all[body].extend(spread_over(surface, owner, &place, &force)),
@@ -293,12 +293,8 @@ impl Contacts {
             let Some(spot) = pair.spot(point.site.feature) else { continue };
             let e = &point.evaluation;
             let on_b = if spread { force_on_b(point) } else { e.bending_force() };
-            for (k, (body, place, force)) in
-                [(pair.a(), spot.on_a, -on_b), (pair.b(), spot.on_b, on_b)].into_iter().enumerate()
-            {
-                // With the gap's own rotation where displacements are unknowns, so that both come from one energy.
-                let is_full = model.bodies[body].nodes_among_unknowns().is_some();
-                put(body, place, if is_full { &spot.turns[k] } else { &poses[body].rotation }, force);
+            for (body, place, force) in [(pair.a(), spot.on_a, -on_b), (pair.b(), spot.on_b, on_b)] {
+                put(body, place, force);
             }
         }
         for list in &self.membrane.bodies {
@@ -307,7 +303,7 @@ impl Contacts {
                 let force = Vec3::from_column_slice(&point.force.on_body[..3]);
                 let at = pose.to_body(&point.force.point);
                 let surface = model.bodies[list.body].stressed_surface();
-                put(list.body, surface.map(|surface| surface.locate(&at)), &pose.rotation, force);
+                put(list.body, surface.map(|surface| surface.locate(&at)), force);
             }
         }
         // A cover's forces are many and small, spread as they are.
@@ -337,8 +333,8 @@ impl Contacts {
         let displaced =
             self.fields.par_iter_mut().zip(&mut self.surplus).zip(&self.grains).zip(&surface_loads);
         let left = displaced.zip(&model.bodies).map(|((((field, surplus), grain), loads), body)| {
-            match (grain, body.eliminated_nodes()) {
-                (Some(grain), Some(full)) => full.settle(field, surplus, &grain.nodal_displacements(loads)),
+            match (grain, &body.full) {
+                (Some(_), Some(full)) => full.settle(field, surplus, loads),
                 (Some(grain), None) => {
                     grain.surface_field_into(field, loads);
                     0.0
@@ -464,7 +460,7 @@ impl Contacts {
             .zip(&self.fields)
             .zip(&model.bodies)
             .map(|((loads, field), body)| match &body.full {
-                Some(grain) => grain.energy(field),
+                Some(grain) => grain.energy(grain.nodal(field)),
                 None => 0.5 * loads.iter().map(|load| work(load, field)).sum::<f64>(),
             })
             .sum()

@@ -3,7 +3,7 @@
 //! Per body the features within reach are listed with a skin and evaluated until something has moved through
 //! half of it. Features of plates against triangles or edges glued to a plate are left out.
 
-use crate::assembly::contacts::TooClose;
+use crate::assembly::too_close::TooClose;
 use crate::contact::ContactShape;
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::contact::law::CORE_FLOOR;

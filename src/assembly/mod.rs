@@ -13,7 +13,6 @@ pub mod elastic;
 mod faces;
 pub mod fidelity;
 mod following;
-pub mod full;
 mod inherit;
 pub mod membrane;
 mod memory;
@@ -23,20 +22,21 @@ mod point;
 mod rubber;
 mod sites;
 pub mod timings;
+pub mod too_close;
 pub mod wall;
 
-pub use contacts::{Contacts, PairWork, TooClose};
+pub use contacts::{Contacts, PairWork};
 pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
 pub use elastic::{OVERESTIMATE, SurfaceField};
 pub use fidelity::{ForceChange, Recovery, is_free_to_change};
-pub use full::{full_couplings, full_stiffness_into};
 pub use membrane::MembraneContacts;
 pub use network::Network;
 pub use pattern::BlockPattern;
 pub use point::ContactPoint;
 pub use rubber::{membrane_couplings, membrane_forces_into, membrane_stiffness_into, membrane_touching};
 pub use timings::{Kernel, Timings};
+pub use too_close::TooClose;
 pub use wall::{pressure_loads_into, wall_couplings, wall_forces_into, wall_stiffness_into};
 
 use crate::model::{Loads, Model};
@@ -96,7 +96,6 @@ pub fn residual_into(
         let applied = loads.applied.get(i).copied().unwrap_or_else(Vector6::zeros);
         dofs.scatter(residual, i, (wrench + applied).as_slice());
     }
-    full::node_forces_into(residual, model, dofs, contacts, loads, poses);
     contacts.network_forces_into(residual, dofs, poses);
 }
 

@@ -17,7 +17,7 @@ pub struct Estimate {
     pub cells: usize,
     /// Pairs of touching grains, about.
     pub contacts: usize,
-    /// Unknowns of the global system: 6 a grain, and 3 a contact point (condensed, and full with its nodes eliminated) or node (full).
+    /// Unknowns of the global system: 6 a grain, and 3 a contact point of bodies that deform behind springs.
     pub degrees_of_freedom: usize,
     /// Increments if none is cut.
     pub increments: usize,
@@ -38,9 +38,9 @@ const NODES_PER_CELL: f64 = 2.5;
 /// Volume of a cell over the cube of the longest edge that is asked for (measured: 0.01 for a cylinder of twelve sides, 0.03 for a sphere).
 const CELL_VOLUME: f64 = 0.018;
 
-/// CPU seconds of an increment at [`REFERENCE`] grains: rigid, condensed, full, and full with its nodes among the unknowns. Behind asperities condensed
-/// grains take [`BEHIND`] times what rigid ones do.
-const INCREMENT_TIME: [f64; 4] = [0.5, 5.0, 6.5, 40.0];
+/// CPU seconds of an increment at [`REFERENCE`] grains: rigid, condensed and full. Behind asperities grains that deform take [`BEHIND`] times
+/// what rigid ones do.
+const INCREMENT_TIME: [f64; 3] = [0.5, 5.0, 6.5];
 const BEHIND: f64 = 2.5;
 const REFERENCE: f64 = 300.0;
 /// Power of the grains in that time.
@@ -90,9 +90,9 @@ impl Case {
         let chooses = self.solver.chosen_accuracy().is_some();
         let follows = self.contact.normal == NormalLaw::Asperity;
         let (level, unknowns) = match self.solver.fidelity {
+            Fidelity::Full if follows => (2, 6.0 * n),
             Fidelity::Condensed if follows => (1, 6.0 * n),
             Fidelity::Auto if chooses && follows => (1, 6.0 * n),
-            Fidelity::Full if self.solver.nodes() == NodesCase::Unknowns => (3, 6.0 * n + 3.0 * nodes),
             Fidelity::Full => (2, 6.0 * n + 3.0 * POINTS * contacts),
             Fidelity::Condensed => (1, 6.0 * n + 3.0 * POINTS * contacts),
             Fidelity::Auto if chooses => (1, 6.0 * n + 3.0 * POINTS * contacts),
@@ -102,13 +102,12 @@ impl Case {
         // Of small grains the factor is nearly half full.
         let each = 3.0 * nodes / n.max(1.0);
         let own = if level > 0 { OWN_MEMORY * n * filled(each, FILL[1]).min(each * each / 4.0) } else { 0.0 };
-        let fill = if level == 3 { FILL[1] } else { FILL[0] };
         let breaking = if self.rock.damage.is_some() { cells as f64 } else { 0.0 };
         let increments = self.stages.iter().map(StageCase::increments).sum::<f64>();
         let increment = match &self.geometry {
             Geometry::Specimen(_) => {
                 let reference =
-                    if follows && level == 1 { BEHIND * INCREMENT_TIME[0] } else { INCREMENT_TIME[level] };
+                    if follows && level > 0 { BEHIND * INCREMENT_TIME[0] } else { INCREMENT_TIME[level] };
                 let plain = reference * (n / REFERENCE).powf(TIME_POWER);
                 plain * if breaking > 0.0 { BREAKING } else { 1.0 }
                     + RUBBER[0] * RUBBER[1] * self.rubber_nodes()
@@ -127,7 +126,10 @@ impl Case {
             contacts: contacts as usize,
             degrees_of_freedom: unknowns as usize,
             increments: increments as usize,
-            memory: BASE_MEMORY + one * n + BREAKING_MEMORY * breaking + 8.0 * (own + filled(unknowns, fill)),
+            memory: BASE_MEMORY
+                + one * n
+                + BREAKING_MEMORY * breaking
+                + 8.0 * (own + filled(unknowns, FILL[0])),
             time: generation + increments * (increment + WRITING),
             size,
         }

@@ -32,16 +32,12 @@ impl Case {
         idle.extend(self.idle_weakening());
         match &self.geometry {
             Geometry::Specimen(_) => {
-                let fidelity = self.fidelity_of_grains();
-                idle.extend(self.idle_nodes(fidelity == Fidelity::Full));
                 if !self.meshes_act() {
                     idle.extend(idle_scatter("rock", &self.rock, "all grains are rigid"));
                 }
                 idle.extend(self.idle_rubber());
             }
             Geometry::Scene(scene) => {
-                let mut fidelities = scene.bodies.iter().map(|body| self.fidelity_of(body));
-                idle.extend(self.idle_nodes(fidelities.any(|fidelity| fidelity == Fidelity::Full)));
                 let deforms = |body: &BodyCase| self.fidelity_of(body) != Fidelity::Rigid;
                 if !scene.bodies.iter().any(|body| body.rock.is_none() && deforms(body)) {
                     let why = "the bodies that are of it are rigid";
@@ -65,7 +61,10 @@ impl Case {
         let release = self.rock.damage.and_then(|damage| damage.release_steps).map(|_| {
             "rock.damage.release_steps has no effect any more: what failed rock held goes at once, against the drag of solver.stabilisation"
         });
-        [rough, release].into_iter().flatten().map(String::from).collect()
+        let nodes = self.solver.full_nodes.map(|_| {
+            "solver.full_nodes has no effect any more: the nodes of full bodies are always eliminated body by body"
+        });
+        [rough, release, nodes].into_iter().flatten().map(String::from).collect()
     }
 
     /// Strengths without damage, and without asperities that crush by them.
@@ -101,13 +100,6 @@ impl Case {
                 "contact.weakening_distance {distance} m decides nothing: contact.residual_friction is the peak {peak}, by default"
             )
         })
-    }
-
-    fn idle_nodes(&self, are_full: bool) -> Option<String> {
-        self.solver
-            .full_nodes
-            .filter(|_| !are_full)
-            .map(|_| "solver.full_nodes decides nothing: nothing is of fidelity \"full\"".to_string())
     }
 
     fn idle_rubber(&self) -> Vec<String> {
@@ -222,9 +214,14 @@ mod tests {
         let rows: &[(&str, &[&str], &str)] = &[
             (SPECIMEN, &[], ""),
             (SPECIMEN, &strengths[..1], "rock: tensile_strength decides nothing"),
-            (SPECIMEN, &strengths, "tensile_strength and compressive_strength decide nothing"),
+            (SPECIMEN, &strengths, "rock: tensile_strength decides nothing"),
+            (
+                SPECIMEN,
+                &["/contact/normal=spring", strengths[0], strengths[1]],
+                "tensile_strength and compressive_strength decide nothing",
+            ),
             (SPECIMEN, &[damage, strengths[0], strengths[1]], ""),
-            (SPECIMEN, &["/contact/normal=asperity", strengths[1]], ""),
+            (SPECIMEN, &[strengths[1]], ""),
             (
                 SPECIMEN,
                 &["/contact/weakening_distance=2 mm"],
@@ -232,8 +229,6 @@ mod tests {
             ),
             (SPECIMEN, &["/contact/weakening_distance=2 mm", "/contact/residual_friction=0.3"], ""),
             (SPECIMEN, &["/contact/weakening_distance=2 mm", "/plates/friction=0.9"], ""),
-            (SPECIMEN, &["/solver/full_nodes=unknowns"], "solver.full_nodes decides nothing"),
-            (SPECIMEN, &["/solver/full_nodes=unknowns", "/solver/fidelity=full"], ""),
             (SPECIMEN, &["/membrane/gent_limit=12"], "membrane.gent_limit 12 decides nothing"),
             (SPECIMEN, &["/membrane/gent_limit=12", "/membrane/law=gent"], ""),
             (SPECIMEN, &["/membrane/mooney_share=0.4"], "membrane.mooney_share 0.4 decides nothing"),

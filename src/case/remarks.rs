@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::contact::NormalLaw;
+use crate::contact::asperity::LIMIT_OVER_STRENGTH;
 use crate::contact::face::{Face, FaceContact};
 use crate::geometry::RoundedBody;
 use crate::mesh::file::read_mesh;
@@ -94,10 +96,24 @@ impl Case {
                  times its peak strain made up a quarter of the work on it so; 0 does so no more"
             ));
         }
+        remarks.extend(self.sound_corners());
         remarks.extend(self.idle(&placed));
         remarks.extend(self.implausible());
         remarks.extend(self.too_wide_pores());
         remarks
+    }
+
+    /// Contacts of a specimen that never crush.
+    fn sound_corners(&self) -> Option<String> {
+        let is_specimen = matches!(self.geometry, Geometry::Specimen(_));
+        let is_sound =
+            self.contact.normal == NormalLaw::Asperity && self.limit_pressure_of(&self.rock).is_infinite();
+        (is_specimen && is_sound).then(|| {
+            format!(
+                "contacts crush nowhere: there is no rock.compressive_strength, {LIMIT_OVER_STRENGTH} times which crushes corners, and no \
+                 contact.limit_pressure"
+            )
+        })
     }
 
     /// The first rock of a scene whose cracks carry again where they close, by its path, and to what share. Grains of specimens are brittle: their
@@ -367,15 +383,16 @@ mod tests {
     #[test]
     fn what_decides_nothing_and_what_is_too_coarse_is_said() {
         let text = r#"{"specimen": {"diameter": "0.3 m", "height": "0.6 m", "void_ratio": 0.5, "grading": [[0.06, 1], [0.04, 0]]},
-            "rock": {"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2},
+            "rock": {"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "compressive_strength": "250 MPa"},
             "contact": {"friction": 0.65}, "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]}"#;
-        let remarks = |overrides: &[&str]| {
+        let remarks_of = |text: &str, overrides: &[&str]| {
             let mut raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
             let parsed: Vec<_> = overrides.iter().filter_map(|text| parse_override(text).ok()).collect();
             assert_eq!(parsed.len(), overrides.len());
             raw.set(&parsed);
             raw.check().unwrap_or_else(|e| panic!("{e}")).remarks().join("; ")
         };
+        let remarks = |overrides: &[&str]| remarks_of(text, overrides);
         // A fifth exactly is kept to.
         assert_eq!(remarks(&[]), "");
         assert_eq!(remarks(&["/solver/fidelity=auto", "/solver/accuracy=0.05"]), "");
@@ -383,6 +400,10 @@ mod tests {
             remarks(&["/solver/fidelity=rigid", "/solver/accuracy=0.05"]).contains("0.05 decides nothing")
         );
         assert!(remarks(&["/solver/rough_tolerance=0.1"]).contains("no effect"));
+        assert!(remarks(&["/solver/full_nodes=unknowns"]).contains("no effect"));
+        let [strong, unknown] = [", \"compressive_strength\": \"250 MPa\"", ""];
+        assert!(remarks_of(&text.replace(strong, unknown), &[]).contains("contacts crush nowhere"));
+        assert_eq!(remarks_of(&text.replace(strong, unknown), &["/contact/limit_pressure=700 MPa"]), "");
         assert!(remarks(&["/specimen/diameter=0.15"]).contains("0.40 of the diameter"));
         assert!(remarks(&["/specimen/grading=[[0.06, 1], [0.002, 0]]"]).contains("a factor of 30"));
         assert!(

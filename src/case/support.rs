@@ -1,6 +1,5 @@
 //! What a case may ask for and riprap cannot run yet. Each room that fills strikes its line here.
 
-use crate::contact::asperity::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::error::Fault;
 use crate::mesh::MOST_CELLS;
@@ -72,9 +71,6 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
     if case.contact.faces == FaceContact::Area {
         patches(&mut refuse, case);
     }
-    if case.contact.normal == NormalLaw::Asperity {
-        asperities(&mut refuse, case);
-    }
     faults
 }
 
@@ -101,23 +97,6 @@ fn patches(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
     if case.solver.chosen_accuracy().is_some() {
         let problem = "faces share no patches yet where the fidelity of bodies changes";
         refuse("$.contact.faces", "\"area\"", problem, accepted);
-    }
-}
-
-/// Asperities stand before bodies whose flexibility is known, not before the nodes of their meshes.
-fn asperities(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
-    let has_nodes = match &case.geometry {
-        Geometry::Specimen(_) => case.fidelity_of_grains() == Fidelity::Full,
-        Geometry::Scene(scene) => scene.bodies.iter().any(|body| case.fidelity_of(body) == Fidelity::Full),
-    };
-    if has_nodes {
-        let problem = "asperities do not stand before bodies of fidelity \"full\" yet";
-        let accepted = "\"spring\", or another fidelity";
-        refuse("$.contact.normal", "\"asperity\"", problem, accepted);
-    }
-    if matches!(case.membrane, MembraneCase::RigidWall) && matches!(case.geometry, Geometry::Specimen(_)) {
-        let problem = "a rigid wall meets grains by springs";
-        refuse("$.contact.normal", "\"asperity\"", problem, "\"spring\", or another membrane");
     }
 }
 

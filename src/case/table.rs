@@ -352,16 +352,16 @@ static CONTACT: &[Key] = &[
         "\"corners\"",
         "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
     ),
-    Key::default(
+    Key::derived(
         "normal",
         Choice(&["spring", "asperity"]),
-        "\"spring\"",
-        "What bears the normal force between bodies: a spring that goes with their size alone, or asperities, whose rounding is elastic up to the limit pressure and crushed beyond.",
+        "asperity of specimens, spring of scenes",
+        "What bears the normal force between bodies: asperities, whose rounding is elastic up to the limit pressure and crushed beyond, or a spring that goes with their size alone. A rigid wall meets grains by springs.",
     ),
     Key::optional(
         "limit_pressure",
         PRESSURE,
-        "Crushes rock at asperities; else 2.8 times its mean strength.",
+        "Crushes rock at asperities; else 2.8 times its mean compressive strength. Without either nothing is crushed.",
     ),
 ];
 
@@ -606,7 +606,7 @@ static SOLVER: &[Key] = &[
     Key::optional(
         "full_nodes",
         Choice(&["eliminated", "unknowns"]),
-        "What becomes of the nodes of full bodies in a solve: eliminated body by body by the undeformed mesh's stiffness, finite strains by iteration (the default), or unknowns beside all others, with the exact tangent: the same equations at ten times the cost.",
+        "Without effect: the nodes of full bodies are always eliminated body by body.",
     ),
     Key::default("force_tolerance", TOLERANCE, "1e-3", "Out-of-balance force over the mean contact force."),
     Key::default(

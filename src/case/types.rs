@@ -453,11 +453,6 @@ impl SolverCase {
     pub fn chosen_accuracy(&self) -> Option<f64> {
         self.accuracy.filter(|_| self.fidelity == Fidelity::Auto)
     }
-
-    /// What becomes of the nodes of full bodies.
-    pub fn nodes(&self) -> NodesCase {
-        self.full_nodes.unwrap_or(NodesCase::Eliminated)
-    }
 }
 
 /// One stage. Pressures [Pa] and axial strains (shortening) are positive in compression.
@@ -623,7 +618,7 @@ pub struct SolverCase {
     /// Relative error that fidelity `auto` may cause; `None`: `auto` is one fidelity for all bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
-    /// What becomes of the nodes of full bodies in a solve; `None`: eliminated.
+    /// Without effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub full_nodes: Option<NodesCase>,
     /// Out-of-balance force over the mean contact force.
@@ -657,13 +652,11 @@ pub struct SolverCase {
     pub energy_tolerance: f64,
 }
 
-/// What becomes of the nodes of full bodies in a solve. Their equations are the same.
+/// What became of the nodes of full bodies in a solve; they are always eliminated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NodesCase {
-    /// Eliminated body by body; finite strains by iteration.
     Eliminated,
-    /// Unknowns beside all others, with the exact tangent.
     Unknowns,
 }
 

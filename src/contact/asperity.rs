@@ -43,11 +43,10 @@ pub const LIMIT_OVER_STRENGTH: f64 = 2.8;
 const MOST_STEPS: usize = 80;
 
 /// What bears the normal force where bodies meet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NormalLaw {
     /// A spring of one stiffness, whatever the force.
-    #[default]
     Spring,
     /// Asperities that are elastic and crush.
     Asperity,

@@ -257,12 +257,7 @@ impl CondensedGrain {
         out.resize(count, Vec3::zeros());
         let forces = self.surface_forces(loads);
         if let Flexibility::OnDemand { held, .. } = &self.flexibility {
-            let u = held.solve(&self.on_all_nodes(&forces));
-            let nodes = self.surface.nodes();
-            nodes.iter().zip(out.iter_mut()).for_each(|(node, out)| *out = u[node.index()]);
-            if let Some(OnPatches { patches, .. }) = &self.patches {
-                *out = patches.felt(out);
-            }
+            *out = self.felt(&held.solve(&self.on_all_nodes(&forces)));
             return;
         }
         for (j, force) in forces.iter().enumerate() {
@@ -272,6 +267,17 @@ impl CondensedGrain {
                 }
             }
         }
+    }
+
+    /// What contacts feel on the surface nodes of these displacements of all nodes [m].
+    pub(crate) fn felt(&self, nodal: &[Vec3]) -> Vec<Vec3> {
+        let displaced: Vec<Vec3> = self.surface.nodes().iter().map(|node| nodal[node.index()]).collect();
+        self.patches.as_ref().map(|on| on.patches.felt(&displaced)).unwrap_or(displaced)
+    }
+
+    /// Forces on all nodes that `loads` at surface points come to [N].
+    pub fn forces_on_nodes(&self, loads: &[(SurfacePoint, Vec3)]) -> Vec<Vec3> {
+        self.on_all_nodes(&self.surface_forces(loads))
     }
 
     /// Forces on all nodes that forces on those of the surface come to, spread over patches where there are any [N].

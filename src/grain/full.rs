@@ -1,36 +1,27 @@
-//! An elastic grain with all nodes of its mesh as unknowns: the reference for condensed grains.
+//! An elastic grain all of whose nodes move, with finite strains: the reference for condensed grains.
 //!
 //! Displacements are those of the nodes in the grain's frame, strains Green's (St Venant-Kirchhoff on tet10 cells),
 //! so the grain may deform and turn by any amount. The frame is the condensed grain's: no mean displacement and no
-//! mean rotation, weighed by mass, which six multipliers see to. Body loads that a frame's acceleration would balance
-//! are balanced by the multipliers, as inertia relief does for condensed grains.
+//! mean rotation, weighed by mass.
 //!
-//! Nodes are numbered anew: those of the surface first, in the order of [`Surface::nodes`].
-//!
-//! **Eliminated nodes.** With `f(u) = K u + n(u)`, K the stiffness of the sound, undisplaced mesh and n what finite
+//! With `f(u) = K u + n(u)`, K the stiffness of the sound, undisplaced mesh and n what finite
 //! strains add, the balance `f(u) = loads` reads `u = C (loads - n(u))` with the flexibility C of the condensed grain.
 //! Nodes can so be eliminated grain by grain, once and for all: a condensed grain with the displacement `-C n(u)`
 //! besides, iterated, is the same grain. The iteration contracts by the order of the strain.
+//!
+//! Its **field** [m] is what contacts feel on the surface, node by node of [`Surface::nodes`](crate::grain::Surface::nodes), and behind that the
+//! displacements of all nodes of the mesh.
+
+use std::sync::Arc;
 
 use crate::element::{POINT_COUNT, StraightTet10, Strains};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
 use crate::grain::held::HeldGrain;
-use crate::grain::mass::{MassProperties, nodal_moments};
-use crate::grain::stiffness::StiffnessFault;
-use crate::grain::surface::Surface;
-use crate::linalg::NodeGraph;
+use crate::grain::surface::SurfacePoint;
 use crate::material::Elastic;
-use crate::mesh::{Mesh, NodeId};
-use crate::tensor::{Mat3, Vec3, Vector6};
-
-/// What a node contributes to the mean motion: its share of the mass, and the first moment of that share about the
-/// centroid over the radius of gyration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NodeShare {
-    pub mass: f64,
-    pub moment: Vec3,
-}
+use crate::mesh::{CellId, Mesh, NodeId};
+use crate::tensor::Vec3;
 
 /// Sweeps of [`FullGrain::settle`] at most, and the share of the finite strains' forces that is left when they are enough.
 const SWEEPS: usize = 6;
@@ -39,122 +30,56 @@ const SETTLED: f64 = 1e-6;
 /// A grain whose nodes all move.
 #[derive(Debug)]
 pub struct FullGrain {
-    mesh: Mesh,
-    rock: Vec<Elastic>,
-    surface: Surface,
+    condensed: Arc<CondensedGrain>,
     strains: Strains,
     elements: Vec<StraightTet10>,
-    /// Nodes of each cell, in this grain's numbering.
-    cells: Vec<[u32; 10]>,
-    /// Pairs of nodes that share a cell, the smaller number first.
-    couplings: Vec<[u32; 2]>,
-    shares: Vec<NodeShare>,
-    /// Mesh node of each of this grain's.
-    order: Vec<NodeId>,
-    /// Its stiffness without displacements, where its nodes are eliminated.
-    held: Option<HeldGrain>,
+    /// Its stiffness without displacements.
+    held: HeldGrain,
 }
 
 impl FullGrain {
-    /// A grain of `mesh` with one elastic law per cell and a uniform `density` [kg/m^3].
+    /// The grain that `condensed` is at small strains, of a uniform `density` [kg/m^3].
     ///
-    /// Errors ([`Error::Mesh`]): a law missing, a flat cell, more than one part, an impossible density.
-    pub fn new(mesh: Mesh, cell_elasticity: &[Elastic], density: f64, strains: Strains) -> Result<Self> {
+    /// Errors ([`Error::Mesh`]): a flat cell; a mesh that cannot be held.
+    pub fn new(condensed: Arc<CondensedGrain>, density: f64, strains: Strains) -> Result<Self> {
         let fail = |message: String| Error::Mesh { name: "grain".into(), message };
-        if cell_elasticity.len() != mesh.cells.len() {
-            let (cells, laws) = (mesh.cells.len(), cell_elasticity.len());
-            return Err(fail(format!("has {cells} cells and {laws} elastic laws")));
-        }
-        let parts = mesh.connected_parts().len();
-        if parts != 1 {
-            return Err(fail(format!("has {parts} parts; each must be a grain of its own")));
-        }
-        let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
+        let mesh = condensed.mesh();
         let element = |cell| StraightTet10::new(&mesh.corners(cell));
         let elements: Vec<StraightTet10> = mesh
             .cell_ids()
             .map(element)
             .collect::<Option<_>>()
             .ok_or_else(|| fail("has a flat cell".into()))?;
-        let surface = Surface::new(&mesh);
-        let mut number = vec![u32::MAX; mesh.nodes.len()];
-        let on_surface = surface.nodes().iter().copied();
-        for (k, node) in on_surface.enumerate() {
-            number[node.index()] = k as u32;
-        }
-        let inner = number.iter_mut().filter(|slot| **slot == u32::MAX);
-        for (slot, next) in inner.zip(surface.nodes().len() as u32..) {
-            *slot = next;
-        }
-        let renumbered = |cell: &[NodeId; 10]| cell.map(|node| number[node.index()]);
-        let cells: Vec<[u32; 10]> = mesh.cells.iter().map(renumbered).collect();
-        let cliques = cells.iter().map(|cell| &cell[..]);
-        let graph = NodeGraph::from_cliques(mesh.nodes.len(), cliques)
-            .ok_or_else(|| fail(StiffnessFault::TooLarge.to_string()))?;
-        let couplings = graph.edges().collect();
-        let gyration = (0.5 * mass.inertia.trace() / mass.mass).sqrt();
-        let mut shares = vec![NodeShare { mass: 0.0, moment: Vec3::zeros() }; mesh.nodes.len()];
-        let (masses, moments) = nodal_moments(&mesh, density, &mass.centroid);
-        for ((&slot, own), moment) in number.iter().zip(masses).zip(moments) {
-            shares[slot as usize] =
-                NodeShare { mass: own / mass.mass, moment: moment / (mass.mass * gyration) };
-        }
-        let mut order = vec![NodeId(0); mesh.nodes.len()];
-        for (node, &slot) in number.iter().enumerate() {
-            order[slot as usize] = NodeId(node as u32);
-        }
-        let (rock, held) = (cell_elasticity.to_vec(), None);
-        Ok(FullGrain { mesh, rock, surface, strains, elements, cells, couplings, shares, order, held })
+        let rock: Vec<Elastic> = mesh.cell_ids().map(|cell| *condensed.rock(cell)).collect();
+        let sound = vec![[1.0; POINT_COUNT]; rock.len()];
+        let held = HeldGrain::new(mesh, &rock, condensed.mass_properties(), density, &sound)
+            .map_err(|fault| fail(fault.to_string()))?;
+        Ok(FullGrain { condensed, strains, elements, held })
     }
 
-    /// As [`Self::new`] for a grain whose nodes are eliminated, and the condensed grain by which they are.
-    pub fn eliminated(
-        mesh: Mesh,
-        cell_elasticity: &[Elastic],
-        density: f64,
-        strains: Strains,
-    ) -> Result<(Self, CondensedGrain)> {
-        let condensed = CondensedGrain::new(mesh.clone(), cell_elasticity, density)?;
-        let grain = Self::new(mesh, cell_elasticity, density, strains)?;
-        let sound = vec![[1.0; POINT_COUNT]; cell_elasticity.len()];
-        let held = HeldGrain::new(&grain.mesh, cell_elasticity, condensed.mass_properties(), density, &sound)
-            .map_err(|fault| Error::Mesh { name: "grain".into(), message: fault.to_string() })?;
-        Ok((FullGrain { held: Some(held), ..grain }, condensed))
+    pub fn mesh(&self) -> &Mesh {
+        self.condensed.mesh()
     }
 
-    pub const fn mesh(&self) -> &Mesh {
-        &self.mesh
+    /// The same grain at small strains, by whose flexibility its nodes are eliminated.
+    pub const fn condensed(&self) -> &Arc<CondensedGrain> {
+        &self.condensed
     }
 
-    pub const fn surface(&self) -> &Surface {
-        &self.surface
+    /// The field of a grain that nothing has displaced.
+    pub fn undisplaced(&self) -> Vec<Vec3> {
+        vec![Vec3::zeros(); self.condensed.surface().nodes().len() + self.mesh().nodes.len()]
     }
 
-    /// Number of nodes.
-    pub fn nodes(&self) -> usize {
-        self.shares.len()
+    /// Displacements of all nodes of the mesh in its `field` [m]; empty if that is no field of this grain.
+    pub fn nodal<'a>(&self, field: &'a [Vec3]) -> &'a [Vec3] {
+        let nodal = field.get(self.condensed.surface().nodes().len()..).unwrap_or(&[]);
+        if nodal.len() == self.mesh().nodes.len() { nodal } else { &[] }
     }
 
-    /// Pairs of nodes that share a cell.
-    pub fn couplings(&self) -> &[[u32; 2]] {
-        &self.couplings
-    }
-
-    /// Shares of the nodes in the mean motion.
-    pub fn shares(&self) -> &[NodeShare] {
-        &self.shares
-    }
-
-    fn displacements(cell: &[u32; 10], u: &[Vec3]) -> [Vec3; 10] {
-        cell.map(|node| u[node as usize])
-    }
-
-    fn of_cells(&self) -> impl Iterator<Item = (&StraightTet10, &Elastic, &[u32; 10])> {
-        self.elements
-            .iter()
-            .zip(&self.rock)
-            .zip(&self.cells)
-            .map(|((element, rock), cell)| (element, rock, cell))
+    fn of_cells(&self) -> impl Iterator<Item = (&StraightTet10, &Elastic, &[NodeId; 10])> {
+        let cells = self.elements.iter().zip(&self.mesh().cells).enumerate();
+        cells.map(|(cell, (element, nodes))| (element, self.condensed.rock(CellId(cell as u32)), nodes))
     }
 
     /// Strain energy [J] at the displacements `u` [m] of all nodes.
@@ -162,122 +87,174 @@ impl FullGrain {
     /// # Panics
     /// As all that takes `u`, if there is not one displacement per node.
     pub fn energy(&self, u: &[Vec3]) -> f64 {
-        self.of_cells()
-            .map(|(element, rock, cell)| {
-                element.strain_energy(rock, self.strains, &Self::displacements(cell, u))
-            })
-            .sum()
-    }
-
-    /// Stresses [Pa] at the integration points of every cell by small strains, in the frame.
-    pub fn cell_stresses(&self, u: &[Vec3]) -> Vec<[Vector6<f64>; POINT_COUNT]> {
-        self.of_cells()
-            .map(|(element, rock, cell)| element.stresses(rock, &Self::displacements(cell, u)))
-            .collect()
+        let of_cell = |(element, rock, nodes): (&StraightTet10, _, &[NodeId; 10])| {
+            element.strain_energy(rock, self.strains, &nodes.map(|node| u[node.index()]))
+        };
+        self.of_cells().map(of_cell).sum()
     }
 
     /// Derivative of the energy by the displacements [N].
-    pub fn inner_forces_into(&self, out: &mut Vec<Vec3>, u: &[Vec3]) {
-        out.clear();
-        out.resize(self.nodes(), Vec3::zeros());
-        for (element, rock, cell) in self.of_cells() {
+    pub fn inner_forces(&self, u: &[Vec3]) -> Vec<Vec3> {
+        let mut out = vec![Vec3::zeros(); u.len()];
+        for (element, rock, nodes) in self.of_cells() {
             let mut forces = [Vec3::zeros(); 10];
-            element.add_inner_forces(&mut forces, rock, self.strains, &Self::displacements(cell, u));
-            for (node, force) in cell.iter().zip(&forces) {
-                out[*node as usize] += force;
-            }
+            element.add_inner_forces(&mut forces, rock, self.strains, &nodes.map(|node| u[node.index()]));
+            nodes.iter().zip(&forces).for_each(|(node, force)| out[node.index()] += force);
         }
-    }
-
-    /// A field of this grain's nodes in the order of the mesh's.
-    pub fn on_mesh(&self, field: &[Vec3]) -> Vec<Vec3> {
-        let mut on_mesh = vec![Vec3::zeros(); field.len()];
-        self.order.iter().zip(field).for_each(|(node, value)| on_mesh[node.index()] = *value);
-        on_mesh
+        out
     }
 
     /// What finite strains add to the forces of the undisplaced mesh's stiffness [N], node by node: `n(u)`.
     fn surplus_forces(&self, u: &[Vec3]) -> Vec<Vec3> {
-        let mut surplus = vec![Vec3::zeros(); self.nodes()];
+        let mut surplus = vec![Vec3::zeros(); self.mesh().nodes.len()];
         match self.strains {
             Strains::Small => return surplus,
             Strains::Finite => {}
         }
-        for (element, rock, cell) in self.of_cells() {
+        for (element, rock, nodes) in self.of_cells() {
             let mut forces = [Vec3::zeros(); 10];
-            element.add_surplus_forces(&mut forces, rock, &Self::displacements(cell, u));
-            for (node, force) in cell.iter().zip(&forces) {
-                surplus[*node as usize] += force;
-            }
+            element.add_surplus_forces(&mut forces, rock, &nodes.map(|node| u[node.index()]));
+            nodes.iter().zip(&forces).for_each(|(node, force)| surplus[node.index()] += force);
         }
         surplus
     }
 
-    /// Displacements under forces on all nodes by the stiffness of the undisplaced mesh; none where nodes are not eliminated.
-    fn yielding_to(&self, forces: &[Vec3]) -> Vec<Vec3> {
-        let Some(held) = self.held.as_ref().filter(|_| forces.iter().any(|f| *f != Vec3::zeros())) else {
-            return vec![Vec3::zeros(); forces.len()];
-        };
-        let moved = held.solve(&self.on_mesh(forces));
-        self.order.iter().map(|node| moved[node.index()]).collect()
-    }
-
-    /// The displacement `-C n(u)` [m] that finite strains at `u` cause besides that of the loads on the condensed grain; for eliminated nodes.
-    pub fn surplus(&self, u: &[Vec3]) -> Vec<Vec3> {
-        self.opposed(&self.surplus_forces(u))
+    /// The displacement `-C n(u)` [m] that finite strains cause in this `field` besides that of the loads on the condensed grain.
+    pub fn surplus(&self, field: &[Vec3]) -> Vec<Vec3> {
+        self.opposed(&self.surplus_forces(self.nodal(field)))
     }
 
     fn opposed(&self, forces: &[Vec3]) -> Vec<Vec3> {
-        let mut displacements = self.yielding_to(forces);
+        if forces.iter().all(|force| *force == Vec3::zeros()) {
+            return vec![Vec3::zeros(); forces.len()];
+        }
+        let mut displacements = self.held.solve(forces);
         displacements.iter_mut().for_each(|u| *u = -*u);
         displacements
     }
 
-    /// Moves eliminated nodes from where they are to where they balance the loads that displace those of the condensed grain by `linear` [m],
-    /// mesh node by mesh node; `surplus` is [`Self::surplus`] at `u`, before and after. Returns the largest force that is left out of
-    /// balance on a node [N], infinite where they do not settle.
-    pub fn settle(&self, u: &mut Vec<Vec3>, surplus: &mut Vec<Vec3>, linear: &[Vec3]) -> f64 {
+    /// Moves the nodes from where they are to where they balance these `loads` on the surface [N]; `surplus` is [`Self::surplus`] of the `field`,
+    /// before and after. Returns the largest force that is left out of balance on a node [N], infinite where they do not settle.
+    pub fn settle(
+        &self,
+        field: &mut Vec<Vec3>,
+        surplus: &mut Vec<Vec3>,
+        loads: &[(SurfacePoint, Vec3)],
+    ) -> f64 {
         let largest = |forces: &mut dyn Iterator<Item = f64>| forces.fold(0.0, f64::max);
-        let mut forces = self.surplus_forces(u);
+        let linear = self.condensed.nodal_displacements(loads);
+        let mut forces = self.surplus_forces(self.nodal(field));
         let mut left = f64::INFINITY;
+        let mut u = Vec::new();
         for _ in 0..SWEEPS {
             u.clear();
-            u.extend(self.order.iter().zip(&*surplus).map(|(node, besides)| linear[node.index()] + besides));
-            let before = std::mem::replace(&mut forces, self.surplus_forces(u));
+            u.extend(linear.iter().zip(&*surplus).map(|(linear, besides)| linear + besides));
+            let before = std::mem::replace(&mut forces, self.surplus_forces(&u));
             left = largest(&mut forces.iter().zip(&before).map(|(new, old)| (new - old).norm()));
             let scale = largest(&mut forces.iter().map(Vec3::norm));
             if !forces.iter().flatten().all(|force| force.is_finite()) {
-                u.clear();
-                u.extend(self.order.iter().map(|node| linear[node.index()]));
+                u = linear;
                 surplus.iter_mut().for_each(|u| *u = Vec3::zeros());
-                return f64::INFINITY;
+                left = f64::INFINITY;
+                break;
             }
             *surplus = self.opposed(&forces);
             if left <= SETTLED * scale {
                 break;
             }
         }
+        *field = self.condensed.felt(&u);
+        field.append(&mut u);
         left
     }
+}
 
-    /// Derivative of [`Self::inner_forces_into`] [N/m], cell by cell: its nodes, and their blocks.
-    pub fn tangents(&self, u: &[Vec3]) -> Vec<([u32; 10], [[Mat3; 10]; 10])> {
-        self.of_cells()
-            .map(|(element, rock, cell)| {
-                let mut blocks = [[Mat3::zeros(); 10]; 10];
-                element.add_tangent(&mut blocks, rock, self.strains, &Self::displacements(cell, u));
-                (*cell, blocks)
-            })
-            .collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grain::mass::nodal_moments;
+    use crate::grain::mean_motion;
+    use crate::mesh::cuboid_mesh;
+
+    fn cube(strains: Strains, on_patches: bool) -> FullGrain {
+        let mesh = cuboid_mesh([0.03; 3], 0.015).expect("a mesh");
+        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
+        let condensed = CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain");
+        let condensed = if on_patches { condensed.on_patches() } else { condensed };
+        FullGrain::new(Arc::new(condensed), 2700.0, strains).expect("a grain")
     }
 
-    /// Mean displacement [m] and mean rotation times the radius of gyration [m], which are to vanish.
-    pub fn mean_motion(&self, u: &[Vec3]) -> [Vec3; 2] {
-        let (mut shift, mut turn) = (Vec3::zeros(), Vec3::zeros());
-        for (u, share) in u.iter().zip(&self.shares) {
-            shift += u * share.mass;
-            turn += share.moment.cross(u);
+    /// Two forces that hold each other, across the cube.
+    fn squeeze(grain: &FullGrain, force: f64) -> Vec<(SurfacePoint, Vec3)> {
+        let at = |x: f64| grain.condensed().locate(&Vec3::new(x, 1e-3, -2e-3));
+        vec![(at(-0.015), Vec3::x() * force), (at(0.015), Vec3::x() * -force)]
+    }
+
+    /// Forces less those of the acceleration as a rigid body that they would cause.
+    fn without_inertia(grain: &FullGrain, forces: &[Vec3]) -> Vec<Vec3> {
+        let (mesh, mass) = (grain.mesh(), grain.condensed().mass_properties());
+        let total: Vec3 = forces.iter().sum();
+        let about = |(node, force): (&Vec3, &Vec3)| (node - mass.centroid).cross(force);
+        let moment: Vec3 = mesh.nodes.iter().zip(forces).map(about).sum();
+        let shift = total / mass.mass;
+        let spin = mass.inertia.try_inverse().expect("a volume") * moment;
+        let (masses, moments) = nodal_moments(mesh, 2700.0, &mass.centroid);
+        let each = forces.iter().zip(masses.iter().zip(&moments));
+        each.map(|(force, (own, moment))| force - shift * *own - spin.cross(moment)).collect()
+    }
+
+    /// The forces within are computed by another element routine than the one the iteration uses.
+    #[test]
+    fn settled_nodes_balance_their_loads() {
+        for on_patches in [false, true] {
+            for force in [1e3, 1e5] {
+                let grain = cube(Strains::Finite, on_patches);
+                let loads = squeeze(&grain, force);
+                let (mut field, mut surplus) = (grain.undisplaced(), grain.surplus(&grain.undisplaced()));
+                for _ in 0..8 {
+                    grain.settle(&mut field, &mut surplus, &loads);
+                }
+                let u = grain.nodal(&field);
+                let outer = grain.condensed().forces_on_nodes(&loads);
+                let inner = grain.inner_forces(u);
+                let off: Vec<Vec3> = inner.iter().zip(&outer).map(|(inner, outer)| inner - outer).collect();
+                let largest = |of: &[Vec3]| of.iter().map(|f| f.norm()).fold(0.0, f64::max) / force;
+                let left = largest(&without_inertia(&grain, &off));
+                assert!(left < 1e-9, "{force} N: {left:.1e}");
+                let (shift, turn) = mean_motion(grain.mesh(), u);
+                assert!(shift.norm() < 1e-12 && turn.norm() < 1e-10, "{shift} {turn}");
+            }
         }
-        [shift, turn]
+    }
+
+    #[test]
+    fn small_strains_are_the_condensed_grain() {
+        for on_patches in [false, true] {
+            let grain = cube(Strains::Small, on_patches);
+            let loads = squeeze(&grain, 1e4);
+            let (mut field, mut surplus) = (grain.undisplaced(), grain.surplus(&grain.undisplaced()));
+            grain.settle(&mut field, &mut surplus, &loads);
+            let mut felt = Vec::new();
+            grain.condensed().surface_field_into(&mut felt, &loads);
+            let scale = felt.iter().map(|u| u.norm()).fold(0.0, f64::max);
+            for (here, there) in field.iter().zip(&felt) {
+                assert!((here - there).norm() < 1e-9 * scale, "{here} {there}");
+            }
+        }
+    }
+
+    #[test]
+    fn forces_are_the_derivative_of_the_energy() {
+        let grain = cube(Strains::Finite, false);
+        let way = |k: usize, seed: f64| Vec3::new(1.0, 2.0, 3.0).map(|s| (s * seed + k as f64).sin() * 1e-4);
+        let u: Vec<Vec3> = (0..grain.mesh().nodes.len()).map(|k| way(k, 0.7)).collect();
+        let along: Vec<Vec3> = (0..u.len()).map(|k| way(k, 1.9)).collect();
+        let at = |h: f64| -> f64 {
+            let moved: Vec<Vec3> = u.iter().zip(&along).map(|(u, d)| u + d * h).collect();
+            grain.energy(&moved)
+        };
+        let exact: f64 = grain.inner_forces(&u).iter().zip(&along).map(|(f, d)| f.dot(d)).sum();
+        let difference = (at(1e-3) - at(-1e-3)) / 2e-3;
+        assert!((difference / exact - 1.0).abs() < 1e-6, "{difference} {exact}");
     }
 }

@@ -71,8 +71,9 @@ pub fn column(blocks: Blocks, angle: f64, heading: f64, cells: [f64; 2]) -> Scen
                 SceneBody { grain: Some(Arc::new(grain)), ..placed }
             }
             Blocks::Full => {
-                let grain = FullGrain::new(mesh, &rock, DENSITY, Strains::Finite).expect("a grain");
-                SceneBody { full: Some(Arc::new(grain)), ..placed }
+                let grain = Arc::new(CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain"));
+                let full = FullGrain::new(grain.clone(), DENSITY, Strains::Finite).expect("a grain");
+                SceneBody { grain: Some(grain), full: Some(Arc::new(full)), ..placed }
             }
         }
     };
@@ -107,10 +108,10 @@ pub fn stress_miss(run: &Run) -> f64 {
     let mut worst = 0.0;
     for (index, body) in run.scene.model.bodies.iter().enumerate() {
         let stresses = match (&body.grain, &body.full) {
-            (Some(grain), _) => {
+            (_, Some(grain)) => grain.condensed().cell_stresses(grain.nodal(&contacts.fields[index])),
+            (Some(grain), None) => {
                 grain.cell_stresses(&grain.nodal_displacements(&contacts.surface_loads[index]))
             }
-            (None, Some(grain)) => grain.cell_stresses(&contacts.fields[index]),
             (None, None) => continue,
         };
         for stress in stresses.iter().flatten() {

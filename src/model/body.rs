@@ -42,8 +42,7 @@ pub struct Body {
     pub limit_pressure: f64,
     /// Its own flexibility, where it is condensed; then it is in every gap.
     pub grain: Option<Arc<CondensedGrain>>,
-    /// Its mesh, where all its nodes move with finite strains. Where it is condensed besides, its nodes are eliminated by that flexibility,
-    /// else they stand among the unknowns.
+    /// Its mesh, where all its nodes move with finite strains; then `grain` eliminates them.
     pub full: Option<Arc<FullGrain>>,
     /// Its damage as of the last accepted increment, where it can break.
     pub damaged: Option<Arc<DamagedGrain>>,
@@ -119,8 +118,7 @@ impl Body {
 
     /// The meshed surface, where the body deforms.
     pub fn surface(&self) -> Option<&Surface> {
-        let condensed = self.grain.as_ref().map(|grain| grain.surface());
-        condensed.or_else(|| self.full.as_ref().map(|grain| grain.surface()))
+        self.grain.as_ref().map(|grain| grain.surface())
     }
 
     /// The meshed surface that forces stress: that of a body that deforms, or that breaks.
@@ -129,18 +127,8 @@ impl Body {
         brittle.map(|grain| grain.condensed().surface()).or_else(|| self.surface())
     }
 
-    /// Its mesh, where its nodes stand among the unknowns.
-    pub fn nodes_among_unknowns(&self) -> Option<&Arc<FullGrain>> {
-        self.full.as_ref().filter(|_| self.grain.is_none())
-    }
-
-    /// Its mesh, where its nodes are eliminated.
-    pub fn eliminated_nodes(&self) -> Option<&Arc<FullGrain>> {
-        self.full.as_ref().filter(|_| self.grain.is_some())
-    }
-
     pub fn is_elastic(&self) -> bool {
-        self.grain.is_some() || self.full.is_some()
+        self.grain.is_some()
     }
 
     /// Whether it breaks and does not bend any more for its damage, but where cells are gone.

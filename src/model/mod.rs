@@ -184,11 +184,6 @@ impl Model {
         self.bodies.iter().any(Body::is_elastic)
     }
 
-    /// Whether nodes of any body stand among the unknowns.
-    pub fn has_nodes(&self) -> bool {
-        self.bodies.iter().any(|body| body.nodes_among_unknowns().is_some())
-    }
-
     /// The friction between two bodies: a body's own where it has one, the weaker where both have.
     pub fn friction_between(&self, a: usize, b: usize) -> Friction {
         match (self.bodies[a].friction, self.bodies[b].friction) {

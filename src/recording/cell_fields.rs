@@ -129,8 +129,9 @@ fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -
             (grain.mesh(), grain.stresses(), moved.to_vec())
         }
         (None, Some(grain), _) => {
-            let field = contacts.fields.get(index).filter(|field| field.len() == grain.nodes())?;
-            (grain.mesh(), grain.cell_stresses(field), grain.on_mesh(field))
+            let moved = contacts.fields.get(index).map(|field| grain.nodal(field))?;
+            (!moved.is_empty())
+                .then(|| (grain.mesh(), grain.condensed().cell_stresses(moved), moved.to_vec()))?
         }
         (None, None, Some(grain)) => {
             let moved = grain.nodal_displacements(contacts.surface_loads.get(index)?);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::{Contacts, Failing};
+use crate::assembly::{Contacts, Failing, TooClose};
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
@@ -17,8 +17,8 @@ use crate::scene::press::{Pressing, StoredPressing};
 use crate::scene::row::{BodyState, Row};
 use crate::solver::fidelity::{change, judge};
 use crate::solver::{
-    Dossier, Increment, IncrementReport, Pace, Settings, Start, StepStatus, Transition, Verdict, advance,
-    continued_fields, continued_poses, motion_between, sweep,
+    Dossier, Increment, IncrementReport, Pace, Settings, StepStatus, Transition, Verdict, advance,
+    continued_poses, motion_between, sweep,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
 use crate::triaxial::{FidelityCounts, Ledger, StageEnd, fell};
@@ -79,9 +79,6 @@ pub(super) struct UnderWay {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Last {
     poses: Vec<Pose>,
-    /// Displacements of nodes [m]; empty where no body is full.
-    #[serde(with = "crate::tensor::stored")]
-    fields: Vec<Vec<Vec3>>,
     share: f64,
 }
 
@@ -327,12 +324,10 @@ impl Scene {
             if let Some(last) = &last {
                 let ratio = share / last.share;
                 let continued = continued_poses(&last.poses, &self.committed.poses, ratio);
-                let poses = drive.driven(&continued, &self.committed.poses, share, to);
-                let fields = continued_fields(&last.fields, &self.committed.fields, ratio);
-                starts.push(Start { poses, fields });
+                starts.push(drive.driven(&continued, &self.committed.poses, share, to));
             }
-            starts.push(driven.into());
-            starts.retain(|start| sweep::is_clear(&self.model, &self.committed.poses, &start.poses));
+            starts.push(driven);
+            starts.retain(|start| sweep::is_clear(&self.model, &self.committed.poses, start));
             let increment = Increment {
                 model: &self.model,
                 committed: &self.committed,
@@ -377,8 +372,7 @@ impl Scene {
             report.counters.add(&std::mem::take(&mut lost));
             if !dwells {
                 report.counters.cuts = pace.accept(share, report.is_easy());
-                let fields = if self.model.has_nodes() { self.committed.fields.clone() } else { Vec::new() };
-                last = Some(Last { poses: self.committed.poses.clone(), fields, share });
+                last = Some(Last { poses: self.committed.poses.clone(), share });
             }
             let row = self.commit(index, pace.done(), &report, loads, dwells);
             let early = [std::mem::take(&mut repeats), std::mem::take(&mut woken)];
@@ -579,7 +573,7 @@ impl Scene {
             StepStatus::Abandoned => "the increment was given up as asked".into(),
             StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
             StepStatus::Overlapping { problem } => problem.clone(),
-            StepStatus::TooClose => "a driven body would pass into another one".into(),
+            StepStatus::TooClose(pair) => TooClose::described(*pair, &self.model),
             StepStatus::OutOfBalance { body, out_of_balance } => format!(
                 "{} is out of balance by {out_of_balance:.2e} of the mean contact force after {} augmentations; \
                  it may have no equilibrium here",

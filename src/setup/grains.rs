@@ -34,7 +34,7 @@ pub fn give_rock(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
         }
         Fidelity::Condensed => rig.condense(condensed()?),
         Fidelity::Full => {
-            rig.resolve(rock::full_grains(&case.rock, meshes, case.seed, case.solver.nodes())?);
+            rig.resolve(rock::full_grains(&case.rock, meshes, (case.seed, case.contact.normal))?);
         }
     }
     Ok(())

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::case::{Law, NodesCase, RockCase, RubbleCase, Scatter};
+use crate::case::{Law, RockCase, RubbleCase, Scatter};
 use crate::contact::NormalLaw;
 use crate::element::Strains;
 use crate::error::{Error, Result};
@@ -86,35 +86,29 @@ pub fn condensed(
     }))
 }
 
-/// Body number `index` with all its nodes, and what eliminates them, where that is asked for.
+/// Body number `index` with all its nodes.
 pub fn full(
     rock: &RockCase,
     name: &str,
     index: usize,
     mesh: Mesh,
-    seed: u64,
-    nodes: NodesCase,
-) -> Result<Resolved> {
-    let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
-    let resolved = match nodes {
-        NodesCase::Eliminated => FullGrain::eliminated(mesh, &elasticity, rock.density, Strains::Finite)
-            .map(|(full, condensed)| (Arc::new(full), Some(Arc::new(condensed)))),
-        NodesCase::Unknowns => FullGrain::new(mesh, &elasticity, rock.density, Strains::Finite)
-            .map(|full| (Arc::new(full), None)),
-    };
-    resolved.map_err(named(name))
+    seed_and_normal: (u64, NormalLaw),
+) -> Result<Arc<FullGrain>> {
+    let condensed = condensed(rock, name, index, mesh, seed_and_normal)?;
+    FullGrain::new(condensed, rock.density, Strains::Finite).map(Arc::new).map_err(named(name))
 }
 
 /// The grains of a specimen with all their nodes, in their order.
-pub fn full_grains(rock: &RockCase, meshes: &[Mesh], seed: u64, nodes: NodesCase) -> Result<Vec<Resolved>> {
+pub fn full_grains(
+    rock: &RockCase,
+    meshes: &[Mesh],
+    seed_and_normal: (u64, NormalLaw),
+) -> Result<Vec<Arc<FullGrain>>> {
     let grain = |(index, mesh): (usize, &Mesh)| {
-        full(rock, &format!("grain {index}"), index, mesh.clone(), seed, nodes)
+        full(rock, &format!("grain {index}"), index, mesh.clone(), seed_and_normal)
     };
     meshes.par_iter().enumerate().map(grain).collect()
 }
-
-/// A full body, and the condensed one that eliminates its nodes, unless these are unknowns.
-pub type Resolved = (Arc<FullGrain>, Option<Arc<CondensedGrain>>);
 
 /// A condensed body and its damage, where it can break.
 pub type Breakable = (Arc<CondensedGrain>, Option<Arc<DamagedGrain>>);

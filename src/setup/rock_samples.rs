@@ -67,10 +67,7 @@ pub fn of_specimen(case: &Case, meshes: &[Mesh]) -> Result<Vec<Drawn>> {
 /// As [`of_specimen`].
 pub fn of_scene(case: &Case, parameters: &SceneParameters) -> Result<Vec<Drawn>> {
     let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
-    let cells = |built: &SceneBody| {
-        let condensed = built.grain.as_ref().map(|grain| grain.mesh().cells.len());
-        condensed.or(built.full.as_ref().map(|grain| grain.mesh().cells.len()))
-    };
+    let cells = |built: &SceneBody| built.grain.as_ref().map(|grain| grain.mesh().cells.len());
     let bodies: Vec<Sampled<'_>> = scene
         .bodies
         .iter()
@@ -133,7 +130,7 @@ pub fn moduli_of_scene(
     let values = |(index, (mesh, (body, built))): (usize, (&Option<Mesh>, (&BodyCase, &SceneBody)))| {
         let law = &body.rock.as_ref().unwrap_or(&case.rock).youngs_modulus;
         let cells = mesh.as_ref().map_or(0, |mesh| mesh.cells.len());
-        match built.grain.is_some() || built.full.is_some() {
+        match built.grain.is_some() {
             true => Ok(field(law, Property::YoungsModulus, case.seed, index, cells)?.values),
             false => Ok(vec![law.mean; cells]),
         }

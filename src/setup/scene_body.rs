@@ -165,8 +165,8 @@ fn inner(case: &Case, rock: &RockCase, index: usize, body: &BodyCase, mesh: Opti
             Ok(Inner { grain: Some(grain), full: None, damaged })
         }
         (Fidelity::Full, Some(mesh)) => {
-            let (full, grain) = rock::full(rock, name, index, mesh, seed, case.solver.nodes())?;
-            Ok(Inner { grain, full: Some(full), damaged: None })
+            let full = rock::full(rock, name, index, mesh, (seed, case.contact.normal))?;
+            Ok(Inner { grain: Some(full.condensed().clone()), full: Some(full), damaged: None })
         }
         (Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full, _) => Ok(Inner::default()),
     }
@@ -187,7 +187,7 @@ pub fn friction(case: &Case, peak: f64) -> Friction {
 pub fn body_meshes(case: &Case, parameters: &SceneParameters, folder: &Path) -> Result<Vec<Option<Mesh>>> {
     let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
     let mesh = |(index, (body, built)): (usize, (&BodyCase, &SceneBody))| {
-        let meshed = built.grain.is_some() || built.full.is_some() || body.mesh_size.is_some();
+        let meshed = built.grain.is_some() || body.mesh_size.is_some();
         match meshed {
             true => body_mesh(case, index, body, folder).map(Some),
             false => shown_mesh(case, index, body, folder),

@@ -105,9 +105,8 @@ impl Steering {
             let load = wrench * (self.control.pressure * self.factor_scale);
             dofs.scatter(&mut self.column, body, load.as_slice());
         }
-        let pressure = self.control.pressure * self.factor_scale;
-        assembly::full::cover_on_nodes_into(&mut self.column, model, dofs, poses, pressure);
         if let Some(contacts) = contacts {
+            let pressure = self.control.pressure * self.factor_scale;
             contacts.network.pressure_into(&mut self.column, dofs, pressure);
         }
         for (body, wrench) in &self.control.applied {

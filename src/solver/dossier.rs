@@ -121,7 +121,7 @@ impl Dossier {
     /// `spent` says whether it took all augmentations that it may.
     fn what_to_try(&self, status: &StepStatus, spent: bool, settings: &Settings) -> Vec<String> {
         let mut advice = Vec::new();
-        if matches!(status, StepStatus::TooClose | StepStatus::Overlapping { .. }) {
+        if matches!(status, StepStatus::TooClose(_) | StepStatus::Overlapping { .. }) {
             advice
                 .push("smaller increments (a smaller solver.increment_min lets them be cut further)".into());
             return advice;

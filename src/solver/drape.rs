@@ -41,7 +41,7 @@ pub fn drape(increment: &Increment<'_>, contacts: &mut Contacts) -> Option<Drape
     let mut newton = match Newton::new(model, committed, loads, settings, lent, committed.poses.clone()) {
         Ok(newton) => newton,
         Err(back) => {
-            *contacts = *back;
+            *contacts = back.0;
             return None;
         }
     };

@@ -2,14 +2,13 @@
 
 use std::collections::VecDeque;
 
-use crate::assembly::{self, Contacts, Damages, SurfaceField};
+use crate::assembly::{self, Contacts, Damages, SurfaceField, TooClose};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::audit;
 use crate::solver::balance::Balance;
 use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
-use crate::solver::start::Start;
 use crate::tensor::{Pose, Vector6};
 
 /// An increment to attempt.
@@ -35,8 +34,8 @@ pub enum StepStatus {
     Unsolvable {
         problem: String,
     },
-    /// The starting configuration already overlaps beyond what a contact can carry.
-    TooClose,
+    /// The starting configuration already overlaps beyond what a contact can carry, or there is none: what is driven would pass through a body.
+    TooClose(Option<TooClose>),
     /// Bodies reached into each other where no contact tells.
     Overlapping {
         problem: String,
@@ -121,7 +120,7 @@ pub struct ContactMeasures {
 /// rest, from the one nearest to balance. `contacts` lends its buffers and gets them back.
 pub fn advance(
     increment: &Increment<'_>,
-    starts: Vec<impl Into<Start>>,
+    starts: Vec<Vec<Pose>>,
     contacts: &mut Contacts,
 ) -> IncrementReport {
     let Increment { model, committed, loads, settings } = *increment;
@@ -131,9 +130,10 @@ pub fn advance(
     let searches = lent.searches;
     let mut newton = None;
     let mut last_start = committed.poses.clone();
+    let mut too_close = None;
     let chooses = settings.stabilisation.is_some_and(|until| until.goes_on(model));
-    let mut best: Option<(f64, Start)> = None;
-    let mut starts: VecDeque<Start> = starts.into_iter().map(Into::into).collect();
+    let mut best: Option<(f64, Vec<Pose>)> = None;
+    let mut starts = VecDeque::from(starts);
     while let Some(start) = starts.pop_front() {
         match Newton::new(model, committed, loads, settings, lent, start.clone()) {
             Ok(mut ready) => {
@@ -150,8 +150,8 @@ pub fn advance(
                 }
             }
             Err(back) => {
-                lent = *back;
-                last_start = start.poses;
+                (lent, too_close) = (back.0, Some(back.1));
+                last_start = start;
             }
         }
         // Tried again, now the last.
@@ -162,7 +162,7 @@ pub fn advance(
     let Some(mut newton) = newton else {
         *contacts = lent;
         return IncrementReport {
-            status: StepStatus::TooClose,
+            status: StepStatus::TooClose(too_close),
             poses: last_start,
             memory: committed.memory.clone(),
             fields: committed.fields.clone(),

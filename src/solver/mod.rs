@@ -19,7 +19,6 @@ pub mod plain;
 pub mod settings;
 mod stabilised;
 mod step;
-pub mod start;
 pub mod stop;
 pub mod sweep;
 mod tangent;
@@ -31,11 +30,10 @@ pub use drape::{Drape, drape};
 pub use equilibrium::Equilibrium;
 pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
-pub use pace::{Pace, motion_between, work_between};
+pub use pace::{Pace, continued_poses, motion_between, work_between};
 pub use plain::{TangentPart, plain_newton};
 pub use settings::Settings;
 pub use stabilised::Stabilisation;
-pub use start::{Start, continued_fields, continued_poses};
 pub use stop::StopSignal;
 
 #[cfg(test)]

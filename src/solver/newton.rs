@@ -3,11 +3,10 @@
 //! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
-use crate::assembly::{self, Contacts, Dofs, Kernel, PairWork};
+use crate::assembly::{self, Contacts, Dofs, Kernel, PairWork, TooClose};
 use crate::model::{Committed, Counters, Loads, Model, Travel};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
-use crate::solver::start::Start;
 use crate::solver::tangent::System;
 use crate::tensor::Pose;
 use std::borrow::Cow;
@@ -68,21 +67,19 @@ pub enum NewtonEnd {
 }
 
 impl<'a> Newton<'a> {
-    /// Evaluates the model at `start`; the contacts come back if bodies are too close there.
+    /// Evaluates the model at `poses`; the contacts come back if bodies are too close there.
     pub fn new(
         model: &'a Model,
         committed: &'a Committed,
         loads: &Loads,
         settings: &'a Settings,
         mut contacts: Contacts,
-        start: impl Into<Start>,
-    ) -> Result<Self, Box<Contacts>> {
-        let Start { poses, fields } = start.into();
+        poses: Vec<Pose>,
+    ) -> Result<Self, Box<(Contacts, TooClose)>> {
         let dofs = Dofs::new(model, loads);
         contacts.start(model, committed);
-        contacts.place_nodes(model, &fields);
-        if contacts.evaluate(model, committed, &poses).is_err() {
-            return Err(Box::new(contacts));
+        if let Err(too_close) = contacts.evaluate(model, committed, &poses) {
+            return Err(Box::new((contacts, too_close)));
         }
         let typical_stiffness = model.typical_stiffness();
         let mut loads = loads.clone();
@@ -171,9 +168,8 @@ impl<'a> Newton<'a> {
     pub(super) fn held_residual(&self) -> Vec<f64> {
         let mut held = self.residual.clone();
         // Nothing holds the load factor, the last entry with a control, back.
-        for carrier in 0..self.dofs.bodies() {
-            let hold = self.dofs.sign(carrier)
-                * weight_of(&self.weights, carrier)
+        for carrier in 0..self.dofs.carriers() {
+            let hold = weight_of(&self.weights, carrier)
                 * self.model.holding_stiffness(carrier, self.typical_stiffness);
             for &unknown in self.dofs.of(carrier).iter().flatten() {
                 held[unknown as usize] -= hold * self.away[unknown as usize];
@@ -304,7 +300,6 @@ impl<'a> Newton<'a> {
     pub(super) fn recentre(&mut self) {
         self.away.iter_mut().for_each(|d| *d = 0.0);
         self.steering.iter_mut().for_each(Steering::recentre);
-        self.contacts.recentre_nodes(self.model);
         self.contacts.network.recentre();
     }
 
@@ -315,9 +310,8 @@ impl<'a> Newton<'a> {
         self.evaluate();
     }
 
-    /// Sets the loads to those of the control's unknown in `away`, and the nodes of full bodies to where theirs say.
+    /// Sets the loads to those of the control's unknown in `away`, and contacts' forces to theirs.
     fn steer(&mut self) {
-        self.contacts.move_nodes(&self.dofs, &self.away);
         self.contacts.network.move_by(&self.dofs, &self.away);
         if let (Some(steering), Some(away)) = (&mut self.steering, self.away.last()) {
             steering.move_to(*away, &mut self.loads);

@@ -73,6 +73,15 @@ impl Pace {
     }
 }
 
+/// Carries a motion on: from `now`, by `ratio` times what came since `before`.
+pub fn continued_poses(before: &[Pose], now: &[Pose], ratio: f64) -> Vec<Pose> {
+    let carried = |(old, now): (&Pose, &Pose)| {
+        let (shift, turn) = motion_between(old, now);
+        now.moved(&(shift * ratio), &(turn * ratio))
+    };
+    before.iter().zip(now).map(carried).collect()
+}
+
 /// Translation [m] and rotation vector [rad] from one pose to another.
 pub fn motion_between(from: &Pose, to: &Pose) -> (Vec3, Vec3) {
     (to.position - from.position, (to.rotation * from.rotation.inverse()).scaled_axis())

@@ -97,15 +97,14 @@ impl Newton<'_> {
         let pressing = || membrane().flat_map(|m| assembly::membrane_touching(m, &self.contacts));
         let pressed = || membrane().flat_map(|m| assembly::membrane_couplings(m, &self.contacts));
         let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
-        let nodes = |touching| assembly::full_couplings(self.model, &self.dofs, &self.contacts, touching);
         let eliminated = (unknowns == Unknowns::Bodies).then(|| network.lumped_couplings());
         let pairs = || touching().chain(covered()).chain(walled());
-        let mut needed = pairs().chain(pressing()).chain(nodes(true)).chain(eliminated.into_iter().flatten());
+        let mut needed = pairs().chain(pressing()).chain(eliminated.into_iter().flatten());
         let fits = |s: &System| s.unknowns == unknowns && s.pattern.covers(&self.dofs, &mut needed);
         if self.system.as_ref().is_some_and(fits) {
             return None;
         }
-        let couplings = pairs().chain(pressed()).chain(nodes(false));
+        let couplings = pairs().chain(pressed());
         Some(match unknowns {
             Unknowns::All(_) => BlockPattern::new(&self.dofs, couplings.chain(network.couplings(&self.dofs))),
             Unknowns::Bodies => {
@@ -132,7 +131,6 @@ impl Newton<'_> {
         let (start, contacts) = (Instant::now(), &self.contacts);
         assembly::membrane_stiffness_into(values, model, pattern, dofs, contacts, &self.poses);
         assembly::wall_stiffness_into(values, model, pattern, dofs, contacts, &self.loads, &self.poses);
-        assembly::full_stiffness_into(values, model, pattern, dofs, contacts);
         match unknowns {
             Unknowns::All(_) => contacts.network.stiffness_into(values, pattern, dofs),
             Unknowns::Bodies => {
@@ -143,8 +141,11 @@ impl Newton<'_> {
             }
         }
         let hold = |carrier| {
-            let weight = weight_of(&self.weights, carrier);
-            dofs.sign(carrier) * weight * model.holding_stiffness(carrier, self.typical_stiffness)
+            // The forces of contacts, which come behind the carriers, are not held.
+            if carrier >= dofs.carriers() {
+                return 0.0;
+            }
+            weight_of(&self.weights, carrier) * model.holding_stiffness(carrier, self.typical_stiffness)
         };
         pattern.add_diagonal(values, dofs, hold);
         if self.symmetrised {

@@ -297,10 +297,10 @@ impl Rig {
         self.model.wall = Some(wall);
     }
 
-    /// Has all nodes of the grains move, in their order, eliminated where a condensed grain comes along; before anything has moved.
-    pub fn resolve(&mut self, grains: Vec<(Arc<FullGrain>, Option<Arc<CondensedGrain>>)>) {
-        for (body, (full, grain)) in self.model.bodies.iter_mut().zip(grains) {
-            (body.full, body.grain) = (Some(full), grain);
+    /// Has all nodes of the grains move, in their order; before anything has moved.
+    pub fn resolve(&mut self, grains: Vec<Arc<FullGrain>>) {
+        for (body, full) in self.model.bodies.iter_mut().zip(grains) {
+            (body.grain, body.full) = (Some(full.condensed().clone()), Some(full));
         }
     }
 

@@ -1,6 +1,7 @@
 //! Where an increment of a test starts from, and what is said of one that found no balance.
 
-use crate::solver::{IncrementReport, Start, StepStatus, continued_fields, continued_poses};
+use crate::assembly::TooClose;
+use crate::solver::{IncrementReport, StepStatus, continued_poses};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::test::Last;
@@ -10,7 +11,12 @@ const MOST_CONTINUED: f64 = 0.1;
 
 /// Starting configurations in order of preference: the last motion continued, an affine
 /// squeeze, the driven plate alone. `lift` [m] is the motion of a driven top plate.
-pub(super) fn starts(rig: &Rig, last: Option<(&Last, f64)>, lift: Option<f64>, height: f64) -> Vec<Start> {
+pub(super) fn starts(
+    rig: &Rig,
+    last: Option<(&Last, f64)>,
+    lift: Option<f64>,
+    height: f64,
+) -> Vec<Vec<Pose>> {
     let now = &rig.committed.poses;
     let mut plain: Vec<Pose> = now.clone();
     plain[rig.top].position.z += lift.unwrap_or(0.0);
@@ -38,12 +44,12 @@ pub(super) fn starts(rig: &Rig, last: Option<(&Last, f64)>, lift: Option<f64>, h
                 *pose = *squeezed;
             }
         }
-        starts.push(Start { poses, fields: continued_fields(&last.fields, &rig.committed.fields, ratio) });
+        starts.push(poses);
     }
     if squeezed != plain {
-        starts.push(squeezed.into());
+        starts.push(squeezed);
     }
-    starts.push(plain.into());
+    starts.push(plain);
     starts
 }
 
@@ -53,7 +59,7 @@ pub(super) fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> St
         StepStatus::Abandoned => "abandoned".into(),
         StepStatus::Unsolvable { problem } => format!("a body gave way: {problem}"),
         StepStatus::Overlapping { problem } => problem.clone(),
-        StepStatus::TooClose => "bodies overlap at the start of the increment".into(),
+        StepStatus::TooClose(pair) => TooClose::described(*pair, &rig.model),
         StepStatus::OutOfBalance { body, out_of_balance } if rig.model.is_node(*body) => format!(
             "the membrane is out of balance by {out_of_balance:.2e} of the mean contact force after {} \
              augmentations; {}",

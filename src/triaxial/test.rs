@@ -11,7 +11,7 @@ use crate::solver::{
     DamageSettings, Dossier, Energies, Increment, IncrementReport, Pace, Settings, Stabilisation, StepStatus,
     advance,
 };
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::Pose;
 use crate::triaxial::deformation::LocalStrain;
 use crate::triaxial::drive::{Drive, Guess, Origin};
 use crate::triaxial::fidelity::FidelityCounts;
@@ -146,9 +146,6 @@ impl UnderWay {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Last {
     pub(super) poses: Vec<Pose>,
-    /// Displacements of nodes [m]; empty where no grain is full.
-    #[serde(with = "crate::tensor::stored")]
-    pub(super) fields: Vec<Vec<Vec3>>,
     share: f64,
     area: f64,
     pressure: f64,
@@ -382,11 +379,6 @@ impl Test {
             pressure: rig.pressure,
             deviatoric_stress: -self.ram / area(rig),
             poses: std::mem::replace(&mut rig.committed.poses, report.poses.clone()),
-            fields: if rig.model.has_nodes() {
-                std::mem::take(&mut rig.committed.fields)
-            } else {
-                Vec::new()
-            },
         };
         rig.committed.memory.clone_from(&report.memory);
         rig.committed.fields.clone_from(&report.fields);

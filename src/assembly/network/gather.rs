@@ -9,20 +9,19 @@ use crate::assembly::network::{Knot, Network, Patch, STILL, pair_of, spot_of};
 use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::SurfacePoint;
-use crate::model::{Body, Loads, Model};
+use crate::model::{Loads, Model};
 use crate::tensor::{Mat3, Pose, Vec3};
 
 /// An open contact's force is an unknown where the bodies would yield by its gap under this share of the mean contact force.
 const NEAR: f64 = 1.0;
 
-/// Whether contacts of two bodies can be knots: one is condensed, none has its nodes for unknowns, and no asperities yield far more than they do.
+/// Whether contacts of two bodies can be knots: one deforms, and no asperities yield far more than they do.
 fn is_networked(model: &Model, pair: &PairWork) -> bool {
     if model.follows_by_steps() {
         return false;
     }
     let [a, b] = [&model.bodies[pair.a()], &model.bodies[pair.b()]];
-    let among = |body: &Body| body.nodes_among_unknowns().is_some();
-    (a.grain.is_some() || b.grain.is_some()) && !among(a) && !among(b)
+    a.grain.is_some() || b.grain.is_some()
 }
 
 impl Contacts {
@@ -163,10 +162,11 @@ impl Contacts {
                 patch.spots.iter().map(|(_, sign, place)| turn * interpolate(place, &field) * *sign).collect()
             };
             let mut by_others = moved(&others[patch.body]);
-            if model.bodies[patch.body].eliminated_nodes().is_some() {
+            if let Some(full) = &model.bodies[patch.body].full {
                 let turn = &poses[patch.body].rotation;
+                let felt = full.condensed().felt(&surplus[patch.body]);
                 for ((_, sign, place), u) in patch.spots.iter().zip(&mut by_others) {
-                    *u += turn * interpolate(place, &surplus[patch.body]) * *sign;
+                    *u += turn * interpolate(place, &felt) * *sign;
                 }
             }
             [by_others, moved(&covers[patch.body])]

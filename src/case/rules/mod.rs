@@ -21,6 +21,10 @@ use super::walk::{Walker, at, shown};
 /// Fills in what follows from other values.
 pub fn derive(case: &mut Value) {
     let friction = case["contact"]["friction"].clone();
+    let normal = if case["specimen"].is_null() { "spring" } else { "asperity" };
+    if let Some(contact) = object(case, "/contact") {
+        contact.entry("normal").or_insert(normal.into());
+    }
     if let Some(contact) = object(case, "/contact")
         && !friction.is_null()
     {
@@ -110,30 +114,8 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             format!("at most {peak}"),
         ));
     }
-    asperities(case, walker);
     show_as_written(&mut walker.faults[known..], raw);
     grains
-}
-
-/// Asperities need a pressure at which they crush.
-fn asperities(case: &Value, walker: &mut Walker) {
-    let contact = &case["contact"];
-    if contact["normal"] != "asperity" || !contact["limit_pressure"].is_null() {
-        return;
-    }
-    let mut of_rock = |rock: &Value, path: String| {
-        let place = format!("{path}.compressive_strength");
-        if rock.is_object() && rock["compressive_strength"].is_null() && walker.is_clean(&place) {
-            let problem =
-                "is missing: asperities crush under 2.8 times it, where contact has no limit_pressure";
-            let accepted = "a strength such as \"250 MPa\", or a contact.limit_pressure";
-            walker.fault(Fault::new(place, "nothing", problem, accepted));
-        }
-    };
-    of_rock(&case["rock"], "$.rock".into());
-    for (index, body) in case["scene"]["bodies"].as_array().into_iter().flatten().enumerate() {
-        of_rock(&body["rock"], format!("$.scene.bodies[{index}].rock"));
-    }
 }
 
 /// Rules see SI numbers; messages show what the file says.
