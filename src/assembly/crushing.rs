@@ -4,35 +4,9 @@
 //! crushed it; crossing edges know what these two have crushed of each other. So what is crushed stays so when bodies part, slide on or meet others.
 
 use crate::assembly::{ContactPoint, Contacts, PairWork};
-use crate::contact::asperity::AsperityState;
-use crate::contact::memory::{Crushable, Crushed, PairMemory};
+use crate::contact::memory::{Crushable, Crushed};
 use crate::contact::{Asperity, Feature};
 use crate::model::Model;
-
-/// Least radius of a patch that friction holds on to, over the feature's own: where hardening presses what was crushed further before.
-const LEAST_GRIP: f64 = 1e-3;
-
-/// What is known of the asperities of a pair of bodies.
-#[derive(Clone, Copy)]
-pub(super) struct Crushing<'a> {
-    pub model: &'a Model,
-    pub bodies: [usize; 2],
-    pub carried: &'a PairMemory,
-    pub crushed: &'a Crushed,
-}
-
-impl Crushing<'_> {
-    /// The asperity of a feature at the start of the increment, with the `share` of its force that it has; `None` where a spring bears.
-    pub fn asperity(&self, feature: Feature, share: f64) -> Option<AsperityState> {
-        let law = self.model.asperity(self.bodies, feature)?;
-        let known = self.carried.point(feature).filter(|memory| memory.load > 0.0);
-        let key = (self.bodies[0] as u32, self.bodies[1] as u32);
-        let before = || Crushable::of((key, feature)).and_then(|place| self.crushed.get(&place).copied());
-        let depth = known.map(|memory| memory.depth).or_else(before).unwrap_or(0.0);
-        let grip = known.map_or(0.0, |memory| memory.grip).max(LEAST_GRIP * law.radius);
-        Some(AsperityState { law, depth, grip, share })
-    }
-}
 
 /// How deep a contact has crushed its asperity now [m].
 pub(super) fn depth_of(point: &ContactPoint) -> f64 {

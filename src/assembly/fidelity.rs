@@ -10,9 +10,8 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::assembly::Dofs;
-use crate::assembly::elastic::{
-    SurfaceField, SurfaceLoads, for_each_cover_force_on, force_on_b, interpolate,
-};
+use crate::assembly::elastic::{for_each_cover_force_on, force_on_b};
+use crate::assembly::spot::{SurfaceField, SurfaceLoads, interpolate};
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};

@@ -17,24 +17,28 @@ mod inherit;
 pub mod membrane;
 mod memory;
 pub mod network;
+mod pair;
 pub mod pattern;
 mod point;
 mod rubber;
 mod sites;
+pub mod spot;
 pub mod timings;
 pub mod too_close;
+mod trial;
 pub mod wall;
 
-pub use contacts::{Contacts, PairWork};
+pub use contacts::Contacts;
 pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
-pub use elastic::{OVERESTIMATE, SurfaceField};
 pub use fidelity::{ForceChange, Recovery, is_free_to_change};
 pub use membrane::MembraneContacts;
 pub use network::Network;
+pub use pair::PairWork;
 pub use pattern::BlockPattern;
 pub use point::ContactPoint;
 pub use rubber::{membrane_couplings, membrane_forces_into, membrane_stiffness_into, membrane_touching};
+pub use spot::{OVERESTIMATE, SurfaceField};
 pub use timings::{Kernel, Timings};
 pub use too_close::TooClose;
 pub use wall::{pressure_loads_into, wall_couplings, wall_forces_into, wall_stiffness_into};
@@ -48,18 +52,40 @@ pub fn carrier_forces_into(
     wrenches: &mut Vec<Vector6<f64>>,
     model: &Model,
     contacts: &Contacts,
-    (pressure, gravity): (f64, Vec3),
+    weighing: (f64, Vec3),
     poses: &[Pose],
 ) {
     wrenches.clear();
     wrenches.resize(model.carriers(), Vector6::zeros());
-    for (pair, point) in contacts.active() {
-        let wrench = &point.evaluation.wrench;
-        for k in 0..6 {
-            wrenches[pair.a()][k] += wrench[k];
-            wrenches[pair.b()][k] += wrench[6 + k];
+    add_contact_forces(wrenches, contacts, |_| true);
+    add_other_forces(wrenches, model, contacts, weighing, poses);
+}
+
+/// The part of [`carrier_forces_into`] that is of contacts between bodies, of those pairs that `counts` holds for.
+pub fn add_contact_forces(
+    wrenches: &mut [Vector6<f64>],
+    contacts: &Contacts,
+    counts: impl Fn(&PairWork) -> bool,
+) {
+    for pair in contacts.pairs.iter().filter(|pair| counts(pair)) {
+        for point in pair.active() {
+            let wrench = &point.evaluation.wrench;
+            for k in 0..6 {
+                wrenches[pair.a()][k] += wrench[k];
+                wrenches[pair.b()][k] += wrench[6 + k];
+            }
         }
     }
+}
+
+/// The rest of it.
+pub fn add_other_forces(
+    wrenches: &mut [Vector6<f64>],
+    model: &Model,
+    contacts: &Contacts,
+    (pressure, gravity): (f64, Vec3),
+    poses: &[Pose],
+) {
     if model.cover.is_some() || model.wall.is_some() {
         pressure_loads_into(wrenches, model, poses, pressure);
         if let Some(membrane) = &model.membrane {

@@ -1,7 +1,6 @@
 //! Forces and stiffness of a rigid wall's contacts, and the pressure on whatever confines the side: flexible cover,
 //! membrane or wall.
 
-use crate::assembly::contacts::Contacts;
 use crate::assembly::dofs::Dofs;
 use crate::assembly::pattern::BlockPattern;
 use crate::model::wall::WallContact;
@@ -44,9 +43,9 @@ pub fn wall_forces_into(
 /// The carriers that the wall couples.
 pub fn wall_couplings<'a>(
     wall: &'a RigidWall,
-    contacts: &'a Contacts,
+    contacts: &'a [WallContact],
 ) -> impl Iterator<Item = (usize, usize)> + 'a {
-    let touching = contacts.wall.iter().map(|contact| (contact.body, wall.carrier));
+    let touching = contacts.iter().map(|contact| (contact.body, wall.carrier));
     touching.chain(wall.coupled())
 }
 
@@ -56,12 +55,12 @@ pub fn wall_stiffness_into(
     model: &Model,
     pattern: &BlockPattern,
     dofs: &Dofs,
-    contacts: &Contacts,
+    contacts: &[WallContact],
     loads: &Loads,
     poses: &[Pose],
 ) {
     let Some(wall) = &model.wall else { return };
-    for contact in &contacts.wall {
+    for contact in contacts {
         let (motion, by_radius) = contact.tangent(&poses[contact.body].position);
         pattern.add_block(values, dofs, contact.body, contact.body, &motion.map(|row| row.map(|k| -k)));
         let (mut on_body, mut on_wall) = ([[0.0; 6]; 6], [[0.0; 6]; 6]);

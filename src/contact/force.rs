@@ -263,7 +263,8 @@ pub fn tangent(
     b: &Kinematics,
     state: &PointState,
 ) -> Tangent {
-    derivative::<9>(law, site, points, a, b, state).0.map(|component| component.gradient)
+    let (wrench, _) = derivative::<9>(law, site, points, a, b, state);
+    std::array::from_fn(|k| wrench[k].gradient)
 }
 
 /// The exact derivative of wrench and force where the elastic displacement is unknown as well.

@@ -25,6 +25,7 @@ pub mod memory;
 pub mod patch;
 pub mod quadrature;
 pub mod search;
+pub mod visit;
 
 pub use asperity::{Asperity, NormalLaw};
 pub use corner::Corner;

@@ -3,7 +3,7 @@
 
 use crate::contact::corner::{Corner, section_spreads};
 use crate::contact::face::{Face, look_at_each_other, may_face};
-use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
+use crate::contact::features::{closest_on_segments, closest_on_triangle};
 use crate::geometry::rounded::RoundedBody;
 use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -73,9 +73,9 @@ impl ContactShape {
 
 /// A vertex and the opposite facets that may be closest to it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct VertexReach {
-    vertex: u32,
-    facets: Vec<u32>,
+pub(super) struct VertexReach {
+    pub vertex: u32,
+    pub facets: Vec<u32>,
 }
 
 /// The features of a pair of bodies that are within reach of each other.
@@ -83,12 +83,12 @@ struct VertexReach {
 pub struct PairFeatures {
     pub a: u32,
     pub b: u32,
-    vertices_of_a: Vec<VertexReach>,
-    vertices_of_b: Vec<VertexReach>,
-    edges: Vec<(u32, u32)>,
+    pub(super) vertices_of_a: Vec<VertexReach>,
+    pub(super) vertices_of_b: Vec<VertexReach>,
+    pub(super) edges: Vec<(u32, u32)>,
     /// Faces that may be parallel enough to share a patch.
     faces: Vec<(u32, u32)>,
-    skin: f64,
+    pub(super) skin: f64,
     /// Features are listed this far beyond radii and skin [m].
     margin: f64,
     /// Where the two bodies were when the features were listed.
@@ -154,7 +154,7 @@ pub struct Neighbours {
 }
 
 /// An upper bound on how far any core point of `shape` moves between two poses [m].
-fn motion(shape: &ContactShape, from: &Pose, to: &Pose) -> f64 {
+pub(super) fn motion(shape: &ContactShape, from: &Pose, to: &Pose) -> f64 {
     let turn = (to.rotation.coords - from.rotation.coords)
         .norm()
         .min((to.rotation.coords + from.rotation.coords).norm());
@@ -340,97 +340,4 @@ fn vertices_within_reach(
         }
     }
     found
-}
-
-/// Calls `visit` with the site and core distance [m] of each feature pair of `pair` that is closer
-/// than `reach` beyond the rounding radii, in a fixed order. `corners` are the core vertices of
-/// either body in space. Returns the smallest core distance met.
-pub fn visit_sites(
-    shapes: [&ContactShape; 2],
-    corners: [&[Vec3]; 2],
-    pair: &PairFeatures,
-    reach: f64,
-    mut visit: impl FnMut(Site, f64),
-) -> f64 {
-    let corner = |side: usize, v: u32| corners[side][v as usize];
-    let limit = shapes[0].rounded.radius + shapes[1].rounded.radius + reach;
-    let mut smallest = f64::INFINITY;
-    for side in 0..2 {
-        let (own, list) = if side == 0 { (0, &pair.vertices_of_a) } else { (1, &pair.vertices_of_b) };
-        let other = 1 - own;
-        for VertexReach { vertex, facets } in list {
-            let p = corner(own, *vertex);
-            let (distance, piece, count) = nearest_piece(&p, shapes[other], facets, corners[other]);
-            smallest = smallest.min(distance);
-            if distance >= limit {
-                continue;
-            }
-            let alone = [*vertex, 0, 0];
-            visit(
-                if side == 0 {
-                    Site {
-                        feature: Feature::VertexOfA(*vertex),
-                        on_a: alone,
-                        on_b: piece,
-                        count_a: 1,
-                        count_b: count,
-                    }
-                } else {
-                    Site {
-                        feature: Feature::VertexOfB(*vertex),
-                        on_a: piece,
-                        on_b: alone,
-                        count_a: count,
-                        count_b: 1,
-                    }
-                },
-                distance,
-            );
-        }
-    }
-    for &(i, j) in &pair.edges {
-        let on_a = shapes[0].rounded.core.edges[i as usize].vertices.map(|v| v as u32);
-        let on_b = shapes[1].rounded.core.edges[j as usize].vertices.map(|v| v as u32);
-        let ([p0, p1], [q0, q1]) = (on_a.map(|v| corner(0, v)), on_b.map(|v| corner(1, v)));
-        let (s, t) = closest_on_segments(&p0, &p1, &q0, &q1);
-        let distance = ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm();
-        smallest = smallest.min(distance);
-        let inside = |s: f64| s > 1e-12 && s < 1.0 - 1e-12;
-        if distance < limit && inside(s) && inside(t) {
-            let site = Site {
-                feature: Feature::Edges(i, j),
-                on_a: [on_a[0], on_a[1], 0],
-                on_b: [on_b[0], on_b[1], 0],
-                count_a: 2,
-                count_b: 2,
-            };
-            visit(site, distance);
-        }
-    }
-    smallest
-}
-
-/// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`.
-fn nearest_piece(p: &Vec3, shape: &ContactShape, facets: &[u32], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
-    if shape.rounded.core.facets.is_empty() {
-        return ((p - corners[0]).norm(), [0; 3], 1);
-    }
-    let mut best = (f64::INFINITY, [0; 3], 0);
-    for &f in facets {
-        let vertices = shape.rounded.core.facets[f as usize];
-        let (closest, spans) = closest_on_triangle(p, vertices.map(|v| &corners[v]));
-        let distance = (closest - p).norm();
-        if distance < best.0 {
-            let mut piece = [0; 3];
-            let mut count = 0;
-            for k in 0..3 {
-                if spans[k] {
-                    piece[count] = vertices[k] as u32;
-                    count += 1;
-                }
-            }
-            best = (distance, piece, count as u8);
-        }
-    }
-    best
 }

@@ -18,7 +18,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use crate::assembly::elastic::{SurfaceLoads, spread_over};
+use crate::assembly::elastic::spread_over;
+use crate::assembly::spot::SurfaceLoads;
 use crate::assembly::{Contacts, Dofs, ForceChange, OVERESTIMATE, Recovery, is_free_to_change};
 use crate::contact::ContactKey;
 use crate::grain::DamagedGrain;

@@ -7,11 +7,12 @@
 //! Displacements of bodies that follow the forces by steps go straight along with them. Where they are solved for by augmentations, at the end of a step
 //! only, the mean of the forces at both ends of the increment stands in, and tells nothing of what snaps in it.
 
-use crate::assembly;
-use crate::assembly::elastic::SurfaceField;
+use crate::assembly::spot::SurfaceField;
+use crate::assembly::{self, PairWork};
 use crate::solver::newton::Newton;
 use crate::solver::pace::motion_between;
 use crate::tensor::{Pose, Vector6};
+use std::collections::BTreeSet;
 
 /// Where forces are evaluated on the way of a step, as shares of it.
 const GAUSS_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -54,22 +55,26 @@ impl Path {
 
     /// How far any body has come since, over the length that it may go in an iteration.
     pub fn reach(&self, newton: &Newton<'_>) -> f64 {
+        self.ways(newton).fold(0.0, f64::max)
+    }
+
+    /// The same of each.
+    fn ways<'a>(&'a self, newton: &'a Newton<'_>) -> impl Iterator<Item = f64> + 'a {
         let lengths = newton.settings.travel.lengths(newton.model);
         let ways = self.poses.iter().zip(&newton.poses).zip(&newton.model.shapes).zip(lengths);
         ways.map(|(((from, to), shape), length)| {
             let (shift, turn) = motion_between(from, to);
             (shift.norm() + turn.norm() * shape.bounding_radius) / (newton.settings.motion_cap * length)
         })
-        .fold(0.0, f64::max)
     }
 
     /// Goes on to where `newton` is after so many steps; its contacts are evaluated there before and after.
     pub fn go_on(&mut self, newton: &mut Newton<'_>, steps: usize, cut: Cut) {
         let end = newton.forces();
-        let by_length = (self.reach(newton) / cut.longest).min(MOST_PIECES) as usize;
-        let pieces = (cut.pieces_a_step * steps.max(1)).max(by_length);
+        let least = cut.pieces_a_step * steps.max(1);
+        let pieces: Vec<usize> = self.ways(newton).map(|way| cut.pieces(least, way)).collect();
         let mean = newton
-            .mean_forces_since(self, pieces)
+            .mean_forces_since(self, least, &pieces)
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
         let ways = self.poses.iter().zip(&newton.poses);
         for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(ways) {
@@ -83,49 +88,70 @@ impl Path {
     }
 }
 
+impl Cut {
+    /// Pieces of a way of this length: `least` doubled until they are short enough.
+    fn pieces(&self, least: usize, way: f64) -> usize {
+        let needed = (way / self.longest).min(MOST_PIECES) as usize;
+        let doublings = (0..).find(|doublings| least << doublings >= needed);
+        least << doublings.unwrap_or(0)
+    }
+}
+
 impl Newton<'_> {
     /// Forces on all carriers where contacts were evaluated last, but for those applied from outside [N, N m].
     pub(super) fn forces(&self) -> Vec<Vector6<f64>> {
-        self.forces_at(self.loads.pressure, &self.poses)
-    }
-
-    fn forces_at(&self, pressure: f64, poses: &[Pose]) -> Vec<Vector6<f64>> {
         let mut forces = Vec::new();
-        let weighing = (pressure, self.loads.gravity);
-        assembly::carrier_forces_into(&mut forces, self.model, &self.contacts, weighing, poses);
+        let weighing = (self.loads.pressure, self.loads.gravity);
+        assembly::carrier_forces_into(&mut forces, self.model, &self.contacts, weighing, &self.poses);
         forces
     }
 
-    /// The mean of the same over the straight way since `start`, in so many pieces; `None` where that is not known: where bodies are displaced by
-    /// augmentations, or are too close there.
-    fn mean_forces_since(&mut self, start: &Path, pieces: usize) -> Option<Vec<Vector6<f64>>> {
-        if self.model.waits_for_augmentations() {
+    /// The mean of the same over the straight way since `start`; `None` where that is not known: where bodies are displaced by augmentations, or are too
+    /// close there. The way is cut into `least` pieces, for contacts of bodies that need more into those of `pieces`: each pair's are its own.
+    fn mean_forces_since(
+        &mut self,
+        start: &Path,
+        least: usize,
+        pieces: &[usize],
+    ) -> Option<Vec<Vector6<f64>>> {
+        let model = self.model;
+        if model.waits_for_augmentations() {
             return None;
         }
-        let follows = self.model.follows_by_steps();
+        let follows = model.follows_by_steps();
         let fields = self.contacts.fields.clone();
-        let mut forces_at = |share: f64| {
-            let there = |(from, to): (&Pose, &Pose)| {
-                let (shift, turn) = motion_between(from, to);
-                from.moved(&(share * shift), &(share * turn))
-            };
-            let poses: Vec<Pose> = start.poses.iter().zip(&self.poses).map(there).collect();
-            if follows {
-                self.contacts.displace(between(&start.fields, &fields, share), false);
-            }
-            let met = self.contacts.evaluate(self.model, &self.committed, &poses);
-            let pressure = start.pressure + share * (self.loads.pressure - start.pressure);
-            met.is_ok().then(|| self.forces_at(pressure, &poses))
-        };
-        let weight = 0.5 / pieces as f64;
         let mut mean = vec![Vector6::zeros(); start.poses.len()];
         let mut known = true;
-        for piece in 0..pieces {
-            for point in GAUSS_POINTS {
-                let there = forces_at((piece as f64 + point) / pieces as f64);
-                known &= there.is_some();
-                mean.iter_mut().zip(there.iter().flatten()).for_each(|(mean, force)| *mean += weight * force);
+        let of_pair = |pair: &PairWork| pieces[pair.a()].max(pieces[pair.b()]);
+        let most = pieces.iter().copied().max().unwrap_or(least);
+        // Contacts of a skin are looked at as often as any.
+        let of_others = if model.wall.is_some() || model.membrane.is_some() { most } else { least };
+        let counts: BTreeSet<usize> = pieces.iter().copied().chain([of_others]).collect();
+        for count in counts {
+            let counted = |pair: &PairWork| of_pair(pair) == count;
+            let mut forces = vec![Vector6::zeros(); start.poses.len()];
+            for share in
+                (0..count).flat_map(|piece| GAUSS_POINTS.map(|at| (piece as f64 + at) / count as f64))
+            {
+                let there = |(from, to): (&Pose, &Pose)| {
+                    let (shift, turn) = motion_between(from, to);
+                    from.moved(&(share * shift), &(share * turn))
+                };
+                let poses: Vec<Pose> = start.poses.iter().zip(&self.poses).map(there).collect();
+                if follows {
+                    self.contacts.displace(between(&start.fields, &fields, share), false);
+                }
+                known &= self.contacts.evaluate_pairs(model, &self.committed, &poses, counted).is_ok();
+                assembly::add_contact_forces(&mut forces, &self.contacts, counted);
+                if count == of_others {
+                    known &= self.contacts.evaluate_skin(model, &poses).is_ok();
+                    let pressure = start.pressure + share * (self.loads.pressure - start.pressure);
+                    let weighing = (pressure, self.loads.gravity);
+                    assembly::add_other_forces(&mut forces, model, &self.contacts, weighing, &poses);
+                }
             }
+            let weight = 0.5 / count as f64;
+            mean.iter_mut().zip(forces).for_each(|(mean, force)| *mean += weight * force);
         }
         if follows {
             self.contacts.displace(fields, true);
@@ -144,4 +170,16 @@ fn between(from: &[SurfaceField], to: &[SurfaceField], share: f64) -> Vec<Surfac
         Some(_) | None => to.iter().map(|to| to * share).collect(),
     };
     to.iter().enumerate().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_is_cut_by_its_own_length() {
+        let cut = Cut { pieces_a_step: 1, longest: 0.2 };
+        assert_eq!([0.0, 0.2, 0.7, 1.0, 100.0].map(|way| cut.pieces(1, way)), [1, 1, 4, 8, 32]);
+        assert_eq!([0.0, 0.7, 1.0].map(|way| cut.pieces(3, way)), [3, 3, 6]);
+    }
 }

@@ -96,7 +96,7 @@ impl Newton<'_> {
         let membrane = || self.model.membrane.iter();
         let pressing = || membrane().flat_map(|m| assembly::membrane_touching(m, &self.contacts));
         let pressed = || membrane().flat_map(|m| assembly::membrane_couplings(m, &self.contacts));
-        let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts));
+        let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts.wall));
         let eliminated = (unknowns == Unknowns::Bodies).then(|| network.lumped_couplings());
         let pairs = || touching().chain(covered()).chain(walled());
         let mut needed = pairs().chain(pressing()).chain(eliminated.into_iter().flatten());
@@ -130,7 +130,7 @@ impl Newton<'_> {
         self.contacts.timings.book(Kernel::Cover, start);
         let (start, contacts) = (Instant::now(), &self.contacts);
         assembly::membrane_stiffness_into(values, model, pattern, dofs, contacts, &self.poses);
-        assembly::wall_stiffness_into(values, model, pattern, dofs, contacts, &self.loads, &self.poses);
+        assembly::wall_stiffness_into(values, model, pattern, dofs, &contacts.wall, &self.loads, &self.poses);
         match unknowns {
             Unknowns::All(_) => contacts.network.stiffness_into(values, pattern, dofs),
             Unknowns::Bodies => {

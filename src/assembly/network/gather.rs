@@ -4,8 +4,10 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::assembly::elastic::{OVERESTIMATE, SurfaceField, SurfaceLoads, for_each_cover_force, interpolate};
-use crate::assembly::network::{Knot, Network, Patch, STILL, pair_of, spot_of};
+use crate::assembly::elastic::for_each_cover_force;
+use crate::assembly::network::answer::{pair_of, spot_of};
+use crate::assembly::network::{Knot, Network, Patch, STILL};
+use crate::assembly::spot::{OVERESTIMATE, SurfaceField, SurfaceLoads, interpolate};
 use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::SurfacePoint;

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::*;
 use crate::assembly::cubes::{pile, product, unpatterned};
-use crate::assembly::{contact_stiffness_into, residual_into};
+use crate::assembly::{Contacts, contact_stiffness_into, residual_into};
 use crate::contact::face::FaceContact;
 use crate::grain::CondensedGrain;
 use crate::model::{Committed, Loads, Model};
+use crate::tensor::Pose;
 
 /// Edges of the lower two cross near the end of one.
 fn condensed_pile(faces: FaceContact) -> (Model, Committed, Loads) {

@@ -1,0 +1,538 @@
+//! A pair of bodies: what it carries, and its contact points in one configuration.
+
+use crate::assembly::faces;
+use crate::assembly::point::ContactPoint;
+use crate::assembly::sites::{facing_corners, site_points};
+use crate::assembly::spot::{Held, Side, Spot, SurfaceField};
+use crate::assembly::trial::Trial;
+use crate::contact::asperity::AsperityState;
+use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Tangent};
+use crate::contact::law::{ContactLaw, Weakening};
+use crate::contact::memory::{Crushable, PairKey, PairMemory};
+use crate::contact::patch;
+use crate::contact::search::PairFeatures;
+use crate::contact::visit::{Clearances, Placed, visit_sites};
+use crate::contact::{ContactShape, Crushed, FaceRule, FaceShare, Feature, Site};
+use crate::grain::{CondensedGrain, SurfacePoint};
+use crate::model::{Committed, Model};
+use crate::tensor::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// The least that damage leaves of a brittle body's share of a contact's spring. Below it the overlap that a force takes would no longer fit
+/// into the rounding; what is worth less than this fails.
+const LEAST_FIRMNESS: f64 = 0.1;
+/// A contact further than this from the rock below it, over the rounding, is on rubble, where there is any.
+const RUBBLE_DEPTH: f64 = 2.0;
+
+/// A pair of bodies: what it carries, and its contact points now.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct PairWork {
+    features: PairFeatures,
+    skin: f64,
+    stiffness: f64,
+    /// Of patches, per area [N/m^3].
+    patch_stiffness: f64,
+    /// Friction at the start of the increment; set anew for each, like all that is not stored below.
+    #[serde(skip, default = "frictionless")]
+    pub friction: Weakening,
+    /// The committed memory.
+    #[serde(skip)]
+    pub carried: PairMemory,
+    /// How far its contacts may be ahead of the geometry [m], and whether none of them carried.
+    #[serde(skip)]
+    lead: f64,
+    #[serde(skip)]
+    is_new: bool,
+    /// What is carried of the listed features, as far as they were looked at.
+    #[serde(skip)]
+    starts: Vec<Option<Start>>,
+    #[serde(skip)]
+    clearances: Clearances,
+    /// Forces of the last augmentation, by feature.
+    #[serde(skip)]
+    pub held: Vec<Held>,
+    /// Places seen since the last augmentation; empty for two rigid bodies.
+    #[serde(skip)]
+    pub spots: Vec<Spot>,
+    #[serde(skip)]
+    pub points: Vec<ContactPoint>,
+    /// Where the points of patches are that meshed faces share.
+    #[serde(skip)]
+    pub rules: Vec<FaceRule>,
+    /// Tangents of the active points, in their order.
+    #[serde(skip)]
+    pub tangents: Vec<Tangent>,
+    /// The same where a body deforms, with what displacements of its surface change.
+    #[serde(skip)]
+    pub elastic_tangents: Vec<ElasticTangent>,
+    /// Smallest distance between the cores' features [m].
+    #[serde(skip)]
+    pub nearest: f64,
+    /// The largest offset of its points [m].
+    #[serde(skip)]
+    offset: f64,
+}
+
+fn frictionless() -> Weakening {
+    Weakening::constant(0.0)
+}
+
+/// Least radius of a patch that friction holds on to, over the feature's own: where hardening presses what was crushed further before.
+const LEAST_GRIP: f64 = 1e-3;
+
+/// What a contact of one feature brings into the increment.
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    stretch: Vec3,
+    lead: f64,
+    /// With its whole share.
+    asperity: Option<AsperityState>,
+}
+
+/// The configuration that contacts are evaluated in.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub kinematics: &'a [Kinematics],
+    pub corners: &'a [Vec<Vec3>],
+    pub poses: &'a [Pose],
+    pub grains: &'a [Option<Arc<CondensedGrain>>],
+    pub trial: &'a Trial,
+    /// Surface displacements, now and as committed.
+    pub fields: &'a [SurfaceField],
+    pub committed: &'a [SurfaceField],
+    pub first_scale: f64,
+    pub strength: f64,
+    pub crushed: &'a Crushed,
+    pub yields: bool,
+}
+
+impl PairWork {
+    /// With the features that are within `skin` and `margin` [m] of each other.
+    pub(super) fn list(
+        model: &Model,
+        corners: &[Vec<Vec3>],
+        poses: &[Pose],
+        key: PairKey,
+        [skin, margin]: [f64; 2],
+    ) -> Self {
+        let (a, b) = (key.0 as usize, key.1 as usize);
+        PairWork {
+            features: PairFeatures::list(&model.shapes, corners, poses, key, [skin, margin]),
+            skin,
+            stiffness: model.contact_spring(a, b),
+            patch_stiffness: model.patch_stiffness(a, b),
+            friction: frictionless(),
+            carried: PairMemory::default(),
+            lead: 0.0,
+            is_new: true,
+            starts: Vec::new(),
+            clearances: Clearances::default(),
+            held: Vec::new(),
+            spots: Vec::new(),
+            points: Vec::new(),
+            rules: Vec::new(),
+            tangents: Vec::new(),
+            elastic_tangents: Vec::new(),
+            nearest: f64::INFINITY,
+            offset: 0.0,
+        }
+    }
+
+    /// Lists its features anew where others may have come within reach, or `margin` [m] asks for more than `needed`.
+    pub(super) fn renew_list(
+        &mut self,
+        model: &Model,
+        corners: &[Vec<Vec3>],
+        poses: &[Pose],
+        needed: f64,
+        margin: f64,
+    ) {
+        if !self.features.is_valid(&model.shapes, poses) || self.features.margin() < needed {
+            let margins = [self.skin, margin];
+            self.features = PairFeatures::list(&model.shapes, corners, poses, self.key(), margins);
+            self.clearances.clear();
+            self.starts.clear();
+        }
+    }
+
+    pub fn a(&self) -> usize {
+        self.features.a as usize
+    }
+    pub fn b(&self) -> usize {
+        self.features.b as usize
+    }
+    pub fn key(&self) -> PairKey {
+        (self.features.a, self.features.b)
+    }
+    pub fn active(&self) -> impl Iterator<Item = &ContactPoint> {
+        self.points.iter().filter(|p| p.evaluation.is_active())
+    }
+
+    /// How near the two bodies may be to passing through each other [m]: the distance of their cores, as far as it is known.
+    pub fn room(&self, model: &Model, poses: &[Pose]) -> f64 {
+        if self.nearest.is_finite() {
+            return self.nearest;
+        }
+        let radii = model.shapes[self.a()].rounded.radius + model.shapes[self.b()].rounded.radius;
+        radii + self.features.room(&model.shapes, poses)
+    }
+
+    /// Stiffness of its contacts' own springs [N/m].
+    pub fn spring(&self) -> f64 {
+        self.stiffness
+    }
+
+    pub fn spot(&self, feature: Feature) -> Option<&Spot> {
+        self.spots.iter().find(|s| s.feature == feature)
+    }
+
+    pub fn held(&self, feature: Feature) -> Option<&Held> {
+        self.held.iter().find(|h| h.feature == feature)
+    }
+
+    /// How far elastic displacements and offsets may bring a contact forward [m], `reach` being the largest displacement of each body.
+    pub(super) fn elastic_reach(&self, reach: &[f64]) -> f64 {
+        reach[self.a()] + reach[self.b()] + self.offset + self.lead
+    }
+
+    /// Starts from what was committed.
+    pub(super) fn reset(&mut self, model: &Model, committed: &Committed) {
+        self.carried = committed.memory.get(&self.key()).cloned().unwrap_or_default();
+        let key = self.key();
+        faces::renew_rules(&mut self.carried, model, key, &committed.poses);
+        self.lead = self.carried.lead();
+        self.is_new = self.carried.points.iter().all(|point| point.load <= 0.0);
+        self.starts.clear();
+        self.rules.clone_from(&self.carried.rules);
+        self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
+        self.held.clear();
+        self.held.extend(self.carried.points.iter().map(Held::committed));
+        self.spots.clear();
+        self.points.clear();
+        // It would count in the next search, and a continued run does not have it.
+        self.offset = 0.0;
+    }
+
+    /// Finds its contact points.
+    pub(super) fn evaluate(&mut self, model: &Model, view: &View<'_>) {
+        self.points.clear();
+        (self.nearest, self.offset) = (f64::INFINITY, 0.0);
+        if self.features.is_empty() {
+            return;
+        }
+        let meeting = Meeting::new(self, model, view);
+        let Meeting { bodies: [a, b], shapes, .. } = meeting;
+        let (poses, corners) = ([&view.poses[a], &view.poses[b]], [&view.corners[a][..], &view.corners[b]]);
+        let PairWork { features, carried, starts, clearances, held, spots, points, rules, .. } = self;
+        let reach = if meeting.is_elastic || self.lead > 0.0 { features.margin() } else { 0.0 };
+        let facings = faces::facings(model, features, poses);
+        let crushing = Crushing { model, bodies: [a, b], carried, crushed: view.crushed };
+        let mut known = Known { carried, held, spots, offset: 0.0 };
+        let placed = Placed { shapes, corners, poses };
+        self.nearest = visit_sites(&placed, features, clearances, reach, |site, number| {
+            if starts.len() <= number {
+                starts.resize(number + 1, None);
+            }
+            let start = starts[number].get_or_insert_with(|| {
+                let asperity = crushing.asperity(site.feature);
+                Start { asperity, ..Start::of(carried, site.feature) }
+            });
+            let sharpness = match site.feature {
+                Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
+                Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
+            };
+            let mut sites = site_points(&site, shapes, corners, poses);
+            let spring = meeting.stiffness.min(view.strength / meeting.yielding) * sharpness;
+            let mut state = meeting.state(start, spring);
+            let share = spring / meeting.stiffness;
+            state.asperity = start.asperity.map(|asperity| AsperityState { share, ..asperity });
+            // Cores keep apart however much is crushed between them.
+            state.hardening = state.asperity.map_or(0.0, |_| spring);
+            state.corners = facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine));
+            if let Some(facing) = faces::of_contact(&facings, &site, &sites) {
+                sites.normals = facing.normals;
+                state.faces = Some(FaceShare::Feature(facing.cosines));
+            }
+            points.push(meeting.point(&model.law, site, sites, state, &mut known));
+        });
+        let softened = (view.strength / meeting.yielding / meeting.stiffness).min(1.0);
+        let per_area = self.patch_stiffness * softened;
+        let law = ContactLaw { onset: 0.0, ..model.law };
+        if !meeting.is_elastic {
+            for facing in &facings {
+                let faces = facing.in_space(poses);
+                let spring = per_area * faces.reference_area() / patch::POINTS as f64;
+                let site = |k: usize| facing.site(k as u32);
+                let states =
+                    std::array::from_fn(|k| meeting.state(&Start::of(carried, site(k).feature), spring));
+                let met = patch::evaluate(&law, &faces, [a, b].map(|body| &view.kinematics[body]), &states);
+                let met = states.into_iter().zip(met.into_iter().flatten()).enumerate();
+                let sites =
+                    SitePoints { a: [Vec3::zeros(); 3], b: [Vec3::zeros(); 3], normals: facing.normals };
+                points.extend(met.map(|(k, (state, evaluation))| ContactPoint {
+                    site: site(k),
+                    sites,
+                    state,
+                    evaluation,
+                    firmness: 1.0,
+                }));
+            }
+            return;
+        }
+        let surfaces = [a, b].map(|body| model.bodies[body].surface());
+        for facing in &facings {
+            let known_rule = rules.iter().position(|rule| rule.faces == facing.numbers);
+            let rule = known_rule.unwrap_or_else(|| {
+                rules.push(facing.rule(poses, surfaces));
+                rules.len() - 1
+            });
+            for (k, point) in rules[rule].points.iter().enumerate() {
+                let site = facing.site(k as u32);
+                let sites = facing.sites(poses, point, shapes);
+                let mut state = meeting.state(&Start::of(carried, site.feature), per_area * point.area);
+                state.faces = Some(FaceShare::Patch);
+                points.push(meeting.point(&law, site, sites, state, &mut known));
+            }
+        }
+        self.offset = known.offset;
+    }
+
+    /// Tangents of its active points in the configuration last evaluated.
+    pub(super) fn update_tangents(&mut self, model: &Model, kinematics: &[Kinematics], poses: &[Pose]) {
+        let PairWork { features, points, tangents, elastic_tangents, .. } = self;
+        let (a, b) = (features.a as usize, features.b as usize);
+        let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
+        tangents.clear();
+        elastic_tangents.clear();
+        let [at_a, at_b] = [&kinematics[a], &kinematics[b]];
+        for ContactPoint { site, sites, state, .. } in points.iter().filter(|p| p.evaluation.is_active()) {
+            let is_patch = matches!(site.feature, Feature::Faces(..));
+            if deforms && state.asperity.is_none() {
+                let law = ContactLaw { onset: if is_patch { 0.0 } else { model.law.onset }, ..model.law };
+                let elastic = force::elastic_tangent(&law, site, sites, at_a, at_b, state);
+                tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
+                elastic_tangents.push(elastic);
+            } else if deforms || !is_patch {
+                tangents.push(force::tangent(&model.law, site, sites, at_a, at_b, state));
+            }
+        }
+        if !deforms {
+            faces::patch_tangents_into(
+                tangents,
+                model,
+                features,
+                points,
+                [&poses[a], &poses[b]],
+                [at_a, at_b],
+            );
+        }
+    }
+}
+
+impl Start {
+    /// Without an asperity.
+    fn of(carried: &PairMemory, feature: Feature) -> Self {
+        let memory = carried.point(feature);
+        let stretch = memory.map_or_else(Vec3::zeros, |memory| memory.stretch);
+        Start { stretch, lead: memory.map_or(0.0, |memory| memory.lead), asperity: None }
+    }
+}
+
+/// What is known of the asperities of a pair of bodies.
+#[derive(Clone, Copy)]
+struct Crushing<'a> {
+    model: &'a Model,
+    bodies: [usize; 2],
+    carried: &'a PairMemory,
+    crushed: &'a Crushed,
+}
+
+impl Crushing<'_> {
+    /// The asperity of a feature at the start of the increment; `None` where a spring bears.
+    fn asperity(&self, feature: Feature) -> Option<AsperityState> {
+        let law = self.model.asperity(self.bodies, feature)?;
+        let known = self.carried.point(feature).filter(|memory| memory.load > 0.0);
+        let key = (self.bodies[0] as u32, self.bodies[1] as u32);
+        let before = || Crushable::of((key, feature)).and_then(|place| self.crushed.get(&place).copied());
+        let depth = known.map(|memory| memory.depth).or_else(before).unwrap_or(0.0);
+        let grip = known.map_or(0.0, |memory| memory.grip).max(LEAST_GRIP * law.radius);
+        Some(AsperityState { law, depth, grip, share: 1.0 })
+    }
+}
+
+/// What is known of contacts where bodies deform or break.
+struct Known<'a> {
+    carried: &'a PairMemory,
+    held: &'a [Held],
+    spots: &'a mut Vec<Spot>,
+    offset: f64,
+}
+
+/// What all contacts of a pair have in common in one configuration.
+struct Meeting<'a> {
+    model: &'a Model,
+    view: &'a View<'a>,
+    bodies: [usize; 2],
+    shapes: [&'a ContactShape; 2],
+    stiffness: f64,
+    friction: Weakening,
+    is_new: bool,
+    is_elastic: bool,
+    is_brittle: bool,
+    /// By how much a soft contact may press both bodies in [m].
+    yielding: f64,
+    /// Compliance of the shells of bodies that deform, which rigid ones have in the contact [m/N].
+    spared: f64,
+}
+
+impl<'a> Meeting<'a> {
+    fn new(pair: &PairWork, model: &'a Model, view: &'a View<'a>) -> Self {
+        let bodies = [pair.a(), pair.b()];
+        let shapes = bodies.map(|body| &model.shapes[body]);
+        let deforming = bodies.into_iter().filter(|body| model.bodies[*body].is_elastic());
+        Meeting {
+            model,
+            view,
+            bodies,
+            shapes,
+            stiffness: pair.stiffness,
+            friction: pair.friction,
+            is_new: pair.is_new,
+            is_elastic: bodies.iter().any(|body| model.bodies[*body].is_elastic()),
+            is_brittle: bodies.iter().any(|body| model.bodies[*body].softens()),
+            yielding: shapes[0].yielding() + shapes[1].yielding(),
+            spared: deforming.map(|body| model.shell_spares(body)).sum(),
+        }
+    }
+
+    /// Of a contact of this spring [N/m], before what its bodies' displacements, faces and damage change.
+    fn state(&self, start: &Start, spring: f64) -> PointState {
+        let [a, b] = self.shapes.map(|shape| shape.rounded.radius);
+        PointState {
+            radii: a + b,
+            radius_difference: a - b,
+            stiffness: spring,
+            spring,
+            friction: self.friction,
+            offset: 0.0,
+            stretch: start.stretch,
+            behind_stretch: Vec3::zeros(),
+            is_new: self.is_new,
+            corners: None,
+            faces: None,
+            elastic: Vec3::zeros(),
+            elastic_change: Vec3::zeros(),
+            lead: start.lead,
+            compliance: 0.0,
+            given: Vec3::zeros(),
+            hardening: 0.0,
+            asperity: None,
+        }
+    }
+
+    fn side(&self, body: usize) -> Side<'a> {
+        let View { grains, poses, fields, committed, .. } = *self.view;
+        Side {
+            surface: self.model.bodies[body].stressed_surface(),
+            grain: grains[body].as_deref(),
+            pose: &poses[body],
+            now: &fields[body],
+            committed: committed.get(body).map_or(&[], |field| &field[..]),
+        }
+    }
+
+    /// What damage of a body leaves of the stiffness of a contact at a `place` of its surface, which is at `point` in space.
+    fn firmness_of(&self, body: usize, place: &Option<SurfacePoint>, point: &Vec3) -> f64 {
+        let (own, shape) = (&self.model.bodies[body], &self.model.shapes[body]);
+        let on_rubble = |place: &SurfacePoint| {
+            let depth = RUBBLE_DEPTH * shape.rounded.radius;
+            own.damaged.as_ref().is_some_and(|grain| !grain.rubble().is_empty())
+                && (place.position - self.view.poses[body].to_body(point)).norm() > depth
+        };
+        match place {
+            _ if own.is_rubble => LEAST_FIRMNESS,
+            Some(place) if on_rubble(place) => LEAST_FIRMNESS,
+            Some(place) if own.is_brittle() => {
+                self.view.trial.firmness(self.model, body, place.facet).max(LEAST_FIRMNESS)
+            }
+            Some(_) | None => 1.0,
+        }
+    }
+
+    /// The number of a contact's place among `known`, found where it is not there yet.
+    fn spot(
+        &self,
+        site: &Site,
+        sites: &SitePoints,
+        state: &PointState,
+        known: &mut Known<'_>,
+        last: Option<&Held>,
+    ) -> usize {
+        if let Some(place) = known.spots.iter().position(|spot| spot.feature == site.feature) {
+            return place;
+        }
+        let [a, b] = self.bodies;
+        let sides = [self.side(a), self.side(b)];
+        let (point, normal) = force::place(site, sites, state.radius_difference);
+        // Behind an asperity it follows from the last force.
+        let first_scale = || last.map_or(self.view.first_scale, |held| held.scale);
+        let scale = state.asperity.is_none().then(first_scale);
+        let mut spot = Spot::new(site.feature, sides, &point, &normal, scale);
+        if self.is_elastic && self.view.yields && scale.is_none() {
+            spot.yield_at_once(sides, &normal, last);
+        }
+        if self.is_brittle {
+            let firmness = [self.firmness_of(a, &spot.on_a, &point), self.firmness_of(b, &spot.on_b, &point)];
+            let left = self.model.softened_share(self.bodies, firmness);
+            let memory = known.carried.point(site.feature);
+            spot.firmness = memory.map_or(left, |memory| memory.firmness.min(left));
+        }
+        known.spots.push(spot);
+        known.spots.len() - 1
+    }
+
+    fn point(
+        &self,
+        law: &ContactLaw,
+        site: Site,
+        sites: SitePoints,
+        mut state: PointState,
+        known: &mut Known<'_>,
+    ) -> ContactPoint {
+        let mut firmness = 1.0;
+        if self.is_elastic || self.is_brittle {
+            let last = known.held.iter().find(|held| held.feature == site.feature);
+            let place = self.spot(&site, &sites, &state, known, last);
+            let spot = &known.spots[place];
+            let spring = state.spring;
+            firmness = spot.firmness;
+            if firmness != 1.0 {
+                (state.spring, state.stiffness) = (spring * firmness, spring * firmness);
+                state.asperity.iter_mut().for_each(|asperity| asperity.share *= firmness);
+            }
+            if self.is_brittle {
+                let sharpness = spring / self.stiffness;
+                state.hardening = state.spring / (1.0 + state.spring * self.spared / sharpness);
+            }
+            if self.is_elastic {
+                state.elastic = spot.elastic;
+                state.elastic_change = spot.change;
+                if let Some(given) = spot.given {
+                    (state.compliance, state.given) = (spot.compliance, given);
+                } else {
+                    state.stiffness = 1.0 / (1.0 / state.spring + spot.compliance);
+                    if let Some(held) = last {
+                        state.offset = spot.compliance * held.load;
+                        known.offset = known.offset.max(state.offset);
+                        let tangential = spot.compliance / self.model.law.tangential_ratio;
+                        state.behind_stretch = held.traction * tangential;
+                    }
+                }
+            }
+        }
+        let [at_a, at_b] = self.bodies.map(|body| &self.view.kinematics[body]);
+        let evaluation = force::evaluate(law, &site, &sites, at_a, at_b, &state);
+        ContactPoint { site, sites, state, evaluation, firmness }
+    }
+}

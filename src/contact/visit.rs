@@ -1,0 +1,214 @@
+//! The features of a pair that are in reach of each other in one configuration.
+
+use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
+use crate::contact::search::{ContactShape, PairFeatures, VertexReach, motion};
+use crate::tensor::{Pose, Vec3};
+
+/// Clearances are measured anew where the two bodies have come this share of their list's skin.
+const MEASURED_ANEW: f64 = 0.2;
+
+/// How far the listed features of a pair were apart in a configuration: what cannot have come near since needs no look.
+#[derive(Debug, Clone, Default)]
+pub struct Clearances {
+    /// Core distances in the order of the list [m].
+    distances: Vec<f64>,
+    at: Option<[Pose; 2]>,
+}
+
+impl Clearances {
+    /// Forgets them, as the list has changed.
+    pub fn clear(&mut self) {
+        self.at = None;
+    }
+
+    /// By how much features may have come nearer at most [m]; `None` where all are to be measured.
+    fn closer(&mut self, pair: &PairFeatures, Placed { shapes, poses, .. }: &Placed<'_>) -> Option<f64> {
+        let way = |at: &[Pose; 2]| (0..2).map(|side| motion(shapes[side], &at[side], poses[side])).sum();
+        let known = self.at.as_ref().map(way).filter(|way: &f64| *way < MEASURED_ANEW * pair.skin);
+        if known.is_none() {
+            self.at = Some(poses.map(Pose::clone));
+            self.distances.clear();
+        }
+        known
+    }
+}
+
+/// The two bodies of a pair where they are.
+#[derive(Clone, Copy)]
+pub struct Placed<'a> {
+    pub shapes: [&'a ContactShape; 2],
+    /// Core vertices in space [m].
+    pub corners: [&'a [Vec3]; 2],
+    pub poses: [&'a Pose; 2],
+}
+
+/// A walk through the features of a list.
+struct Walk<'a> {
+    distances: &'a mut Vec<f64>,
+    closer: Option<f64>,
+    limit: f64,
+    /// The smallest core distance so far [m].
+    smallest: f64,
+    /// Number of the next feature in the list.
+    next: usize,
+}
+
+impl Walk<'_> {
+    /// Whether the next feature can be in reach, or the nearest.
+    fn next_matters(&mut self) -> bool {
+        self.next += 1;
+        let distance = || self.distances[self.next - 1];
+        self.closer.is_none_or(|closer| distance() - closer < self.limit.max(self.smallest))
+    }
+
+    /// Takes note of its distance [m]; its number where it is in reach.
+    fn note(&mut self, distance: f64) -> Option<usize> {
+        if self.closer.is_none() {
+            self.distances.push(distance);
+        }
+        self.smallest = self.smallest.min(distance);
+        (distance < self.limit).then_some(self.next - 1)
+    }
+}
+
+/// Calls `visit` with the site of each feature pair of `pair` that is closer than `reach` [m] beyond the rounding radii, and with its number in the list,
+/// in a fixed order. Returns the smallest core distance [m].
+pub fn visit_sites(
+    placed: &Placed<'_>,
+    pair: &PairFeatures,
+    clearances: &mut Clearances,
+    reach: f64,
+    mut visit: impl FnMut(Site, usize),
+) -> f64 {
+    let Placed { shapes, corners, .. } = *placed;
+    let closer = clearances.closer(pair, placed);
+    let limit = shapes[0].rounded.radius + shapes[1].rounded.radius + reach;
+    let distances = &mut clearances.distances;
+    let mut walk = Walk { distances, closer, limit, smallest: f64::INFINITY, next: 0 };
+    for (own, list) in [&pair.vertices_of_a, &pair.vertices_of_b].into_iter().enumerate() {
+        let other = 1 - own;
+        for VertexReach { vertex, facets } in list {
+            if !walk.next_matters() {
+                continue;
+            }
+            let p = &corners[own][*vertex as usize];
+            let (distance, piece, count) = nearest_piece(p, shapes[other], facets, corners[other]);
+            let Some(number) = walk.note(distance) else { continue };
+            let alone = [*vertex, 0, 0];
+            let site = if own == 0 {
+                let feature = Feature::VertexOfA(*vertex);
+                Site { feature, on_a: alone, on_b: piece, count_a: 1, count_b: count }
+            } else {
+                let feature = Feature::VertexOfB(*vertex);
+                Site { feature, on_a: piece, on_b: alone, count_a: count, count_b: 1 }
+            };
+            visit(site, number);
+        }
+    }
+    for &(i, j) in &pair.edges {
+        if !walk.next_matters() {
+            continue;
+        }
+        let on_a = shapes[0].rounded.core.edges[i as usize].vertices;
+        let on_b = shapes[1].rounded.core.edges[j as usize].vertices;
+        let ([p0, p1], [q0, q1]) = (on_a.map(|v| &corners[0][v]), on_b.map(|v| &corners[1][v]));
+        let (s, t) = closest_on_segments(p0, p1, q0, q1);
+        let distance = ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm();
+        let inside = |s: f64| s > 1e-12 && s < 1.0 - 1e-12;
+        let Some(number) = walk.note(distance).filter(|_| inside(s) && inside(t)) else { continue };
+        let [on_a, on_b] = [on_a, on_b].map(|ends| [ends[0] as u32, ends[1] as u32, 0]);
+        visit(Site { feature: Feature::Edges(i, j), on_a, on_b, count_a: 2, count_b: 2 }, number);
+    }
+    walk.smallest
+}
+
+/// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`.
+fn nearest_piece(p: &Vec3, shape: &ContactShape, facets: &[u32], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
+    if shape.rounded.core.facets.is_empty() {
+        return ((p - corners[0]).norm(), [0; 3], 1);
+    }
+    let mut best = (f64::INFINITY, [0; 3], 0);
+    for &f in facets {
+        let vertices = shape.rounded.core.facets[f as usize];
+        let (closest, spans) = closest_on_triangle(p, vertices.map(|v| &corners[v]));
+        let distance = (closest - p).norm();
+        if distance < best.0 {
+            let mut piece = [0; 3];
+            let mut count = 0;
+            for k in 0..3 {
+                if spans[k] {
+                    piece[count] = vertices[k] as u32;
+                    count += 1;
+                }
+            }
+            best = (distance, piece, count as u8);
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Polyhedron, RoundedBody};
+
+    const RADIUS: f64 = 2e-3;
+    const SKIN: f64 = 1.2e-3;
+
+    fn octahedron(size: f64) -> ContactShape {
+        let corners: Vec<Vec3> = (0..3)
+            .flat_map(|k| [-1.0, 1.0].map(|sign| Vec3::ith(k, sign * size * (1.0 + 0.1 * k as f64))))
+            .collect();
+        let core = Polyhedron::convex_hull(&corners).expect("an octahedron");
+        ContactShape::new(RoundedBody { core, radius: RADIUS })
+    }
+
+    /// What was measured once must not hide a feature that has come in reach since, nor the nearest one.
+    #[test]
+    fn what_cannot_have_come_near_is_all_that_is_passed_over() {
+        let shapes = [octahedron(20e-3), octahedron(23e-3)];
+        let mut poses = [Pose::identity(), Pose::identity()];
+        poses[1] = poses[1].moved(&Vec3::new(18e-3, 19e-3, 20e-3), &Vec3::new(0.3, 0.2, -0.4));
+        let corners = |poses: &[Pose; 2]| {
+            let of = |side: usize| {
+                let own = shapes[side].rounded.core.vertices.iter();
+                own.map(|v: &Vec3| poses[side].to_space(v)).collect::<Vec<_>>()
+            };
+            [of(0), of(1)]
+        };
+        let see = |pair: &PairFeatures, poses: &[Pose; 2], clearances: &mut Clearances| {
+            let [a, b] = corners(poses);
+            let (shapes, poses) = ([&shapes[0], &shapes[1]], [&poses[0], &poses[1]]);
+            let placed = Placed { shapes, corners: [&a, &b], poses };
+            let mut seen = Vec::new();
+            let nearest =
+                visit_sites(&placed, pair, clearances, 0.0, |site, number| seen.push((site, number)));
+            (seen, nearest)
+        };
+        // To where the rounded surfaces touch, and then to and fro.
+        let listed = |poses: &[Pose; 2]| {
+            PairFeatures::list(&shapes, &corners(poses), poses, (0, 1), [2.0 * RADIUS + SKIN, 0.0])
+        };
+        let along = Vec3::new(18.0, 19.0, 20.0).normalize();
+        for _ in 0..8 {
+            let (_, apart) = see(&listed(&poses), &poses, &mut Clearances::default());
+            assert!(apart.is_finite(), "nothing is near");
+            poses[1] = poses[1].moved(&(along * (2.0 * RADIUS - apart)), &Vec3::zeros());
+        }
+        let pair = PairFeatures::list(&shapes, &corners(&poses), &poses, (0, 1), [SKIN, 0.0]);
+        let (first, mut clearances) = (poses, Clearances::default());
+        let (mut touched, mut passed_over) = (0, 0);
+        for k in 0..200 {
+            let share = |speed: f64| (speed * f64::from(k)).sin();
+            let way = Vec3::new(share(0.11), share(0.17), share(0.23)) * (0.25 * SKIN);
+            let turn = Vec3::new(share(0.07), share(0.29), share(0.13)) * (0.1 * SKIN / 23e-3);
+            poses[1] = first[1].moved(&way, &turn);
+            let measured = see(&pair, &poses, &mut Clearances::default());
+            let found = see(&pair, &poses, &mut clearances);
+            assert_eq!(found, measured, "{k}");
+            touched += usize::from(!found.0.is_empty());
+            passed_over += usize::from(clearances.at.as_ref().is_some_and(|at| at[1] != poses[1]));
+        }
+        assert!(touched > 20 && touched < 180 && passed_over > 50, "{touched} {passed_over}");
+    }
+}
