@@ -121,7 +121,7 @@ fn balls_weigh_what_balls_weigh() {
         let scene = scene_of(&case_of(ball, json!([{"kind": "load"}])), Path::new(""));
         let mass = scene.model.bodies[0].mass;
         assert!((mass / weight - 1.0).abs() < 1e-12, "{fidelity} {size}: {mass} of {weight}");
-        if let Some(grain) = &scene.model.bodies[0].grain {
+        if let Some(grain) = scene.model.bodies[0].grain() {
             let own = grain.mass_properties().mass;
             assert!((own / weight - 1.0).abs() < 1e-12, "{fidelity} {size}: its cells {own} of {weight}");
         }

@@ -17,15 +17,8 @@ const CIRCLES: &[&[&str]] = &[
         "case/rules/specimen.rs",
         "case/rules/stages.rs",
     ],
-    &["contact/force.rs", "contact/friction.rs"],
-    &["contact/memory.rs", "contact/quadrature.rs"],
     &["geometry/polyhedron.rs", "geometry/rounded.rs"],
-    &["grain/damaged.rs", "grain/stored.rs"],
-    &["linalg/cholesky.rs", "linalg/ordering.rs", "linalg/symmetric.rs"],
-    &["mesh/encoded.rs", "mesh/formats.rs"],
-    &["model/body.rs", "model/mod.rs"],
     &["model/cover.rs", "model/cover/drape.rs", "model/cover/hold.rs"],
-    &["report/page.rs", "report/viewer.rs"],
     &["scene/parameters.rs", "scene/placed.rs", "scene/press.rs", "scene/run.rs"],
     &[
         "solver/balance.rs",
@@ -40,7 +33,6 @@ const CIRCLES: &[&[&str]] = &[
         "solver/tangent.rs",
     ],
     &["specimen/compaction.rs", "specimen/mod.rs", "specimen/relaxation.rs", "specimen/statistics.rs"],
-    &["triaxial/rig.rs", "triaxial/rubber.rs"],
     &["triaxial/starts.rs", "triaxial/test.rs", "triaxial/test/trial.rs"],
 ];
 

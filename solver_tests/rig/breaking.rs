@@ -63,7 +63,7 @@ fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, kind: Kind) -> Rig 
     if kind.bends {
         rig.condense(grains)
     } else {
-        rig.let_break(grains)
+        rig.let_break(grains.into_iter().map(|(_, damaged)| damaged).collect())
     }
     rig
 }
@@ -87,7 +87,7 @@ fn grains_that_cannot_break_give_the_bits_of_rigid_ones() {
 fn grains_that_bend_and_cannot_break_give_the_bits_of_condensed_ones() {
     let mut unbreakable = rig(PRESSED);
     let bodies = breakable(1e12, BENDING).model.bodies;
-    unbreakable.condense(bodies.into_iter().map_while(|body| Some((body.grain?, None))).collect());
+    unbreakable.condense(bodies.into_iter().map_while(|body| Some((body.grain()?.clone(), None))).collect());
     strength_that_nothing_reaches(BENDING, unbreakable);
 }
 
@@ -118,7 +118,7 @@ fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
 #[test]
 fn weak_grains_that_bend_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
     let mut whole = break_on(BENDING);
-    let broken = |body: &&riprap::model::Body| body.damaged.as_ref().is_some_and(|grain| grain.is_parted());
+    let broken = |body: &&riprap::model::Body| body.damaged().is_some_and(|grain| grain.is_parted());
     let broken: Vec<_> = whole.model.bodies.iter().filter(broken).collect();
     assert!(!broken.is_empty() && broken.iter().all(|body| body.is_elastic()), "{}", broken.len());
 
@@ -195,7 +195,7 @@ fn a_new_shape_leaves_the_forces_of_contacts_that_it_is_nowhere_near() {
         let before = forces(&mut rig);
         let mut changes = Vec::new();
         for body in 0..specimen().grains.len() {
-            let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
+            let whole = rig.model.bodies[body].damaged().cloned().expect("breakable");
             let (nominal, pose) = (&rig.model.bodies[body].nominal, rig.committed.poses[body]);
             let size = rig.model.bodies[body].rotation_scale;
             for lost in &nominal.vertices {
@@ -279,7 +279,7 @@ fn weak_grains_break_on_in_rubber_and_a_stored_state_goes_on_to_the_same_bits() 
 /// The rig where the rock of `body` in `is_lost` cells has failed and is broken up.
 fn without(rig: &Rig, body: usize, is_lost: impl Fn(CellId) -> bool) -> (Rig, Fracture) {
     let mut rig = rig.clone();
-    let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
+    let whole = rig.model.bodies[body].damaged().cloned().expect("breakable");
     let mesh = whole.mesh();
     let failed = DamageState { failed: true, ..DamageState::default() };
     let state = |cell: CellId| if is_lost(cell) { failed } else { DamageState::default() };
@@ -287,7 +287,7 @@ fn without(rig: &Rig, body: usize, is_lost: impl Fn(CellId) -> bool) -> (Rig, Fr
     let laws = mesh.cell_ids().map(|cell| *whole.law(cell)).collect();
     let origin = Ancestry::of_grain(body as u32);
     let cut = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, origin).expect("a grain");
-    rig.model.bodies[body].damaged = Some(Arc::new(cut));
+    rig.model.bodies[body].breakage = rig.model.bodies[body].breakage.of(Arc::new(cut));
     let mut displacements = vec![Vec::new(); rig.model.bodies.len()];
     displacements[body] = vec![Vec3::zeros(); mesh.nodes.len()];
     let mut fractures = rig.model.break_up(&mut rig.committed, &displacements, 1e-9).expect("parts");
@@ -307,7 +307,7 @@ fn a_grain_in_rubber_comes_apart() {
     let before = (rig.model.bodies.len(), sheet(&rig), rig.volume(&rig.committed.poses));
     // Cells across a grain fail; most are too coarse for that to leave two parts that are thick enough.
     let halved = |body: usize, axis: usize, off: f64| {
-        let whole = rig.model.bodies[body].damaged.clone().expect("breakable");
+        let whole = rig.model.bodies[body].damaged().cloned().expect("breakable");
         let mesh = whole.mesh();
         let is_across = |cell: CellId| {
             let heights = mesh.corners(cell).map(|p| p[axis] - mesh.centroid()[axis] - off);
@@ -340,7 +340,7 @@ fn weak_grains_that_stay_as_rubble_keep_their_room() {
     let before = breakable(WEAK, kind).model;
     let mut crushed = 0;
     for (index, first) in before.bodies.iter().enumerate() {
-        let (Some(generated), Some(grain)) = (&first.damaged, &whole.model.bodies[index].damaged) else {
+        let (Some(generated), Some(grain)) = (first.damaged(), whole.model.bodies[index].damaged()) else {
             continue;
         };
         if grain.ancestry().generation == 0 {

@@ -149,7 +149,7 @@ impl Contacts {
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
         let full = self.fields.iter_mut().zip(&model.bodies).map(|(field, body)| {
-            body.full.as_ref().map_or_else(SurfaceField::new, |grain| {
+            body.full().map_or_else(SurfaceField::new, |grain| {
                 if grain.nodal(field).is_empty() {
                     *field = grain.undisplaced();
                 }
@@ -159,7 +159,7 @@ impl Contacts {
         self.surplus = full.collect();
         self.update_reach();
         self.grains.clear();
-        self.grains.extend(model.bodies.iter().map(|body| body.grain.clone()));
+        self.grains.extend(model.bodies.iter().map(|body| body.grain().cloned()));
         self.surface_loads.clear();
         self.followed.clear();
         self.stressing_loads.clear();

@@ -103,7 +103,7 @@ impl Damages {
 
 /// The grain of a body as it can break now: one that yields with its damage is sound while it rests.
 fn breakable(body: &Body) -> Option<&DamagedGrain> {
-    body.damaged.as_deref().filter(|_| body.is_brittle() || body.resting.is_none())
+    body.damaged().map(|grain| &**grain).filter(|_| body.is_brittle() || !body.is_resting())
 }
 
 impl Contacts {
@@ -150,7 +150,7 @@ impl Contacts {
                 total.failed_cells += change.failed_cells;
             }
             total.factored += usize::from(fresh);
-            let bends = model.bodies[body].yields && self.grains[body].is_some();
+            let bends = model.bodies[body].softens_with_damage() && self.grains[body].is_some();
             if let (true, Some(grain)) = (fresh && bends, &self.trial.grains[body]) {
                 grain.condensed().surface_field_into(&mut self.fields[body], &self.surface_loads[body]);
                 self.grains[body] = Some(grain.condensed().clone());

@@ -157,7 +157,7 @@ impl Contacts {
         let displaced =
             self.fields.par_iter_mut().zip(&mut self.surplus).zip(&self.grains).zip(&surface_loads);
         let left = displaced.zip(&model.bodies).map(|((((field, surplus), grain), loads), body)| {
-            match (grain, &body.full) {
+            match (grain, body.full()) {
                 (Some(_), Some(full)) => full.settle(field, surplus, loads),
                 (Some(grain), None) => {
                     grain.surface_field_into(field, loads);
@@ -283,7 +283,7 @@ impl Contacts {
             .iter()
             .zip(&self.fields)
             .zip(&model.bodies)
-            .map(|((loads, field), body)| match &body.full {
+            .map(|((loads, field), body)| match body.full() {
                 Some(grain) => grain.energy(grain.nodal(field)),
                 None => 0.5 * loads.iter().map(|load| work(load, field)).sum::<f64>(),
             })

@@ -48,7 +48,7 @@ impl Recovery {
     /// What is neglected in each active contact of `contacts` as the bodies are [m], in space: [`Self::neglected`] where they rest, with what
     /// changes of fidelity have kept or made up for.
     pub fn present(&self, contacts: &Contacts, model: &Model) -> Vec<Vec3> {
-        let resting: Vec<bool> = model.bodies.iter().map(|body| body.resting.is_some()).collect();
+        let resting: Vec<bool> = model.bodies.iter().map(|body| body.is_resting()).collect();
         self.neglected(contacts, &resting).iter().zip(&self.kept).map(|(now, kept)| now + kept).collect()
     }
 
@@ -191,7 +191,7 @@ impl Contacts {
     pub fn stored_energy(&self, model: &Model, recovery: &Recovery) -> f64 {
         let contacts = self.active().map(|(_, p)| p.evaluation.energy + p.evaluation.tangential_energy);
         let bodies = model.bodies.iter().zip(&recovery.loads).zip(&recovery.fields);
-        let of_body = bodies.filter(|((body, _), _)| body.grain.is_some()).map(|((_, loads), field)| {
+        let of_body = bodies.filter(|((body, _), _)| body.is_elastic()).map(|((_, loads), field)| {
             0.5 * loads.iter().map(|(place, force)| force.dot(&interpolate(place, field))).sum::<f64>()
         });
         contacts.sum::<f64>() + of_body.sum::<f64>()

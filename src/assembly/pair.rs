@@ -447,11 +447,11 @@ impl<'a> Meeting<'a> {
         let (own, shape) = (&self.model.bodies[body], &self.model.shapes[body]);
         let on_rubble = |place: &SurfacePoint| {
             let depth = RUBBLE_DEPTH * shape.rounded.radius;
-            own.damaged.as_ref().is_some_and(|grain| !grain.rubble().is_empty())
+            own.damaged().is_some_and(|grain| !grain.rubble().is_empty())
                 && (place.position - self.view.poses[body].to_body(point)).norm() > depth
         };
         match place {
-            _ if own.is_rubble => LEAST_FIRMNESS,
+            _ if own.is_rubble() => LEAST_FIRMNESS,
             Some(place) if on_rubble(place) => LEAST_FIRMNESS,
             Some(place) if own.is_brittle() => {
                 self.view.trial.firmness(self.model, body, place.facet).max(LEAST_FIRMNESS)

@@ -33,7 +33,7 @@ impl Trial {
     /// The grain of a body with its trial damage; the committed one where none has moved yet.
     pub fn grain<'a>(&'a self, model: &'a Model, body: usize) -> Option<&'a DamagedGrain> {
         let trial = self.grains.get(body).and_then(Option::as_ref);
-        trial.or_else(|| model.bodies.get(body)?.damaged.as_deref())
+        trial.or_else(|| Some(&**model.bodies.get(body)?.damaged()?))
     }
 
     /// What is left of the stiffness of a brittle body's rock below a facet.

@@ -1,7 +1,7 @@
 //! The friction force of a contact point; see [`crate::contact::force`].
 
-use crate::contact::force::{Evaluation, Frame, PointState};
 use crate::contact::law::ContactLaw;
+use crate::contact::state::{Evaluation, Frame, PointState};
 use crate::tensor::Vec3;
 use crate::tensor::dual::{Real, Vector};
 

@@ -23,8 +23,10 @@ pub mod law;
 pub mod membrane;
 pub mod memory;
 pub mod patch;
+pub mod point_memory;
 pub mod quadrature;
 pub mod search;
+pub mod state;
 pub mod visit;
 
 pub use asperity::{Asperity, NormalLaw};

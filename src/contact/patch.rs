@@ -12,9 +12,10 @@
 //! move continuously with the bodies and keep their numbers, so what a contact remembers is kept under these.
 
 use crate::contact::face::{Face, FaceShare, FaceWeight};
-use crate::contact::force::{Evaluation, Frame, Kinematics, PointState, Tangent, moving_frames};
+use crate::contact::force::{Evaluation, Kinematics, PointState, Tangent, moving_frames};
 use crate::contact::friction::{Pressed, rub};
 use crate::contact::law::ContactLaw;
+use crate::contact::state::Frame;
 use crate::tensor::dual::{Dual, Real, Vector};
 use crate::tensor::{Pose, Vec3};
 

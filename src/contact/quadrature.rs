@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::face::Face;
 use crate::contact::features::Feature;
-use crate::contact::memory::PointMemory;
+use crate::contact::point_memory::PointMemory;
 use crate::grain::Surface;
 use crate::linalg::fewest_weights;
 use crate::tensor::{Pose, Vec3};

@@ -78,7 +78,8 @@ impl CondensedGrain {
         density: f64,
         intact: &[[f64; POINT_COUNT]],
     ) -> Result<Self> {
-        Self::build(mesh, cell_elasticity, density, intact, DENSE_SURFACE_NODES)
+        let surface = Surface::new(&mesh);
+        Self::build(mesh, surface, cell_elasticity, density, intact, DENSE_SURFACE_NODES)
     }
 
     /// As [`Self::with_damage`], with a factor only: columns of the flexibility are solved for when asked for. For grains whose damage
@@ -89,11 +90,21 @@ impl CondensedGrain {
         density: f64,
         intact: &[[f64; POINT_COUNT]],
     ) -> Result<Self> {
-        Self::build(mesh, cell_elasticity, density, intact, 0)
+        let surface = Surface::of_notched(&mesh);
+        Self::build(mesh, surface, cell_elasticity, density, intact, 0)
+    }
+
+    /// As [`Self::new`], with a factor only: of a body that is stressed but does not bend hardly any column of the flexibility is asked for, and they take
+    /// most of the memory.
+    pub fn stressed(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
+        let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
+        let surface = Surface::new(&mesh);
+        Self::build(mesh, surface, cell_elasticity, density, &intact, 0)
     }
 
     fn build(
         mesh: Mesh,
+        surface: Surface,
         cell_elasticity: &[Elastic],
         density: f64,
         intact: &[[f64; POINT_COUNT]],
@@ -105,7 +116,6 @@ impl CondensedGrain {
             return Err(fail(format!("has {parts} parts; each must be a grain of its own")));
         }
         let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
-        let surface = if dense_nodes == 0 { Surface::of_notched(&mesh) } else { Surface::new(&mesh) };
         let mut held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
             .map_err(|fault| fail(fault.to_string()))?;
         let flexibility = if surface.nodes().len() <= dense_nodes {

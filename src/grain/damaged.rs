@@ -20,7 +20,6 @@ use nalgebra::Vector6;
 use crate::element::{POINT_COUNT, StraightTet10};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
-use crate::grain::stored::placed;
 use crate::grain::surface::SurfacePoint;
 use crate::material::{DamageLaw, DamageState, Elastic};
 use crate::mesh::{CellId, Mesh};
@@ -206,6 +205,13 @@ fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {
             })
         })
         .collect()
+}
+
+/// Cells of the mesh as generated, `offset` being the new reference point.
+pub(super) fn placed(origin: &Mesh, cells: &[CellId], offset: &Vec3) -> Result<Mesh> {
+    let (mut mesh, _) = origin.part(cells)?;
+    mesh.nodes.iter_mut().for_each(|node| *node -= offset);
+    Ok(mesh)
 }
 
 impl DamagedGrain {

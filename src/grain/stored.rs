@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::element::POINT_COUNT;
 use crate::error::{Error, Result};
-use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past};
+use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past, placed};
 use crate::material::DamageState;
-use crate::mesh::{CellId, Mesh};
+use crate::mesh::CellId;
 use crate::tensor::Vec3;
 
 /// What a committed grain is, but for what follows from the grain as generated.
@@ -41,13 +41,6 @@ impl StoredGrain {
     pub const fn origin(&self) -> u32 {
         self.origin
     }
-}
-
-/// Cells of the mesh as generated, `offset` being the new reference point.
-pub(super) fn placed(origin: &Mesh, cells: &[CellId], offset: &Vec3) -> Result<Mesh> {
-    let (mut mesh, _) = origin.part(cells)?;
-    mesh.nodes.iter_mut().for_each(|node| *node -= offset);
-    Ok(mesh)
 }
 
 impl DamagedGrain {

@@ -107,7 +107,7 @@ pub fn stress_miss(run: &Run) -> f64 {
     let contacts = &run.scene.contacts;
     let mut worst = 0.0;
     for (index, body) in run.scene.model.bodies.iter().enumerate() {
-        let stresses = match (&body.grain, &body.full) {
+        let stresses = match (body.grain(), body.full()) {
             (_, Some(grain)) => grain.condensed().cell_stresses(grain.nodal(&contacts.fields[index])),
             (Some(grain), None) => {
                 grain.cell_stresses(&grain.nodal_displacements(&contacts.surface_loads[index]))

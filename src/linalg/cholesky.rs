@@ -18,6 +18,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
+use crate::linalg::fault::FactorError;
 use crate::linalg::norm;
 use crate::linalg::ordering::Ordering;
 use crate::linalg::symmetric::{SymmetricMatrix, SymmetricPattern};
@@ -29,27 +30,6 @@ pub enum Factorisation {
     Llt,
     /// `A = L D L^T` without pivoting, for quasi-definite matrices.
     Ldlt,
-}
-
-/// Why a factorisation or a solution is not there. Callers cut the step or report; nothing panics.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FactorError {
-    #[error("the matrix is not positive definite (pivot {pivot} of the elimination)")]
-    NotPositiveDefinite { pivot: usize },
-    #[error("the matrix has a zero pivot (pivot {pivot} of the elimination)")]
-    ZeroPivot { pivot: usize },
-    #[error("{0} holds a value that is not finite")]
-    NotFinite(&'static str),
-    #[error("the solution leaves a relative residual of {residual:.1e}, more than {tolerance:.1e}")]
-    Residual { residual: f64, tolerance: f64 },
-    #[error("expected {expected} entries, found {found}")]
-    Size { expected: usize, found: usize },
-    #[error("there is no numeric factor yet, or the last factorisation failed")]
-    NotFactorised,
-    #[error("the ordering does not belong to the pattern, or METIS failed with status {0}")]
-    Ordering(i32),
-    #[error("not enough memory for the factor")]
-    OutOfMemory,
 }
 
 impl From<FaerError> for FactorError {

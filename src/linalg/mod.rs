@@ -1,6 +1,7 @@
 //! Sparse linear algebra: patterns, ordering, factorisations, refactorisation. The only user of faer and sprs.
 
 pub mod cholesky;
+mod fault;
 pub mod fewest;
 pub mod gmres;
 pub mod lu;
@@ -8,7 +9,8 @@ pub mod multifrontal;
 pub mod ordering;
 pub mod symmetric;
 
-pub use cholesky::{FactorError, Factorisation, Refinement, SparseCholesky};
+pub use cholesky::{Factorisation, Refinement, SparseCholesky};
+pub use fault::FactorError;
 pub use fewest::fewest_weights;
 pub use gmres::gmres;
 pub use multifrontal::MultifrontalLu;

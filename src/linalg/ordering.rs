@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use sprs::{CsStructureI, smmp};
 
-use crate::linalg::cholesky::FactorError;
+use crate::linalg::fault::FactorError;
 
 /// Neighbours of every node, ascending, without the node itself.
 #[derive(Debug, Clone, PartialEq)]

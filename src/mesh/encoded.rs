@@ -9,10 +9,16 @@ use std::io::Read as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::mesh::formats::Cells;
 use crate::tensor::Vec3;
 
 type Read<T> = std::result::Result<T, String>;
+
+/// Points, and cells by VTK type and numbers of their points.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cells {
+    pub points: Vec<Vec3>,
+    pub cells: Vec<(u32, Vec<usize>)>,
+}
 
 /// What all arrays of a file have in common.
 struct File<'a> {

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::str::SplitWhitespace;
 
 use crate::error::{Error, Result};
+pub use crate::mesh::encoded::Cells;
 use crate::mesh::encoded::vtu;
 use crate::tensor::Vec3;
 
@@ -27,13 +28,6 @@ const QUADRATIC_TRIANGLE: u32 = 22;
 const QUADRATIC_TETRAHEDRON: u32 = 24;
 /// VTK's type of cells that no `.msh` element above is: refused by whoever needs tetrahedra.
 const OTHER: u32 = 12;
-
-/// Points, and cells by VTK type and numbers of their points.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Cells {
-    pub points: Vec<Vec3>,
-    pub cells: Vec<(u32, Vec<usize>)>,
-}
 
 type Read<T> = std::result::Result<T, String>;
 

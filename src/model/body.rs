@@ -3,9 +3,12 @@
 use std::sync::Arc;
 
 use crate::contact::law::Friction;
+use crate::error::Result;
 use crate::geometry::Polyhedron;
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain, Surface};
-use crate::model::STIFFNESS_RATIO;
+
+/// A body's share of a contact's stiffness ([`Body::stiffness`]) over `E / (1 - nu^2)` times its size, the diameter of the ball of its volume.
+pub const STIFFNESS_RATIO: f64 = 0.1;
 
 /// Index of a body in its model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -30,6 +33,81 @@ impl BodyKind {
     }
 }
 
+/// How a body deforms.
+#[derive(Debug, Clone, Default)]
+pub enum Deformation {
+    /// Not at all.
+    #[default]
+    Rigid,
+    /// Not for now: it may get back this flexibility, which is in no gap.
+    Resting(Arc<CondensedGrain>),
+    /// By its own flexibility, which is in every gap.
+    Condensed(Arc<CondensedGrain>),
+    /// By the motion of all nodes of its mesh, with finite strains.
+    Full(Arc<FullGrain>),
+}
+
+/// How a body breaks. Its damage is that of the last accepted increment.
+#[derive(Debug, Clone, Default)]
+pub enum Breakage {
+    #[default]
+    Never,
+    /// The forces on it stress it, its contacts soften and cells fail; what cells are left bend as sound rock, if at all.
+    Brittle(Arc<DamagedGrain>),
+    /// Its flexibility goes with its damage, which has to be found together with the forces; it is sound while it rests.
+    Softening(Arc<DamagedGrain>),
+    /// All the rock of this grain, or of this part of one, has failed and stays as rubble: it has no mesh any more.
+    Rubble,
+}
+
+impl Deformation {
+    /// The flexibility by which a body deforms now.
+    pub fn grain(&self) -> Option<&Arc<CondensedGrain>> {
+        match self {
+            Deformation::Condensed(grain) => Some(grain),
+            Deformation::Full(full) => Some(full.condensed()),
+            Deformation::Rigid | Deformation::Resting(_) => None,
+        }
+    }
+
+    /// The flexibility of a body, whether or not it is in the gaps now.
+    pub fn flexibility(&self) -> Option<&Arc<CondensedGrain>> {
+        match self {
+            Deformation::Resting(grain) => Some(grain),
+            Deformation::Rigid | Deformation::Condensed(_) | Deformation::Full(_) => self.grain(),
+        }
+    }
+
+    /// The same way to deform, by the flexibility of a part.
+    pub fn of_part(&self, part: impl FnOnce() -> Result<Arc<CondensedGrain>>) -> Result<Self> {
+        Ok(match self {
+            Deformation::Rigid => Deformation::Rigid,
+            Deformation::Resting(_) => Deformation::Resting(part()?),
+            Deformation::Condensed(_) | Deformation::Full(_) => Deformation::Condensed(part()?),
+        })
+    }
+}
+
+impl Breakage {
+    pub fn grain(&self) -> Option<&Arc<DamagedGrain>> {
+        match self {
+            Breakage::Brittle(grain) | Breakage::Softening(grain) => Some(grain),
+            Breakage::Never | Breakage::Rubble => None,
+        }
+    }
+
+    /// The same way to break, of another state of the grain or of a part of it.
+    #[must_use]
+    pub fn of(&self, grain: Arc<DamagedGrain>) -> Self {
+        match self {
+            Breakage::Brittle(_) => Breakage::Brittle(grain),
+            Breakage::Softening(_) => Breakage::Softening(grain),
+            Breakage::Never => Breakage::Never,
+            Breakage::Rubble => Breakage::Rubble,
+        }
+    }
+}
+
 #[derive(Debug, Clone)]
 pub struct Body {
     pub name: String,
@@ -40,19 +118,8 @@ pub struct Body {
     pub stiffness: f64,
     /// The pressure at which its rock is crushed where it is indented [Pa]; infinite where it never is.
     pub limit_pressure: f64,
-    /// Its own flexibility, where it is condensed; then it is in every gap.
-    pub grain: Option<Arc<CondensedGrain>>,
-    /// Its mesh, where all its nodes move with finite strains; then `grain` eliminates them.
-    pub full: Option<Arc<FullGrain>>,
-    /// Its damage as of the last accepted increment, where it can break.
-    pub damaged: Option<Arc<DamagedGrain>>,
-    /// Whether `grain` softens with its damage, which then has to be found together with the forces; such a body is sound while it rests. Else it
-    /// is brittle: the forces on it stress it, its contacts soften and cells fail, and what cells are left bend as sound rock, if at all.
-    pub yields: bool,
-    /// Its own flexibility, where it is rigid for now and may become condensed; then it is in no gap.
-    pub resting: Option<Arc<CondensedGrain>>,
-    /// Whether it is a grain, or a part of one, all of whose rock has failed and stays as rubble: it has no mesh any more.
-    pub is_rubble: bool,
+    pub deformation: Deformation,
+    pub breakage: Breakage,
     /// Its own friction, where it has one.
     pub friction: Option<Friction>,
     /// [kg]
@@ -81,12 +148,8 @@ impl Body {
             nominal,
             stiffness,
             limit_pressure: f64::INFINITY,
-            grain: None,
-            full: None,
-            damaged: None,
-            yields: false,
-            resting: None,
-            is_rubble: false,
+            deformation: Deformation::Rigid,
+            breakage: Breakage::Never,
             friction: None,
             mass: 0.0,
             centre_of_mass: crate::tensor::Vec3::zeros(),
@@ -113,50 +176,82 @@ impl Body {
 
     /// Where its frame lies from the point that it, or the grain that it is a part of, was placed by, in body coordinates [m].
     pub fn frame_offset(&self) -> crate::tensor::Vec3 {
-        self.offset + self.damaged.as_ref().map_or_else(crate::tensor::Vec3::zeros, |grain| grain.offset())
+        self.offset + self.damaged().map_or_else(crate::tensor::Vec3::zeros, |grain| grain.offset())
+    }
+
+    /// The flexibility by which it deforms now.
+    pub fn grain(&self) -> Option<&Arc<CondensedGrain>> {
+        self.deformation.grain()
+    }
+
+    /// Its mesh, where all nodes of it move.
+    pub fn full(&self) -> Option<&Arc<FullGrain>> {
+        match &self.deformation {
+            Deformation::Full(full) => Some(full),
+            Deformation::Rigid | Deformation::Resting(_) | Deformation::Condensed(_) => None,
+        }
+    }
+
+    /// Its damage as of the last accepted increment, where it can break.
+    pub fn damaged(&self) -> Option<&Arc<DamagedGrain>> {
+        self.breakage.grain()
+    }
+
+    /// Whether it is rigid for now and may become condensed.
+    pub fn is_resting(&self) -> bool {
+        matches!(self.deformation, Deformation::Resting(_))
     }
 
     /// The meshed surface, where the body deforms.
     pub fn surface(&self) -> Option<&Surface> {
-        self.grain.as_ref().map(|grain| grain.surface())
+        self.grain().map(|grain| grain.surface())
     }
 
     /// The meshed surface that forces stress: that of a body that deforms, or that breaks.
     pub fn stressed_surface(&self) -> Option<&Surface> {
-        let brittle = self.damaged.as_ref().filter(|_| self.is_brittle());
-        brittle.map(|grain| grain.condensed().surface()).or_else(|| self.surface())
+        match &self.breakage {
+            Breakage::Brittle(grain) => Some(grain.condensed().surface()),
+            Breakage::Never | Breakage::Softening(_) | Breakage::Rubble => self.surface(),
+        }
     }
 
     pub fn is_elastic(&self) -> bool {
-        self.grain.is_some()
+        self.grain().is_some()
     }
 
-    /// Whether it breaks and does not bend any more for its damage, but where cells are gone.
     pub fn is_brittle(&self) -> bool {
-        self.damaged.is_some() && !self.yields
+        matches!(self.breakage, Breakage::Brittle(_))
+    }
+
+    pub fn is_rubble(&self) -> bool {
+        matches!(self.breakage, Breakage::Rubble)
+    }
+
+    /// Whether its flexibility goes with its damage.
+    pub fn softens_with_damage(&self) -> bool {
+        matches!(self.breakage, Breakage::Softening(_))
     }
 
     /// Whether a force on it stresses the facets around its place: it breaks, and its mesh does not spread forces over patches by itself.
     pub fn spreads_forces(&self) -> bool {
-        self.is_brittle() && self.damaged.as_ref().is_some_and(|grain| !grain.is_on_patches())
+        matches!(&self.breakage, Breakage::Brittle(grain) if !grain.is_on_patches())
     }
 
     /// Whether its contacts soften with its rock, and so harden where their overlap comes near the rounding.
     pub fn softens(&self) -> bool {
-        self.is_brittle() || self.is_rubble
+        self.is_brittle() || self.is_rubble()
     }
 
     /// Its flexibility, whether or not it is in the gaps now.
     pub fn flexibility(&self) -> Option<&Arc<CondensedGrain>> {
-        self.grain.as_ref().or(self.resting.as_ref())
+        self.deformation.flexibility()
     }
 
     /// Makes a resting body condensed; says whether it was resting.
     pub fn wake(&mut self) -> bool {
-        let rested = self.resting.take();
-        let woken = rested.is_some();
-        self.grain = rested.or(self.grain.take());
-        woken
+        let Deformation::Resting(grain) = &self.deformation else { return false };
+        self.deformation = Deformation::Condensed(grain.clone());
+        true
     }
 
     /// `E / (1 - nu^2)` of its rock [Pa]; infinite where it does not yield.
@@ -171,29 +266,31 @@ impl Body {
 
     /// Whether it bends now and may be rigid for a while.
     pub fn can_rest(&self) -> bool {
-        self.grain.is_some() && self.may_rest()
+        matches!(self.deformation, Deformation::Condensed(_)) && self.may_rest()
     }
 
     /// Makes a condensed body rigid for a while, if it may be; says whether it did.
     pub fn rest(&mut self) -> bool {
-        let can = self.can_rest();
-        if can {
-            self.resting = self.grain.take();
+        match &self.deformation {
+            Deformation::Condensed(grain) if self.may_rest() => {
+                self.deformation = Deformation::Resting(grain.clone());
+                true
+            }
+            _ => false,
         }
-        can
     }
 
     /// Whether its rock is as generated.
     pub fn is_sound(&self) -> bool {
-        self.damaged.as_ref().is_none_or(|grain| grain.is_sound())
+        self.damaged().is_none_or(|grain| grain.is_sound())
     }
 
     /// How it deforms, as results files number it: 0 rigid, 1 condensed, 2 full.
     pub fn level(&self) -> u8 {
-        match (&self.grain, &self.full) {
-            (_, Some(_)) => 2,
-            (Some(_), None) => 1,
-            (None, None) => 0,
+        match self.deformation {
+            Deformation::Rigid | Deformation::Resting(_) => 0,
+            Deformation::Condensed(_) => 1,
+            Deformation::Full(_) => 2,
         }
     }
 }

@@ -18,10 +18,10 @@ use crate::geometry::rounded::{HalfSpace, facet_planes, intersection, plain_hull
 use crate::geometry::separation::separating_axis;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::hulls::{self, contact_shapes};
-use crate::grain::{CondensedGrain, DamagedGrain, Fragment};
+use crate::grain::{DamagedGrain, Fragment};
 use crate::mesh::Mesh;
 use crate::model::cover::CoverNode;
-use crate::model::{Body, BodyKind, Committed, Model};
+use crate::model::{Body, BodyKind, Breakage, Committed, Deformation, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
 /// Hulls that differ by less than this share of their volume are the same.
@@ -81,7 +81,7 @@ impl Model {
     pub fn is_broken(&self) -> bool {
         let whole = |first: &DamagedGrain| {
             self.bodies.get(first.ancestry().origin as usize).is_some_and(|body| {
-                body.damaged.as_ref().is_some_and(|grain| grain.states().len() == first.states().len())
+                body.damaged().is_some_and(|grain| grain.states().len() == first.states().len())
             })
         };
         self.generated.iter().flatten().any(|first| !whole(first))
@@ -89,14 +89,14 @@ impl Model {
 
     /// Notes the sound grains that damage begins with; once, when the bodies are complete.
     pub fn begin_damage(&mut self) {
-        self.generated = self.bodies.iter().map(|body| body.damaged.clone()).collect();
+        self.generated = self.bodies.iter().map(|body| body.damaged().cloned()).collect();
     }
 
     /// The bodies that each grain as generated is now.
     pub fn parts(&self) -> Vec<Vec<usize>> {
         let mut parts = vec![Vec::new(); self.generated.len()];
         for (index, body) in self.bodies.iter().enumerate() {
-            let Some(grain) = &body.damaged else { continue };
+            let Some(grain) = body.damaged() else { continue };
             if let Some(parts) = parts.get_mut(grain.ancestry().origin as usize) {
                 parts.push(index);
             }
@@ -106,8 +106,7 @@ impl Model {
 
     /// Whether these are, or this is, what is left of a grain that came apart.
     pub fn came_apart(&self, parts: &[usize]) -> bool {
-        let generation =
-            |part: &usize| self.bodies[*part].damaged.as_ref().map(|it| it.ancestry().generation);
+        let generation = |part: &usize| self.bodies[*part].damaged().map(|it| it.ancestry().generation);
         parts.len() > 1 || parts.iter().filter_map(generation).any(|generation| generation > 0)
     }
 
@@ -115,7 +114,7 @@ impl Model {
         let mut counts = DamageCounts::default();
         for (first, parts) in self.generated.iter().zip(self.parts()) {
             let Some(first) = first else { continue };
-            let alive = parts.iter().filter_map(|part| self.bodies[*part].damaged.as_ref());
+            let alive = parts.iter().filter_map(|part| self.bodies[*part].damaged());
             let (mut cells, mut failed) = (0, 0);
             for grain in alive {
                 cells += grain.states().len();
@@ -143,10 +142,10 @@ impl Model {
     pub fn take_damage(&mut self, grains: &[Option<Arc<DamagedGrain>>]) {
         for (body, grain) in self.bodies.iter_mut().zip(grains) {
             if let Some(grain) = grain {
-                if !grain.is_sound() && body.grain.is_some() && body.yields {
-                    body.grain = Some(grain.condensed().clone());
+                if !grain.is_sound() && body.is_elastic() && body.softens_with_damage() {
+                    body.deformation = Deformation::Condensed(grain.condensed().clone());
                 }
-                body.damaged = Some(grain.clone());
+                body.breakage = body.breakage.of(grain.clone());
             }
         }
     }
@@ -164,7 +163,7 @@ impl Model {
     ) -> Result<Vec<Fracture>> {
         let mut fractures = Vec::new();
         for index in 0..self.bodies.len() {
-            let Some(grain) = self.bodies[index].damaged.clone() else { continue };
+            let Some(grain) = self.bodies[index].damaged().cloned() else { continue };
             let Some(displacements) = displacements.get(index).filter(|u| !u.is_empty()) else { continue };
             let brittle = self.bodies[index].is_brittle();
             let least = least_share * grain.origin_volume();
@@ -214,7 +213,7 @@ impl Model {
             committed.fields.resize(self.bodies.len(), Vec::new());
             if stays {
                 let body = &mut self.bodies[index];
-                (body.is_rubble, body.grain, body.damaged, body.resting) = (true, None, None, None);
+                (body.deformation, body.breakage) = (Deformation::Rigid, Breakage::Rubble);
                 fracture.parts.push(index);
                 points.push(Vec3::zeros());
             } else if parts.is_empty() {
@@ -225,8 +224,8 @@ impl Model {
             }
             for (number, part) in parts.into_iter().enumerate() {
                 let Part { grain, nominal, shape, pose, field, .. } = part;
-                let bends = self.bending(index, &grain)?;
-                let body = self.body_of(index, number, grain, nominal, bends);
+                let deformation = self.deformation_of_part(index, &grain)?;
+                let body = self.body_of(index, number, grain, nominal, deformation);
                 if number == 0 {
                     self.bodies[index] = body;
                     self.shapes[index] = shape;
@@ -399,13 +398,12 @@ impl Model {
         if rounded.radius < radius { Err(thin()) } else { Ok((nominal, rounded)) }
     }
 
-    /// The flexibility of a part `grain` of body `index`; `None` where that does not bend.
-    fn bending(&self, index: usize, grain: &DamagedGrain) -> Result<Option<Arc<CondensedGrain>>> {
+    /// How a part `grain` of body `index` deforms.
+    fn deformation_of_part(&self, index: usize, grain: &DamagedGrain) -> Result<Deformation> {
         let old = &self.bodies[index];
-        Ok(match old.flexibility() {
-            Some(_) if old.is_brittle() => Some(Arc::new(grain.as_sound()?)),
-            Some(_) => Some(grain.condensed().clone()),
-            None => None,
+        old.deformation.of_part(|| match old.is_brittle() {
+            true => Ok(Arc::new(grain.as_sound()?)),
+            false => Ok(grain.condensed().clone()),
         })
     }
 
@@ -415,10 +413,9 @@ impl Model {
         number: usize,
         grain: DamagedGrain,
         nominal: Polyhedron,
-        bends: Option<Arc<CondensedGrain>>,
+        deformation: Deformation,
     ) -> Body {
         let old = &self.bodies[index];
-        let rests = old.resting.is_some();
         let mass = grain.condensed().mass_properties();
         let room = grain.room();
         let size = (6.0 * room / std::f64::consts::PI).cbrt();
@@ -433,20 +430,16 @@ impl Model {
             centre_of_mass: mass.centroid,
             offset: old.offset,
             rotation_scale: 0.5 * size,
-            resting: bends.clone().filter(|_| rests),
-            grain: bends.filter(|_| !rests),
-            damaged: Some(Arc::new(grain)),
-            yields: old.yields,
-            full: None,
-            is_rubble: false,
+            deformation,
+            breakage: old.breakage.of(Arc::new(grain)),
             nominal,
         }
     }
 
     pub(super) fn remove(&mut self, index: usize) {
         let body = &mut self.bodies[index];
-        (body.kind, body.grain, body.damaged, body.mass) = (BodyKind::Gone, None, None, 0.0);
-        body.resting = None;
+        (body.kind, body.mass) = (BodyKind::Gone, 0.0);
+        (body.deformation, body.breakage) = (Deformation::Rigid, Breakage::Never);
     }
 
     /// Has the nodes of a membrane stand behind the bodies again, of which there were `before`.

@@ -12,7 +12,7 @@ pub mod stored;
 pub mod travel;
 pub mod wall;
 
-pub use body::{Body, BodyId, BodyKind};
+pub use body::{Body, BodyId, BodyKind, Breakage, Deformation, STIFFNESS_RATIO};
 pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
 pub use stored::StoredBodies;
@@ -34,9 +34,6 @@ use crate::tensor::{self, Pose};
 /// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
 /// the whole body where it is rigid. Its compliance adds to the flexibility of the mesh.
 pub const SHELL_STIFFNESS: f64 = 4.0;
-
-/// A body's share of a contact's stiffness ([`Body::stiffness`]) over `E / (1 - nu^2)` times its size, the diameter of the ball of its volume.
-pub const STIFFNESS_RATIO: f64 = 0.1;
 
 /// What is computed: bodies, their shapes and what confines them. Between increments it changes where bodies break, wake or rest and where a cover
 /// is laid anew; never within one.

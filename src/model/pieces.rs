@@ -1,7 +1,7 @@
 //! Puts the pieces of a body that came apart in its place, without shapes of their own: in a press, plates meet their nodes.
 
 use crate::grain::DamagedGrain;
-use crate::model::{Committed, Model};
+use crate::model::{Committed, Deformation, Model};
 
 impl Model {
     /// Makes body `index` the first of `grains`, which have its body coordinates, and the others bodies behind all; returns their
@@ -17,8 +17,14 @@ impl Model {
         }
         let mut numbers = Vec::with_capacity(grains.len());
         for (number, grain) in grains.into_iter().enumerate() {
-            let bends = self.bodies[index].grain.as_ref().map(|_| grain.condensed().clone());
-            let body = self.body_of(index, number, grain, self.bodies[index].nominal.clone(), bends);
+            let old = &self.bodies[index];
+            let deformation = match &old.deformation {
+                Deformation::Condensed(_) | Deformation::Full(_) => {
+                    Deformation::Condensed(grain.condensed().clone())
+                }
+                Deformation::Rigid | Deformation::Resting(_) => Deformation::Rigid,
+            };
+            let body = self.body_of(index, number, grain, old.nominal.clone(), deformation);
             if number == 0 {
                 self.bodies[index] = body;
                 numbers.push(index);

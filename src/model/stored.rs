@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{DamagedGrain, StoredGrain};
 use crate::model::cover::StoredCover;
-use crate::model::{Body, BodyKind, Model, PressureCover};
+use crate::model::{Body, BodyKind, Breakage, Deformation, Model, PressureCover};
 use crate::tensor::Vec3;
 
 /// The bodies that can break, and the cover's nodes; empty where nothing can.
@@ -42,14 +42,14 @@ struct StoredBody<'a> {
 impl Model {
     /// What [`Model::restore_bodies`] takes.
     pub fn stored_bodies(&self) -> StoredBodies<'_> {
-        let rests = |(index, body): (usize, &Body)| body.resting.is_some().then_some(index as u32);
+        let rests = |(index, body): (usize, &Body)| body.is_resting().then_some(index as u32);
         let resting = self.bodies.iter().enumerate().filter_map(rests).collect();
         if !self.can_break() {
             return StoredBodies { resting, ..StoredBodies::default() };
         }
         let stored = self.bodies.iter().zip(&self.shapes).map(|(body, shape)| {
-            let grain = body.damaged.as_ref().map(|grain| grain.stored());
-            let breakable = grain.is_some() || body.is_rubble || body.kind == BodyKind::Gone;
+            let grain = body.damaged().map(|grain| grain.stored());
+            let breakable = grain.is_some() || body.is_rubble() || body.kind == BodyKind::Gone;
             breakable.then(|| StoredBody {
                 name: Cow::Borrowed(&body.name),
                 nominal: Cow::Borrowed(&body.nominal),
@@ -59,7 +59,7 @@ impl Model {
                 mass: body.mass,
                 centre_of_mass: body.centre_of_mass,
                 grain,
-                is_rubble: body.is_rubble,
+                is_rubble: body.is_rubble(),
             })
         });
         let cover = self.cover.as_ref().map(PressureCover::stored);
@@ -121,17 +121,19 @@ impl Model {
             match grain {
                 Some(grain) => {
                     // A sound grain keeps what it was condensed to, and a brittle one while it is whole; a rigid one has nothing.
-                    if body.grain.is_some() && body.yields {
-                        body.grain = Some(grain.condensed().clone());
-                    } else if body.grain.is_some() && grain.is_parted() {
-                        body.grain = Some(Arc::new(grain.as_sound()?));
+                    if body.is_elastic() && body.softens_with_damage() {
+                        body.deformation = Deformation::Condensed(grain.condensed().clone());
+                    } else if body.is_elastic() && grain.is_parted() {
+                        body.deformation = Deformation::Condensed(Arc::new(grain.as_sound()?));
                     }
-                    body.damaged = Some(grain);
+                    body.breakage = body.breakage.of(grain);
                 }
                 None => {
-                    (body.grain, body.damaged, body.is_rubble) = (None, None, stored.is_rubble);
-                    if !stored.is_rubble {
-                        body.kind = BodyKind::Gone;
+                    body.deformation = Deformation::Rigid;
+                    if stored.is_rubble {
+                        body.breakage = Breakage::Rubble;
+                    } else {
+                        (body.breakage, body.kind) = (Breakage::Never, BodyKind::Gone);
                     }
                 }
             }

@@ -38,11 +38,8 @@ impl BreakageMeter {
     /// # Errors
     /// As [`measure`].
     pub fn measure(&mut self, model: &Model) -> Result<Option<&Breakage>> {
-        let damaged: f64 = model
-            .bodies
-            .iter()
-            .filter_map(|body| Some(body.damaged.as_ref()?.summary().damaged_volume))
-            .sum();
+        let damaged: f64 =
+            model.bodies.iter().filter_map(|body| Some(body.damaged()?.summary().damaged_volume)).sum();
         let mark = (model.damage_counts(), damaged.to_bits());
         if !model.can_break() || mark == Mark::default() {
             return Ok(None);
@@ -81,7 +78,7 @@ impl BreakageMeter {
                 damaged_volume: 0.0,
             };
             for body in parts {
-                let Some(grain) = &model.bodies[*body].damaged else { continue };
+                let Some(grain) = model.bodies[*body].damaged() else { continue };
                 let (cells, volume) = (grain.mesh().cells.len(), grain.mesh().volume());
                 let size = match cells == first.mesh().cells.len() {
                     true => *size,
@@ -125,7 +122,7 @@ pub fn pieces(model: &Model) -> Vec<Column> {
         .bodies
         .iter()
         .enumerate()
-        .filter_map(|(body, it)| Some((body, it.mass, it.damaged.as_ref()?)))
+        .filter_map(|(body, it)| Some((body, it.mass, it.damaged()?)))
         .collect();
     let integers = |name: &str, long_name: &str, of: &dyn Fn(usize) -> i64| {
         Column::integers(name, long_name, (0..found.len()).map(of).collect())

@@ -40,7 +40,7 @@ pub fn cell_states(model: &Model) -> Vec<CellStates> {
         })
         .collect();
     for (index, body) in model.bodies.iter().enumerate() {
-        let Some(grain) = &body.damaged else { continue };
+        let Some(grain) = body.damaged() else { continue };
         let Some(states) = all.get_mut(grain.ancestry().origin as usize) else { continue };
         for (own, cell) in grain.mesh().cell_ids().zip(grain.origin_cells()) {
             let points = &grain.states()[own.index()];
@@ -63,7 +63,7 @@ pub fn grain_states(model: &Model) -> Vec<GrainState> {
         };
         let (mut sum, mut largest, mut failed, mut points) = (0.0, 0.0_f64, 0, 0);
         let mut left = 0.0;
-        for grain in parts.iter().filter_map(|part| model.bodies[*part].damaged.as_ref()) {
+        for grain in parts.iter().filter_map(|part| model.bodies[*part].damaged()) {
             let summary = grain.summary();
             let volume = grain.mesh().volume();
             sum += summary.mean * volume;

@@ -65,9 +65,9 @@ fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<CellFiel
         false => model.generated.iter().map(|grain| gone(grain.as_deref())).collect(),
     };
     for ((index, body), own) in model.bodies.iter().enumerate().zip(own) {
-        let origin = body.damaged.as_ref().map_or(index, |grain| grain.ancestry().origin as usize);
+        let origin = body.damaged().map_or(index, |grain| grain.ancestry().origin as usize);
         let Some(fields) = all.get_mut(origin) else { continue };
-        match (&body.damaged, own) {
+        match (body.damaged(), own) {
             (Some(grain), own) => fields.take(grain.origin_cells().iter().map(|cell| cell.index()), own),
             (None, Some(own)) => {
                 let cells = own.mesh.cells.len();
@@ -106,10 +106,10 @@ impl CellFields {
 }
 
 fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -> Option<Own<'a>> {
-    if body.resting.is_some() {
+    if body.is_resting() {
         return None;
     }
-    let (mesh, stresses, displacement) = match (&body.damaged, &body.full, &body.grain) {
+    let (mesh, stresses, displacement) = match (body.damaged(), body.full(), body.grain()) {
         (Some(grain), _, Some(sound)) if body.is_brittle() && !grain.is_sound() => {
             let moved = sound.nodal_displacements(contacts.surface_loads.get(index)?);
             (grain.mesh(), grain.stresses(), moved)

@@ -31,7 +31,7 @@ pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3)
     for (i, (moment, body)) in moments.iter_mut().zip(&scene.model.bodies).enumerate() {
         let weight = gravity * body.mass;
         *moment += (poses[i].rotation * body.centre_of_mass) * weight.transpose();
-        let origin = body.damaged.as_ref().map_or(i, |grain| grain.ancestry().origin as usize);
+        let origin = body.damaged().map_or(i, |grain| grain.ancestry().origin as usize);
         let volume = body.mass / parameters.bodies[origin].density;
         *moment = match scene.is_free(i) {
             true => 0.5 * (*moment + moment.transpose()) / volume,

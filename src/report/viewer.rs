@@ -8,12 +8,14 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
 use crate::error::Result;
 use crate::results::{CellKind, SavedCells};
 use crate::tensor::Vec3;
 
 use super::axis::short;
-use super::page::base64;
 use super::run::Run;
 use super::surface::FACES;
 
@@ -72,7 +74,7 @@ pub fn view(run: &Run) -> Result<Option<View>> {
     let quantised = places.iter().flat_map(|p| {
         [0, 1, 2].map(|k| (65535.0 * (p[k] - low[k]) / (high[k] - low[k]).max(1e-30)).round() as u16)
     });
-    let coded = |bytes: Vec<u8>| base64(&bytes);
+    let coded = |bytes: Vec<u8>| STANDARD.encode(&bytes);
     let (lines, forces) = lines(run, &states)?;
     let leading = run.leading_consolidations() as f64;
     let reference = states.iter().position(|&state| all[state].time >= leading - 1e-9);

@@ -3,7 +3,7 @@
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::model::{Body, BodyKind, STIFFNESS_RATIO};
+use crate::model::{Body, BodyKind, Breakage, Deformation, STIFFNESS_RATIO};
 use crate::scene::parameters::{SceneBody, SceneShape};
 
 /// The body, and its rounded shape for contact.
@@ -31,12 +31,16 @@ pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, Rou
         mass: body.density * volume,
         centre_of_mass: nominal.centroid(),
         offset: body.offset,
-        grain: body.grain.clone(),
-        full: body.full.clone(),
-        damaged: body.damaged.clone(),
-        yields: body.grain.is_some(),
-        resting: None,
-        is_rubble: false,
+        deformation: match (&body.full, &body.grain) {
+            (Some(full), _) => Deformation::Full(full.clone()),
+            (None, Some(grain)) => Deformation::Condensed(grain.clone()),
+            (None, None) => Deformation::Rigid,
+        },
+        breakage: match &body.damaged {
+            Some(damaged) if body.grain.is_some() => Breakage::Softening(damaged.clone()),
+            Some(damaged) => Breakage::Brittle(damaged.clone()),
+            None => Breakage::Never,
+        },
         rotation_scale: 0.5 * size,
         nominal,
     };

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::crushing::{Bench, Grip, Kept, Limits, Memory, Part, Plate, Push, Settled};
 use crate::error::{Error, Result};
-use crate::model::{Body, Counters};
+use crate::grain::DamagedGrain;
+use crate::model::{Body, Counters, Deformation};
 use crate::scene::parameters::LoadStage;
 use crate::scene::row::{BodyState, Row};
 use crate::scene::run::{Scene, UnderWay};
@@ -79,12 +80,12 @@ impl Pressing {
     /// `Error::Usage` where the body cannot break, or a plate meets none of its nodes.
     pub(super) fn new(parameters: PressParameters, bodies: &mut [Body], poses: &mut [Pose]) -> Result<Self> {
         let PressParameters { body, bottom, top, grip, patch } = parameters;
-        let Some(grain) = bodies[body].damaged.as_ref() else {
+        let Some(grain) = bodies[body].damaged() else {
             let name = &bodies[body].name;
             return Err(Error::Usage(format!("{name:?} is pressed, but its rock has no damage")));
         };
         let grain = (**grain).clone().failing_at_once();
-        bodies[body].damaged = Some(std::sync::Arc::new(grain.clone()));
+        bodies[body].breakage = bodies[body].breakage.of(std::sync::Arc::new(grain.clone()));
         let mut plates =
             [face(&bodies[bottom], &poses[bottom], false), face(&bodies[top], &poses[top], true)];
         let heights = || grain.mesh().nodes.iter().map(|x| poses[body].to_space(x).z);
@@ -123,7 +124,7 @@ impl Pressing {
     /// Takes what was stored; `bodies` are those of that time. `false`, and nothing is changed, where they do not fit.
     pub(super) fn restore(&mut self, stored: StoredPressing, bodies: &[Body]) -> bool {
         let part = |(body, memory): (u32, Memory)| {
-            let grain = bodies.get(body as usize)?.damaged.as_deref()?.clone();
+            let grain = DamagedGrain::clone(bodies.get(body as usize)?.damaged()?);
             Some((body as usize, Part::with_memory(grain, memory)))
         };
         let parts: Option<Vec<_>> = stored.parts.into_iter().map(part).collect();
@@ -319,7 +320,7 @@ impl Scene {
         let PressParameters { bottom, top, body, .. } = pressing.parameters;
         let error_before = self.ledger.error();
         let least = self.settings.damage.least_share
-            * self.model.bodies[body].damaged.as_ref().map_or(0.0, |g| g.origin_volume());
+            * self.model.bodies[body].damaged().map_or(0.0, |g| g.origin_volume());
         let (mut elastic, mut freed, mut failed, mut broke) = (0.0, 0.0, 0, false);
         let mut wrenches = vec![Vector6::zeros(); poses.len()];
         pressing.pushes.clear();
@@ -350,8 +351,9 @@ impl Scene {
             failed += commit.newly_failed;
             match broken {
                 None => {
-                    self.model.bodies[number].grain = Some(part.grain.condensed().clone());
-                    self.model.bodies[number].damaged = Some(std::sync::Arc::new(part.grain.clone()));
+                    let body = &mut self.model.bodies[number];
+                    body.deformation = Deformation::Condensed(part.grain.condensed().clone());
+                    body.breakage = body.breakage.of(std::sync::Arc::new(part.grain.clone()));
                     parts.push((number, part));
                 }
                 Some(broken) => {

@@ -80,10 +80,15 @@ pub fn condensed(
     tracing::debug!(name, cells = mesh.cells.len(), nodes = mesh.nodes.len(), "condensing");
     let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
     let on_points = CondensedGrain::new(mesh, &elasticity, rock.density).map_err(named(name))?;
-    Ok(Arc::new(match normal {
+    Ok(Arc::new(loaded(on_points, normal)))
+}
+
+/// A grain whose contact forces act as the law wants.
+fn loaded(on_points: CondensedGrain, normal: NormalLaw) -> CondensedGrain {
+    match normal {
         NormalLaw::Spring => on_points,
         NormalLaw::Asperity => on_points.on_patches(),
-    }))
+    }
 }
 
 /// Body number `index` with all its nodes.
@@ -124,6 +129,22 @@ pub fn condensed_grains(
         let grain = condensed(rock, &name, index, mesh.clone(), (seed, normal))?;
         let damaged = damaged(rock, &name, index, &grain, seed)?;
         Ok((grain, damaged))
+    };
+    meshes.par_iter().enumerate().map(grain).collect()
+}
+
+/// The grains of a specimen as they break where they do not bend, in their order; `None` of elastic rock.
+pub fn breaking_grains(
+    rock: &RockCase,
+    meshes: &[Mesh],
+    (seed, normal): (u64, NormalLaw),
+) -> Result<Vec<Option<Arc<DamagedGrain>>>> {
+    let grain = |(index, mesh): (usize, &Mesh)| {
+        let name = format!("grain {index}");
+        let elasticity = elasticity(rock, &name, index, mesh.cells.len(), seed)?;
+        let on_points =
+            CondensedGrain::stressed(mesh.clone(), &elasticity, rock.density).map_err(named(&name))?;
+        damaged(rock, &name, index, &Arc::new(loaded(on_points, normal)), seed)
     };
     meshes.par_iter().enumerate().map(grain).collect()
 }

@@ -56,7 +56,7 @@ pub struct DamageWatch {
 
 impl DamageWatch {
     pub fn new(model: &Model, settings: &Settings) -> Self {
-        let is_damaged = model.bodies.iter().any(|body| body.yields && !body.is_sound());
+        let is_damaged = model.bodies.iter().any(|body| body.softens_with_damage() && !body.is_sound());
         DamageWatch {
             can_break: settings.damage.moves && model.can_break(),
             gap_floor: if is_damaged { GAP_FLOOR * model.typical_size() } else { 0.0 },

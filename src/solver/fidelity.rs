@@ -95,7 +95,7 @@ pub fn judge(
     let recovery = newton.contacts.recover(model, &at.poses, loads.pressure);
     let used = |(body, loads): (usize, &SurfaceLoads)| {
         let it = &model.bodies[body];
-        match it.damaged.as_ref() {
+        match it.damaged() {
             Some(grain) if grain.is_sound() => grain.utilisation(&stressing(it, grain, loads)),
             Some(_) if it.is_brittle() => 1.0,
             Some(_) | None => 0.0,
@@ -103,7 +103,7 @@ pub fn judge(
     };
     let used: Vec<f64> = recovery.loads.par_iter().enumerate().map(used).collect();
     let free: Vec<bool> = (0..model.bodies.len()).map(|body| is_free_to_change(model, body)).collect();
-    let resting: Vec<bool> = model.bodies.iter().map(|body| body.resting.is_some()).collect();
+    let resting: Vec<bool> = model.bodies.iter().map(|body| body.is_resting()).collect();
     let mut verdict = Verdict::unknown();
     let near = |body: usize| used[body] >= NEAR_DAMAGE;
     verdict.utilisation =
@@ -139,7 +139,8 @@ pub fn judge(
         used = verdict.utilisation,
         "fidelity judged"
     );
-    let breaks = (0..used.len()).any(|body| resting[body] && model.bodies[body].yields && used[body] >= 1.0);
+    let breaks = (0..used.len())
+        .any(|body| resting[body] && model.bodies[body].softens_with_damage() && used[body] >= 1.0);
     verdict.urgent = breaks || (verdict.error > accuracy && !verdict.wake.is_empty());
     verdict
 }
@@ -285,7 +286,7 @@ pub fn change(
     tracing::info!(
         woken = transition.woken,
         rested = transition.rested,
-        condensed = model.bodies.iter().filter(|body| body.grain.is_some()).count(),
+        condensed = model.bodies.iter().filter(|body| body.is_elastic()).count(),
         energy = transition.energy,
         jump = transition.jump,
         "fidelity"

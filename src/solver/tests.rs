@@ -14,7 +14,8 @@ use crate::material::{DamageLaw, DamageParameters, Elastic, Rubber, RubberLaw};
 use crate::mesh::grain_mesh;
 use crate::model::membrane::Fastening;
 use crate::model::{
-    Body, BodyKind, Committed, Control, Controlled, Loads, Membrane, MembraneParameters, Model, Thickness,
+    Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Membrane,
+    MembraneParameters, Model, Thickness,
 };
 use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vec3, Vector6};
@@ -187,7 +188,8 @@ fn a_lead_is_known_to_the_audit() {
 /// The pile with its upper cubes condensed, the lowest held and the highest pressed down.
 fn pressed_pile() -> (Model, Committed, Loads) {
     let (model, committed, mut loads) = pile(1e-3, |body, mesh, rock| {
-        body.grain = Some(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
+        body.deformation =
+            Deformation::Condensed(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
     });
     loads.prescribed[0] = [true; 6];
     loads.applied[2][2] = -2e4;
@@ -386,7 +388,7 @@ fn a_fall_books_what_contacts_set_free_by_softening() {
     let rest = settle(&model, &committed, &loads);
     assert!(rest.converged());
     let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
-    model.bodies[1].damaged = Some(Arc::new(grain));
+    model.bodies[1].breakage = Breakage::Brittle(Arc::new(grain));
     model.begin_damage();
     let settings = Settings::default();
     let contacts = Contacts::default();
@@ -427,7 +429,7 @@ fn cores_of_bodies_that_had_bent_stay_apart() {
     let law = DamageLaw::new(elastic, 1e12, 1e13, &DamageParameters::default(), 0.01).expect("a law");
     let laws = vec![law; mesh.cells.len()];
     let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(1)).expect("a grain");
-    model.bodies[1].damaged = Some(Arc::new(grain));
+    model.bodies[1].breakage = Breakage::Brittle(Arc::new(grain));
     model.begin_damage();
     let (roundings, bent, stiffness) = (2.0 * ROUNDING, 0.35 * 2.0 * ROUNDING, model.contact_stiffness(0, 1));
     let points = committed.memory.values_mut().flat_map(|pair| &mut pair.points);

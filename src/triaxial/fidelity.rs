@@ -29,7 +29,7 @@ impl FidelityCounts {
     pub fn of(model: &Model, verdict: &Verdict, transition: &Transition, early: [usize; 2]) -> Self {
         let [repeats, woken] = early;
         FidelityCounts {
-            condensed: model.bodies.iter().filter(|body| body.grain.is_some()).count(),
+            condensed: model.bodies.iter().filter(|body| body.is_elastic()).count(),
             promoted: woken + transition.woken,
             demoted: transition.rested,
             repeats,

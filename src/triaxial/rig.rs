@@ -16,12 +16,13 @@ use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
 use crate::model::cover::{Outline, Rim};
 use crate::model::fracture::Fracture;
 use crate::model::{
-    Body, BodyKind, Committed, Loads, Model, PressureCover, RigidWall, STIFFNESS_RATIO, StoredBodies,
+    Body, BodyKind, Breakage, Committed, Deformation, Loads, Model, PressureCover, RigidWall,
+    STIFFNESS_RATIO, StoredBodies,
 };
 use crate::solver::{Dossier, Settings};
 use crate::specimen::Specimen;
 use crate::tensor::{self, Pose, Rotation, Vec3};
-use crate::triaxial::rubber::RubberSheet;
+use crate::triaxial::sheet::RubberSheet;
 
 /// What the rig needs besides the specimen.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,12 +89,11 @@ pub struct Rig {
     pub dossier: Option<Dossier>,
 }
 
-/// How a body deforms, taken from it for a while.
+/// How a body deforms and breaks, taken from it for a while.
 #[derive(Debug, Clone)]
 pub struct Elasticity {
-    grain: Option<Arc<CondensedGrain>>,
-    full: Option<Arc<FullGrain>>,
-    damaged: Option<Arc<DamagedGrain>>,
+    deformation: Deformation,
+    breakage: Breakage,
 }
 
 /// What changes of a rig during a test. The rest follows from the specimen, parameters and settings.
@@ -268,15 +268,16 @@ impl Rig {
     /// Those with damage can break.
     pub fn condense(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
         for (body, (grain, damaged)) in self.model.bodies.iter_mut().zip(grains) {
-            (body.grain, body.damaged) = (Some(grain), damaged);
+            body.deformation = Deformation::Condensed(grain);
+            body.breakage = damaged.map_or(Breakage::Never, Breakage::Brittle);
         }
         self.model.begin_damage();
     }
 
     /// Lets rigid grains break, in their order; before anything has moved.
-    pub fn let_break(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
-        for (body, (_, damaged)) in self.model.bodies.iter_mut().zip(grains) {
-            body.damaged = damaged;
+    pub fn let_break(&mut self, grains: Vec<Option<Arc<DamagedGrain>>>) {
+        for (body, damaged) in self.model.bodies.iter_mut().zip(grains) {
+            body.breakage = damaged.map_or(Breakage::Never, Breakage::Brittle);
         }
         self.model.begin_damage();
     }
@@ -300,24 +301,23 @@ impl Rig {
     /// Has all nodes of the grains move, in their order; before anything has moved.
     pub fn resolve(&mut self, grains: Vec<Arc<FullGrain>>) {
         for (body, full) in self.model.bodies.iter_mut().zip(grains) {
-            (body.grain, body.full) = (Some(full.condensed().clone()), Some(full));
+            body.deformation = Deformation::Full(full);
         }
     }
 
     /// Makes all grains rigid; `None` where they are.
     pub fn stiffen(&mut self) -> Option<Vec<Elasticity>> {
         let taken = |body: &mut Body| Elasticity {
-            grain: body.grain.take(),
-            full: body.full.take(),
-            damaged: body.damaged.take(),
+            deformation: std::mem::take(&mut body.deformation),
+            breakage: std::mem::take(&mut body.breakage),
         };
         self.model.has_elastic().then(|| self.model.bodies.iter_mut().map(taken).collect())
     }
 
     /// Lets them deform again, undisplaced; contacts are as if they had just been made.
     pub fn soften(&mut self, elasticity: Vec<Elasticity>) {
-        for (body, Elasticity { grain, full, damaged }) in self.model.bodies.iter_mut().zip(elasticity) {
-            (body.grain, body.full, body.damaged) = (grain, full, damaged);
+        for (body, Elasticity { deformation, breakage }) in self.model.bodies.iter_mut().zip(elasticity) {
+            (body.deformation, body.breakage) = (deformation, breakage);
         }
         // Pairs know the stiffness of their bodies.
         self.begin_contacts_anew();

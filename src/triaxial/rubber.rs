@@ -2,29 +2,14 @@
 
 use crate::error::Result;
 use crate::geometry::RoundedBody;
-use crate::material::Rubber;
 use crate::mesh::CylinderMesh;
 use crate::model::cover::Outline;
 use crate::model::membrane::Fastening;
-use crate::model::{BodyKind, Membrane, MembraneParameters, Thickness};
+use crate::model::{BodyKind, Membrane, MembraneParameters};
 use crate::solver::{Drape, Increment, drape};
 use crate::tensor::Vec3;
 use crate::triaxial::rig::Rig;
-
-/// A rubber membrane as the case asks for it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RubberSheet {
-    pub rubber: Rubber,
-    /// Unstrained [m].
-    pub thickness: f64,
-    pub on_bodies: Thickness,
-    /// Edge length of the triangles [m]; `None`: `MESH_SIZE` of the median grain.
-    pub mesh_size: Option<f64>,
-    /// How often edges are halved where the sheet has to span pores.
-    pub refinement: usize,
-    /// Largest pressure of the test [Pa].
-    pub pressure: f64,
-}
+use crate::triaxial::sheet::RubberSheet;
 
 /// Edge length of the triangles over the median grain size, where none is given.
 const MESH_SIZE: f64 = 0.25;
@@ -184,7 +169,9 @@ mod tests {
     use crate::assembly::Contacts;
     use crate::contact::ContactLaw;
     use crate::contact::law::Friction;
+    use crate::material::Rubber;
     use crate::material::RubberLaw;
+    use crate::model::Thickness;
     use crate::model::{Body, Committed, Model};
     use crate::solver::Settings;
     use crate::tensor::{Pose, Rotation, Vec3};

@@ -23,7 +23,7 @@ fn is_networked(model: &Model, pair: &PairWork) -> bool {
         return false;
     }
     let [a, b] = [&model.bodies[pair.a()], &model.bodies[pair.b()]];
-    a.grain.is_some() || b.grain.is_some()
+    a.is_elastic() || b.is_elastic()
 }
 
 impl Contacts {
@@ -164,7 +164,7 @@ impl Contacts {
                 patch.spots.iter().map(|(_, sign, place)| turn * interpolate(place, &field) * *sign).collect()
             };
             let mut by_others = moved(&others[patch.body]);
-            if let Some(full) = &model.bodies[patch.body].full {
+            if let Some(full) = model.bodies[patch.body].full() {
                 let turn = &poses[patch.body].rotation;
                 let felt = full.condensed().felt(&surplus[patch.body]);
                 for ((_, sign, place), u) in patch.spots.iter().zip(&mut by_others) {

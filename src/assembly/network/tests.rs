@@ -7,13 +7,14 @@ use crate::assembly::cubes::{pile, product, unpatterned};
 use crate::assembly::{Contacts, contact_stiffness_into, residual_into};
 use crate::contact::face::FaceContact;
 use crate::grain::CondensedGrain;
-use crate::model::{Committed, Loads, Model};
+use crate::model::{Committed, Deformation, Loads, Model};
 use crate::tensor::Pose;
 
 /// Edges of the lower two cross near the end of one.
 fn condensed_pile(faces: FaceContact) -> (Model, Committed, Loads) {
     let (model, committed, loads) = pile(-11e-3, |body, mesh, rock| {
-        body.grain = Some(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
+        body.deformation =
+            Deformation::Condensed(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
     });
     (model.with_faces(faces), committed, loads)
 }

@@ -1,8 +1,10 @@
 //! Forces against energies, tangents against forces.
 
 use super::*;
-use crate::contact::asperity::Asperity;
+use crate::contact::asperity::{Asperity, AsperityState};
+use crate::contact::face::FaceShare;
 use crate::contact::features::Feature;
+use crate::contact::law::Weakening;
 use crate::tensor::{Pose, Rotation};
 
 const LAW: ContactLaw = ContactLaw { fade_length: 2e-3, parallel_limit: 0.5, ..ContactLaw::SAMPLE };

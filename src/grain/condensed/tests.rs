@@ -270,19 +270,7 @@ fn on_demand_is(made: fn(CondensedGrain) -> CondensedGrain) {
     let mesh = cuboid_mesh([0.02, 0.01, 0.015], 0.005).expect("a mesh");
     let rock = rocks(mesh.cells.len());
     let dense = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-    let intact = vec![[1.0; POINT_COUNT]; rock.len()];
-    let held = HeldGrain::new(dense.mesh(), &rock, dense.mass_properties(), DENSITY, &intact).expect("held");
-    let lazy = CondensedGrain {
-        flexibility: Flexibility::OnDemand {
-            held: Box::new(held),
-            columns: dense.surface().nodes().iter().map(|_| OnceLock::new()).collect(),
-        },
-        mesh: dense.mesh.clone(),
-        rock: dense.rock.clone(),
-        surface: dense.surface.clone(),
-        mass: dense.mass,
-        patches: None,
-    };
+    let lazy = CondensedGrain::stressed(dense.mesh().clone(), &rock, DENSITY).expect("a grain");
     let (dense, lazy) = (made(dense), made(lazy));
     let loads = loads(&dense);
     for (a, _) in &loads {
