@@ -415,6 +415,11 @@ fn wanted(form: &Form) -> &'static str {
     }
 }
 
+/// The number at a key of an object, where there is one.
+pub fn number(object: &Value, key: &str) -> Option<f64> {
+    object[key].as_f64()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,6 @@
 //! Shapes and distances without mechanics: polyhedra, convex hulls, separating axes, searches.
 
+mod hull;
 pub mod neighbours;
 pub mod polyhedron;
 pub mod rounded;

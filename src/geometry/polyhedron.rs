@@ -1,6 +1,5 @@
 //! Convex polyhedra with triangular facets, in body coordinates [m].
 
-use super::rounded::{MOST_PLAIN, plain_hull};
 use crate::error::{Error, Result};
 use crate::tensor::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -11,9 +10,6 @@ pub struct Edge {
     pub vertices: [usize; 2],
     pub facets: [usize; 2],
 }
-
-/// How far a vertex of a hull may stand out of a facet, over the hull's size.
-const FLAT: f64 = 1e-6;
 
 /// A middle further from the origin than so many radii about it is far.
 const FAR: f64 = 10.0;
@@ -81,30 +77,6 @@ impl Polyhedron {
             [-0.5, 0.5].map(|z| Vec3::new(radius * angle.cos(), radius * angle.sin(), z * length))
         };
         Polyhedron::convex_hull(&(0..sides).flat_map(corner).collect::<Vec<_>>())
-    }
-
-    /// The convex hull of `points` [m] (parry's, f64). Points inside are dropped. Where points within facets or edges mislead the
-    /// library into triangles without area or turned over, that of true corners alone.
-    pub fn convex_hull(points: &[Vec3]) -> Result<Self> {
-        let given: Vec<_> = points.iter().map(|p| parry3d_f64::math::Vector::new(p.x, p.y, p.z)).collect();
-        let (vertices, facets) = parry3d_f64::transformation::try_convex_hull(&given)
-            .map_err(|e| Error::Mesh { name: "convex hull".into(), message: e.to_string() })?;
-        let vertices: Vec<Vec3> = vertices.iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
-        let facets = facets.iter().map(|f| f.map(|i| i as usize)).collect();
-        match Polyhedron::from_facets(vertices.clone(), facets) {
-            Ok(hull) if hull.is_convex() => Ok(hull),
-            Ok(_) | Err(_) if points.len() <= MOST_PLAIN => plain_hull(points),
-            Ok(_) | Err(_) => plain_hull(&vertices),
-        }
-    }
-
-    /// Whether no vertex lies in front of a facet, but for rounding.
-    fn is_convex(&self) -> bool {
-        let size = self.vertices.iter().map(|v| (v - self.vertices[0]).norm()).fold(0.0, f64::max);
-        self.facets.iter().zip(&self.normals).all(|(facet, normal)| {
-            let level = normal.dot(&self.vertices[facet[0]]);
-            self.vertices.iter().all(|v| normal.dot(v) - level < FLAT * size)
-        })
     }
 
     /// From a closed, outward-oriented triangulation.

@@ -35,7 +35,9 @@
 
 mod bridging;
 mod drape;
+mod glue;
 mod hold;
+mod outline;
 mod stored;
 
 use std::collections::BTreeMap;
@@ -47,18 +49,9 @@ use crate::error::{Error, Result};
 use crate::mesh::CylinderMesh;
 use crate::tensor::{Mat3, Pose, Vec3, Vector6};
 
-pub use drape::{DrapeStatistics, Outline, Rim};
-pub use hold::{Axes, Hold};
+pub use hold::{Axes, CoverNode, Hold};
+pub use outline::{DrapeStatistics, Outline, Rim};
 pub use stored::StoredCover;
-
-/// A node of the cover: a material point of a body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CoverNode {
-    /// Index of the body in the model's list of poses.
-    pub body: usize,
-    /// The glued point in body coordinates [m].
-    pub point: Vec3,
-}
 
 /// An edge between the nodes of `holds[0]` and `holds[1]`; `beyond[0]` is the third node of the facet that
 /// runs along it, `beyond[1]` that of the facet that runs against it.

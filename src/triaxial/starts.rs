@@ -4,10 +4,20 @@ use crate::assembly::TooClose;
 use crate::solver::{IncrementReport, StepStatus, continued_poses};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::rig::Rig;
-use crate::triaxial::test::Last;
+use serde::{Deserialize, Serialize};
 
 /// A body whose motion goes on by more than this share of the smallest rounding beyond the affine squeeze is taken to go with that alone.
 const MOST_CONTINUED: f64 = 0.1;
+
+/// An accepted increment, for the next one to go on from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Last {
+    pub(super) poses: Vec<Pose>,
+    pub(super) share: f64,
+    pub(super) area: f64,
+    pub(super) pressure: f64,
+    pub(super) deviatoric_stress: f64,
+}
 
 /// Starting configurations in order of preference: the last motion continued, an affine
 /// squeeze, the driven plate alone. `lift` [m] is the motion of a driven top plate.

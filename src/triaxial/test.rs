@@ -20,9 +20,8 @@ use crate::triaxial::measures::{Measures, Picture, Zero};
 use crate::triaxial::response::{Curve, Response};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Path, Stage, StageEnd};
-use crate::triaxial::starts::{describe, starts};
+use crate::triaxial::starts::{Last, describe, starts};
 use crate::triaxial::watch::Watch;
-use trial::Trial;
 
 /// What is known after each accepted increment.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,14 +141,17 @@ impl UnderWay {
     }
 }
 
-/// An accepted increment, for the next one to go on from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Last {
-    pub(super) poses: Vec<Pose>,
-    share: f64,
-    area: f64,
+/// An increment tried, not committed.
+struct Trial {
+    measures: Measures,
+    ledger: Ledger,
+    energy_gap: f64,
+    poorly_closed: bool,
+    /// Whether the solver has leapt to a state that bodies could not have reached.
+    creates_energy: bool,
+    control_error: f64,
+    ram: f64,
     pressure: f64,
-    deviatoric_stress: f64,
 }
 
 /// An increment that was not accepted: why, and what it took.

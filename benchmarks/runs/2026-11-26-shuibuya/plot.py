@@ -63,3 +63,21 @@ axes.invert_yaxis()
 axes.set_xlabel("share of the work to the end [%]")
 axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.2), ncol=3)
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
+
+figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True)
+for name, colour, label in [("p0800.csv", COLOURS[1], "300 grains"), ("p0800_3643.csv", COLOURS[3], "3643 grains")]:
+    run = read(HERE / name)
+    shear = run["stage"] == 1
+    strain = 100 * run["axial_strain"][shear]
+    above.plot(strain, run["deviatoric_stress"][shear] / 1e6, color=colour, lw=1.2, label=label)
+    below.plot(strain, 100 * run["volumetric_strain"][shear], color=colour, lw=1.2)
+above.plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="peak of the source")
+above.set_ylim(0, 6)
+above.set_ylabel("deviatoric stress [MPa]")
+above.legend(loc="lower right")
+above.set_title("The source's own size at 0.8 MPa, so far", loc="left")
+below.set_xlabel("axial strain [%]")
+below.set_ylabel("volume strain [%], contraction positive")
+below.axhline(0, color="#888888", lw=0.8)
+figure.tight_layout()
+figure.savefig(HERE / "full_size.png", dpi=150)

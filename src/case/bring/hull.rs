@@ -10,7 +10,7 @@ use crate::mesh::formats;
 use crate::tensor::Vec3;
 
 use super::super::walk::shown;
-use super::{HULL, METRES, Notes, UNITS, known};
+use super::words::{HULL, METRES, Notes, UNITS, known};
 
 const VERTICES: u64 = 24;
 

@@ -14,7 +14,7 @@ use crate::report::separator_line;
 
 use super::super::quantity::{self, Dimension};
 use super::super::walk::shown;
-use super::{METRES, Notes, SIEVE, UNITS, known};
+use super::words::{METRES, Notes, SIEVE, UNITS, known};
 
 const PATH: &str = "$.specimen.grading";
 const OF_FILE: &str =

@@ -5,8 +5,7 @@ use statrs::function::gamma::ln_gamma;
 
 use crate::error::Fault;
 
-use super::super::walk::{Walker, shown};
-use super::number;
+use super::super::walk::{Walker, number, shown};
 
 /// Displacement elements lock towards 0.5; `material` rejects draws from here on.
 const POISSON_LIMIT: f64 = 0.495;

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use crate::error::Fault;
 
 use super::size::MeanGrains;
-use super::walk::{Walker, at, shown};
+use super::walk::{Walker, at, number, shown};
 
 /// Fills in what follows from other values.
 pub fn derive(case: &mut Value) {
@@ -130,8 +130,4 @@ fn show_as_written(faults: &mut [Fault], raw: &Value) {
 
 fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json::Map<String, Value>> {
     value.pointer_mut(pointer).and_then(Value::as_object_mut)
-}
-
-fn number(object: &Value, key: &str) -> Option<f64> {
-    object[key].as_f64()
 }

@@ -8,8 +8,7 @@ use crate::specimen::SpecimenSize;
 use crate::specimen::size::CONSISTENCY;
 
 use super::super::size::MeanGrains;
-use super::super::walk::Walker;
-use super::number;
+use super::super::walk::{Walker, number};
 
 /// Largest sieve size over the smaller of diameter and height.
 const LARGEST_GRAIN: f64 = 0.8;

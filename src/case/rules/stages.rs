@@ -6,8 +6,7 @@ use serde_json::Value;
 
 use crate::error::Fault;
 
-use super::super::walk::{Walker, child, nearest, shown};
-use super::number;
+use super::super::walk::{Walker, child, nearest, number, shown};
 
 /// Stages in which the confining pressure follows from something else.
 const FLOATING: [&str; 3] = ["oedometer", "constant_volume", "constant_p"];

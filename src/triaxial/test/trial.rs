@@ -3,23 +3,10 @@
 use crate::assembly::pressure_loads_into;
 use crate::solver::IncrementReport;
 use crate::tensor::Vector6;
-use crate::triaxial::ledger::{Ledger, creates_energy};
+use crate::triaxial::ledger::creates_energy;
 use crate::triaxial::measures::Measures;
 use crate::triaxial::rig::Rig;
-use crate::triaxial::test::{Test, UnderWay};
-
-/// An increment tried, not committed.
-pub(super) struct Trial {
-    pub(super) measures: Measures,
-    pub(super) ledger: Ledger,
-    pub(super) energy_gap: f64,
-    pub(super) poorly_closed: bool,
-    /// Whether the solver has leapt to a state that bodies could not have reached.
-    pub(super) creates_energy: bool,
-    pub(super) control_error: f64,
-    pub(super) ram: f64,
-    pub(super) pressure: f64,
-}
+use crate::triaxial::test::{Test, Trial, UnderWay};
 
 impl Test {
     /// Measures the increment of a share to a share of the stage, and enters it into a copy of the ledger.
