@@ -104,7 +104,11 @@ fn what_does_not_fit_the_file_is_named_by_its_path() {
     let told = place.ends_with(2, &["run", "shear.json", "--out", "x.h5", "--set", "/start_from=none.h5"]);
     assert!(told.contains("$.start_from") && told.contains("names no file"), "{told}");
     // Interrupted in its consolidation: nothing to start from yet.
-    place.lay_begun("specimen", "begun.h5");
+    // It has so many increments that it cannot get through before the signal comes.
+    let slow = "/stages/0/increments=400";
+    let mut running = place.start(&["run", "specimen.json", "--out", "begun.h5", "--set", slow]);
+    assert!(running.reaches(1), "it ended before it was interrupted");
+    assert_eq!(running.interrupt(), Some(130));
     let told = place.ends_with(4, &["run", "shear.json", "--out", "x.h5", "--set", "/start_from=begun.h5"]);
     assert!(told.contains("restart/consolidated") && told.contains("consolidate"), "{told}");
     assert!(!place.path("x.h5").exists());

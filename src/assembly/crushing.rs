@@ -1,7 +1,4 @@
-//! What contacts crush of the rock at their asperities.
-//!
-//! A contact that goes on knows how deep it has crushed. One that begins finds its corner as deep as any contact of that corner, with whatever body, has
-//! crushed it; crossing edges know what these two have crushed of each other. So what is crushed stays so when bodies part, slide on or meet others.
+//! What contacts crush of the rock at their asperities, which stays so when bodies part, slide on or meet others.
 
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::memory::{Crushable, Crushed};

@@ -1,6 +1,6 @@
 //! A pair of bodies: what it carries, and its contact points in one configuration.
 
-use crate::assembly::faces;
+use crate::assembly::faces::{self, Facing};
 use crate::assembly::point::ContactPoint;
 use crate::assembly::sites::{facing_corners, site_points};
 use crate::assembly::spot::{Held, Side, Spot, SurfaceField};
@@ -260,24 +260,7 @@ impl PairWork {
         let per_area = self.patch_stiffness * softened;
         let law = ContactLaw { onset: 0.0, ..model.law };
         if !meeting.is_elastic {
-            for facing in &facings {
-                let faces = facing.in_space(poses);
-                let spring = per_area * faces.reference_area() / patch::POINTS as f64;
-                let site = |k: usize| facing.site(k as u32);
-                let states =
-                    std::array::from_fn(|k| meeting.state(&Start::of(carried, site(k).feature), spring));
-                let met = patch::evaluate(&law, &faces, [a, b].map(|body| &view.kinematics[body]), &states);
-                let met = states.into_iter().zip(met.into_iter().flatten()).enumerate();
-                let sites =
-                    SitePoints { a: [Vec3::zeros(); 3], b: [Vec3::zeros(); 3], normals: facing.normals };
-                points.extend(met.map(|(k, (state, evaluation))| ContactPoint {
-                    site: site(k),
-                    sites,
-                    state,
-                    evaluation,
-                    firmness: 1.0,
-                }));
-            }
+            facings.iter().for_each(|facing| points.extend(meeting.patch(&law, facing, carried, per_area)));
             return;
         }
         let surfaces = [a, b].map(|body| model.bodies[body].surface());
@@ -340,6 +323,9 @@ impl Start {
 }
 
 /// What is known of the asperities of a pair of bodies.
+///
+/// A contact that goes on knows how deep it has crushed. One that begins finds its corner as deep as any contact of that corner, with whatever body, has
+/// crushed it; crossing edges know what these two have crushed of each other.
 #[derive(Clone, Copy)]
 struct Crushing<'a> {
     model: &'a Model,
@@ -490,6 +476,30 @@ impl<'a> Meeting<'a> {
         }
         known.spots.push(spot);
         known.spots.len() - 1
+    }
+
+    /// The points of the patch that two rigid faces share, of a stiffness per area [N/m^3].
+    fn patch(
+        &self,
+        law: &ContactLaw,
+        facing: &Facing<'_>,
+        carried: &PairMemory,
+        per_area: f64,
+    ) -> impl Iterator<Item = ContactPoint> {
+        let faces = facing.in_space(self.bodies.map(|body| &self.view.poses[body]));
+        let spring = per_area * faces.reference_area() / patch::POINTS as f64;
+        let sites = std::array::from_fn(|k| facing.site(k as u32));
+        let states = sites.map(|site: Site| self.state(&Start::of(carried, site.feature), spring));
+        let met = patch::evaluate(law, &faces, self.bodies.map(|body| &self.view.kinematics[body]), &states);
+        let spanned = SitePoints { a: [Vec3::zeros(); 3], b: [Vec3::zeros(); 3], normals: facing.normals };
+        let all = sites.into_iter().zip(states).zip(met.into_iter().flatten());
+        all.map(move |((site, state), evaluation)| ContactPoint {
+            site,
+            sites: spanned,
+            state,
+            evaluation,
+            firmness: 1.0,
+        })
     }
 
     fn point(

@@ -271,13 +271,12 @@ impl Body {
 
     /// Makes a condensed body rigid for a while, if it may be; says whether it did.
     pub fn rest(&mut self) -> bool {
-        match &self.deformation {
-            Deformation::Condensed(grain) if self.may_rest() => {
-                self.deformation = Deformation::Resting(grain.clone());
-                true
-            }
-            _ => false,
+        let Deformation::Condensed(grain) = &self.deformation else { return false };
+        let can = self.may_rest();
+        if can {
+            self.deformation = Deformation::Resting(grain.clone());
         }
+        can
     }
 
     /// Whether its rock is as generated.

@@ -18,11 +18,9 @@ impl Model {
         let mut numbers = Vec::with_capacity(grains.len());
         for (number, grain) in grains.into_iter().enumerate() {
             let old = &self.bodies[index];
-            let deformation = match &old.deformation {
-                Deformation::Condensed(_) | Deformation::Full(_) => {
-                    Deformation::Condensed(grain.condensed().clone())
-                }
-                Deformation::Rigid | Deformation::Resting(_) => Deformation::Rigid,
+            let deformation = match old.is_elastic() {
+                true => Deformation::Condensed(grain.condensed().clone()),
+                false => Deformation::Rigid,
             };
             let body = self.body_of(index, number, grain, old.nominal.clone(), deformation);
             if number == 0 {

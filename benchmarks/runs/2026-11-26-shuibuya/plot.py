@@ -1,4 +1,4 @@
-"""Draws stress_strain.png and energy.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
+"""Draws stress_strain.png, energy.png and full_size.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
 
 import csv
 import pathlib
@@ -25,29 +25,40 @@ def read(path):
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
+def draw(axes, run, colour, label):
+    """q above and volume strain below, in shear."""
+    shear = run["stage"] == 1
+    strain = 100 * run["axial_strain"][shear]
+    axes[0].plot(strain, run["deviatoric_stress"][shear] / 1e6, color=colour, lw=1.2, label=label)
+    axes[1].plot(strain, 100 * run["volumetric_strain"][shear], color=colour, lw=1.2)
+
+
+def finish(figure, axes, title, most, name):
+    """Names the axes and saves the figure; `most` is the end of the axis of q [MPa]."""
+    above, below = axes
+    above.set_ylim(0, most)
+    above.set_ylabel("deviatoric stress [MPa]")
+    above.set_title(title, loc="left")
+    below.set_xlabel("axial strain [%]")
+    below.set_ylabel("volume strain [%], contraction positive")
+    below.axhline(0, color="#888888", lw=0.8)
+    figure.tight_layout()
+    figure.savefig(HERE / name, dpi=150)
+
+
 plt.rcParams.update(STYLE)
-figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
+figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
 ends = []
 for pressure, colour in zip(PRESSURES, COLOURS):
     run = read(HERE / f"p{pressure:04d}.csv")
-    shear = run["stage"] == 1
-    strain = 100 * run["axial_strain"][shear]
-    above.plot(strain, run["deviatoric_stress"][shear] / 1e6, color=colour, lw=1.2, label=f"{pressure / 1000} MPa")
-    below.plot(strain, 100 * run["volumetric_strain"][shear], color=colour, lw=1.2)
+    draw(axes, run, colour, f"{pressure / 1000} MPa")
     if pressure in SOURCE:
-        above.plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
+        axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
     ends.append({name: run[f"energy_{name}"][-1] / run["energy_external"][-1]
                  for name in ("elastic", "friction", "damage", "crushing_contacts", "stabilisation")})
-above.plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
-above.set_ylim(0, 13)
-above.set_ylabel("deviatoric stress [MPa]")
-above.legend(loc="upper left", ncol=2)
-above.set_title("Three hundred grains that break, contacts that crush", loc="left")
-below.set_xlabel("axial strain [%]")
-below.set_ylabel("volume strain [%], contraction positive")
-below.axhline(0, color="#888888", lw=0.8)
-figure.tight_layout()
-figure.savefig(HERE / "stress_strain.png", dpi=150)
+axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
+axes[0].legend(loc="upper left", ncol=2)
+finish(figure, axes, "Three hundred grains that break, contacts that crush", 13, "stress_strain.png")
 
 figure, axes = plt.subplots(figsize=(6.4, 3.2))
 left = np.zeros(len(PRESSURES))
@@ -64,20 +75,9 @@ axes.set_xlabel("share of the work to the end [%]")
 axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.2), ncol=3)
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
-figure, (above, below) = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True)
-for name, colour, label in [("p0800.csv", COLOURS[1], "300 grains"), ("p0800_3643.csv", COLOURS[3], "3643 grains")]:
-    run = read(HERE / name)
-    shear = run["stage"] == 1
-    strain = 100 * run["axial_strain"][shear]
-    above.plot(strain, run["deviatoric_stress"][shear] / 1e6, color=colour, lw=1.2, label=label)
-    below.plot(strain, 100 * run["volumetric_strain"][shear], color=colour, lw=1.2)
-above.plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="peak of the source")
-above.set_ylim(0, 6)
-above.set_ylabel("deviatoric stress [MPa]")
-above.legend(loc="lower right")
-above.set_title("The source's own size at 0.8 MPa, so far", loc="left")
-below.set_xlabel("axial strain [%]")
-below.set_ylabel("volume strain [%], contraction positive")
-below.axhline(0, color="#888888", lw=0.8)
-figure.tight_layout()
-figure.savefig(HERE / "full_size.png", dpi=150)
+figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True)
+draw(axes, read(HERE / "p0800.csv"), COLOURS[1], "300 grains")
+draw(axes, read(HERE / "p0800_3643.csv"), COLOURS[3], "3643 grains")
+axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="peak of the source")
+axes[0].legend(loc="lower right")
+finish(figure, axes, "The source's own size at 0.8 MPa, so far", 6, "full_size.png")
