@@ -53,6 +53,13 @@ pub enum Error {
     /// A results file is missing something, damaged, or in use.
     #[error("{}: {}{message}", .file.display(), inside(.dataset))]
     Results { file: PathBuf, dataset: String, message: String },
+    /// A case would need far more memory than there is [B].
+    #[error(
+        "about {:.1} GB of memory are needed and {:.1} GB are there: fewer grains or fewer cells need less",
+        .needed / 1e9,
+        .there / 1e9
+    )]
+    Memory { needed: f64, there: f64 },
     /// A mesh file or generated mesh cannot be used.
     #[error("mesh {name}: {message}")]
     Mesh { name: String, message: String },

@@ -1,5 +1,9 @@
 //! Killed, interrupted and stopped runs that are continued.
 
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
 use riprap::results::{Existing, Outcome};
 use riprap::simulation::{End, Observer, Options, Step, run};
 use riprap::solver::StopSignal;
@@ -138,6 +142,31 @@ fn an_interrupted_run_goes_on_to_the_same_bits_on_other_threads() {
         assert!(told.contains("nothing is left to do"), "{told}");
         assert!(before == std::fs::read(place.path("x.h5")).expect("the file"), "it was touched");
     }
+}
+
+/// Condensing 30,000 cells takes a quarter of a minute, in which no increment hears of a wish to stop.
+#[test]
+fn a_run_that_builds_its_bodies_is_interrupted_at_once() {
+    let place = Place::new();
+    let case = r#"{"title": "A fine block", "scene": {"bodies": [
+        {"name": "plate", "shape": {"box": [4, 4, 0.5]}, "position": [0, 0, -1.25], "fixed": true, "fidelity": "rigid"},
+        {"name": "block", "shape": {"box": [1, 1, 1]}, "position": [0, 0, -0.5], "mesh_size": 0.06}]},
+      "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": null},
+      "contact": {"friction": 0.5}, "solver": {"fidelity": "condensed"},
+      "stages": [{"kind": "load", "increments": 2, "bodies": {"block": {"force": [0, 0, -1000]}}}]}"#;
+    std::fs::write(place.path("fine.json"), case).expect("a case file");
+    let mut command = place.command(&["run", "fine.json", "--out", "fine.vtkhdf"]);
+    let mut child = command.stderr(Stdio::piped()).spawn().expect("riprap starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("its messages")).lines();
+    // Its title is the last that is said before bodies are built.
+    assert!(lines.any(|line| line.expect("text").starts_with("into")));
+    std::thread::sleep(Duration::from_secs(1));
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(sent.expect("kill").success());
+    let said: Vec<String> = lines.map(|line| line.expect("text")).collect();
+    assert_eq!(child.wait().expect("its end").code(), Some(130), "{said:?}");
+    assert!(said.iter().any(|line| line.contains("while bodies were built")), "{said:?}");
+    assert!(!place.path("fine.vtkhdf").exists());
 }
 
 /// A shear under a rubber membrane, refined and as thick as its stretch leaves it, interrupted in its midst: its nodes go on too.

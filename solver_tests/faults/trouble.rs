@@ -102,3 +102,14 @@ fn a_specimen_that_dissolves_stops_before_its_grains_fly_apart() {
     // What crushed goes, and some volume is left.
     assert!(strain.iter().all(|strain| *strain < 0.9), "{strain:?}");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn far_more_memory_than_there_is_is_refused_before_anything_is_built() {
+    let place = Place::new();
+    let grains = ["--set", "/specimen/grains=5000000"];
+    let told = place.ends_with(4, &[&["run", "specimen.json", "--out", "x.h5"][..], &grains].concat());
+    assert!(told.contains("GB of memory are needed"), "{told}");
+    assert!(!place.path("x.h5").exists() && !told.contains("compaction"), "{told}");
+    place.ends_with(1, &[&["check", "specimen.json"][..], &grains].concat());
+}

@@ -33,8 +33,9 @@ pub struct Estimate {
 const COORDINATION: f64 = 7.0;
 /// Contact points of a pair of polyhedra.
 const POINTS: f64 = 3.0;
-/// Nodes of a tet10 mesh over its cells (measured on grains of 38 cells: 95 nodes).
-const NODES_PER_CELL: f64 = 2.5;
+/// Nodes of a tet10 mesh: so many a cell, and so many to the cells' power of two thirds, for the surface (measured: 95 of 38 cells, 42,000 of 29,500).
+const NODES_PER_CELL: f64 = 1.4;
+const NODES_OF_SURFACE: f64 = 3.7;
 /// Volume of a cell over the cube of the longest edge that is asked for (measured: 0.01 for a cylinder of twelve sides, 0.03 for a sphere).
 const CELL_VOLUME: f64 = 0.018;
 
@@ -64,8 +65,10 @@ const GRAIN_MEMORY: f64 = 1.5e5;
 /// Memory of a body of a scene besides, for its columns in the results file, which are open as long as it is (measured: 2000 boxes 0.68 GB) [B].
 const BODY_MEMORY: f64 = 1.65e5;
 const BREAKING_MEMORY: f64 = 2.5e4;
-/// Memory of what a grain that deforms keeps, over a dense half of its stiffness: its factor, flexibilities and what they are made of.
+/// Memory of what a grain that deforms keeps, over its factor: flexibilities and what they are made of, up to so many nodes; beyond, these are solved for on
+/// demand (measured: 29,500 cells 1.5 GB).
 const OWN_MEMORY: f64 = 3.0;
+const KEPT_WHOLE: f64 = 1100.0;
 /// Numbers kept in the factors of a system over its unknowns to this power (nested dissection in space): condensed, and with nodes among them.
 const FILL: [f64; 2] = [15.0, 30.0];
 const MEMORY_POWER: f64 = 4.0 / 3.0;
@@ -86,7 +89,8 @@ impl Case {
             }
         };
         let n = grains as f64;
-        let nodes = NODES_PER_CELL * cells as f64;
+        let of_each = cells as f64 / n.max(1.0);
+        let nodes_of_each = NODES_PER_CELL * of_each + NODES_OF_SURFACE * of_each.powf(2.0 / 3.0);
         let chooses = self.solver.chosen_accuracy().is_some();
         let follows = self.contact.normal == NormalLaw::Asperity;
         let (level, unknowns) = match self.solver.fidelity {
@@ -100,8 +104,9 @@ impl Case {
         };
         let filled = |unknowns: f64, fill: f64| fill * unknowns.powf(MEMORY_POWER);
         // Of small grains the factor is nearly half full.
-        let each = 3.0 * nodes / n.max(1.0);
-        let own = if level > 0 { OWN_MEMORY * n * filled(each, FILL[1]).min(each * each / 4.0) } else { 0.0 };
+        let each = 3.0 * nodes_of_each;
+        let kept = if nodes_of_each < KEPT_WHOLE { OWN_MEMORY } else { 1.0 };
+        let own = if level > 0 { kept * n * filled(each, FILL[1]).min(each * each / 4.0) } else { 0.0 };
         let breaking = if self.rock.damage.is_some() { cells as f64 } else { 0.0 };
         let increments = self.stages.iter().map(StageCase::increments).sum::<f64>();
         let increment = match &self.geometry {

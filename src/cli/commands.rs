@@ -19,6 +19,7 @@ use crate::simulation::{self, End, Options, Outcome, generate_specimen, missing_
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
 use super::interrupt;
+use super::machine;
 use super::progress::Progress;
 use super::terminal::{complain, note, say};
 
@@ -32,6 +33,7 @@ pub fn run(arguments: &Run) -> Ended {
     let fidelity = arguments.fidelity.as_ref().map(|level| format!("/solver/fidelity=\"{level}\""));
     let source = given(&arguments.input, fidelity)?;
     let case = checked_with_start(&source)?;
+    machine::check_memory(&case, machine::memory())?;
     let out = arguments.out.clone().unwrap_or_else(|| default_target(&arguments.input.case));
     let mut options = Options {
         profile: arguments.profile,
@@ -56,6 +58,7 @@ pub fn run(arguments: &Run) -> Ended {
 pub fn specimen(arguments: &Specimen) -> Ended {
     let threads = set_threads(arguments.target.threads)?;
     let (source, case) = checked(&arguments.input, None)?;
+    machine::check_memory(&case, machine::memory())?;
     let options = options(arguments.out.clone(), &arguments.target, threads);
     let mut progress = Progress::new(&arguments.target);
     progress.title(&case, folder_of(&source), &options);
@@ -95,11 +98,12 @@ pub fn check(arguments: &Check) -> Ended {
         say(&case.estimate().to_string());
         case.remarks().iter().for_each(|remark| say(remark));
         case.remarks_on_meshes(folder_of(&source)).iter().for_each(|remark| say(remark));
-        case.burdens(memory_of_machine()).iter().for_each(|burden| say(burden));
+        case.burdens(machine::memory()).iter().for_each(|burden| say(burden));
         for drawn in rock_samples::expected(&case).map_err(failed)? {
             say(&drawn.to_string());
         }
     }
+    machine::check_memory(&case, machine::memory()).map_err(failed)?;
     let faults = unsupported(&case);
     if !faults.is_empty() {
         complain("sound, but riprap cannot run all of it yet:");
@@ -237,14 +241,6 @@ fn checked_with_start(source: &RawCase) -> Result<Case, Error> {
 fn default_target(case: &Path) -> PathBuf {
     let name = case.file_stem().unwrap_or(case.as_os_str());
     results_file(&case.parent().unwrap_or(Path::new("")).join("results"), name)
-}
-
-/// Memory of this machine [B], where the system tells it in the way of Linux.
-fn memory_of_machine() -> Option<f64> {
-    let table = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = table.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024.0 * kibibytes)
 }
 
 fn options(out: PathBuf, target: &Target, threads: usize) -> Options {

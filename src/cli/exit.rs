@@ -14,7 +14,7 @@ pub enum Ending {
     BadInput = 2,
     /// Stopped short of the case's end.
     Stopped = 3,
-    /// File trouble.
+    /// File trouble, or too little memory.
     File = 4,
     Interrupted = 130,
 }
@@ -40,7 +40,7 @@ impl From<Error> for Failure {
             | Error::Mesh { .. }
             | Error::Specimen(_)
             | Error::Usage(_) => Ending::BadInput,
-            Error::Io { .. } | Error::Results { .. } => Ending::File,
+            Error::Io { .. } | Error::Results { .. } | Error::Memory { .. } => Ending::File,
         };
         Failure { error, ending }
     }

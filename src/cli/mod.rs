@@ -7,6 +7,7 @@ mod arguments;
 mod commands;
 mod exit;
 mod interrupt;
+mod machine;
 mod progress;
 mod series;
 mod terminal;

@@ -65,7 +65,7 @@ impl Beginning<'_> {
         specimen: Specimen,
         meshes: &[Mesh],
         profile: &mut Profile,
-        observer: &dyn Observer,
+        observer: &mut dyn Observer,
     ) -> Result<Begun> {
         let case = self.case;
         profile.book_since("specimen", self.clock);
@@ -79,7 +79,7 @@ impl Beginning<'_> {
         let mut rig = self.rig_of(&origin, observer)?;
         profile.book_since("rig", start);
         let start = Instant::now();
-        give_rock(case, &mut rig, meshes)?;
+        self.give_rock(&mut rig, meshes, observer)?;
         profile.book_since("condensation", start);
         let start = Instant::now();
         specimen::begin(&mut recorder, case, &rig, &origin.specimen, meshes)?;
@@ -97,7 +97,7 @@ impl Beginning<'_> {
         let meshes = grain_meshes(self.wanted, specimen)?;
         let reference = self.rig_of(&origin, observer)?;
         let mut rig = reference.clone();
-        give_rock(case, &mut rig, &meshes)?;
+        self.give_rock(&mut rig, &meshes, observer)?;
         if !rig.restore(state.rig)? {
             return Err(restart::fault(&self.options.out, "cannot start from the state of another specimen"));
         }
@@ -130,7 +130,7 @@ impl Beginning<'_> {
         let meshes = grain_meshes(self.wanted, specimen)?;
         let reference = self.rig_of(&origin, observer)?;
         let mut rig = reference.clone();
-        give_rock(case, &mut rig, &meshes)?;
+        self.give_rock(&mut rig, &meshes, observer)?;
         if !rig.restore(point.rig)? {
             return Err(restart::fault(out, "belongs to another specimen"));
         }
@@ -143,6 +143,13 @@ impl Beginning<'_> {
         let unsaved = point.unsaved.map(|state| state.into_owned());
         recorder.restore(point.at, point.sums, point.curve.into_owned(), kept.states, unsaved);
         Ok(Begun { recorder, rig, test: point.test.into_owned() })
+    }
+
+    fn give_rock(&self, rig: &mut Rig, meshes: &[Mesh], observer: &mut dyn Observer) -> Result<()> {
+        observer.building(true);
+        let given = give_rock(self.case, rig, meshes);
+        observer.building(false);
+        given
     }
 
     fn rig_of(&self, origin: &Origin<'_>, observer: &dyn Observer) -> Result<Rig> {

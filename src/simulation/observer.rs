@@ -21,6 +21,8 @@ pub trait Observer {
     fn specimen_progress(&mut self, _phase: Phase, _share: f64) {}
     /// The specimen stands and its grains are meshed.
     fn specimen_ready(&mut self, _report: &SpecimenReport) {}
+    /// Bodies are meshed, condensed or factored from now on, or have been: no stop is heard meanwhile, and nothing is written.
+    fn building(&mut self, _now: bool) {}
     /// What the cells have drawn from the rock's laws.
     fn rock_drawn(&mut self, _drawn: &[Drawn]) {}
     /// Loose grains have been brought into touch.

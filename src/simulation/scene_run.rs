@@ -31,9 +31,11 @@ pub fn run(
     let clock = Instant::now();
     let folder = source.file.parent().unwrap_or(Path::new(""));
     // What cannot be built is said before a file is made.
+    observer.building(true);
     let mut parameters = scene_parameters(case, folder)?;
     parameters.settings.stop = observer.stop_signal();
     let mut scene = Scene::new(&parameters)?;
+    observer.building(false);
     let beginning = Beginning { case, source, options, parameters: &parameters, folder, clock };
     let mut recorder = match found {
         Some(found) => beginning.continued(&mut scene, &found, observer)?,

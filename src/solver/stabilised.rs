@@ -147,7 +147,10 @@ impl Newton<'_> {
             if tired && matches!(until, Stabilisation::Unrest(_)) {
                 found.converged |= end != StepEnd::Stalled && settled.nearly && self.control_is_met();
             }
-            let ends = found.converged || tired || settings.stop.is_raised();
+            let stops = settings.stop.is_raised();
+            // A step that was cut short is not what an uninterrupted run comes to.
+            found.converged &= !stops;
+            let ends = found.converged || tired || stops;
             let is_due = found.augmentations - counted == REBASE_EVERY || path.reach(self) > REBASE_BEYOND;
             let rebases = is_due && !waits;
             if ends || rebases {

@@ -79,6 +79,9 @@ impl Newton<'_> {
             if self.leaves_little(&held, leave) {
                 return StepEnd::Solved;
             }
+            if self.settings.stop.is_raised() {
+                break;
+            }
             self.counters.newton_iterations += 1;
             let Some(mut step) = self.step(&held) else { break };
             self.clip(&mut step, room);
@@ -100,7 +103,7 @@ impl Newton<'_> {
             }
             self.go_to(from.0, from.1);
             raises += 1;
-            if raises > MOST_RAISES || self.settings.stop.is_raised() {
+            if raises > MOST_RAISES {
                 break;
             }
             self.raise(drag, &held, refused.as_deref().unwrap_or(&held));
