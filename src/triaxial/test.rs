@@ -77,9 +77,6 @@ const REST_SHARE: f64 = 1e-3;
 const MOST_AFTERMATHS: usize = 20;
 /// Times that an increment is repeated since a grain ought to have been condensed in it.
 const MOST_REPEATS: usize = 3;
-/// Steps in which the end of a driven stage has to come to rest, or it ends as restless as the rows before it: 300 grains take 70; 3643 that break
-/// found none in half an hour.
-const STEPS_TO_REST: usize = 80;
 /// A pressure that follows from something else may not fall below this share of that at the start of the stage.
 const LEAST_PRESSURE: f64 = 1e-3;
 
@@ -266,10 +263,6 @@ impl Test {
                 way.aftermaths += 1;
             } else {
                 report.counters.cuts = way.pace.accept(share, report.is_easy());
-            }
-            if way.is_over() && report.restless {
-                // What could not come to rest does not do so without a grain that broke.
-                way.aftermaths = MOST_AFTERMATHS;
             }
             let m = &trial.measures;
             way.watch.accept(m);
@@ -492,13 +485,7 @@ impl Test {
         let starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let loads = drive.loads(rig, share, to, &guess);
         let comes_to_rest = to >= 1.0 || drive.comes_to_rest() || rig.settings.stabilisation.is_none();
-        let may_move_on = comes_to_rest && rig.settings.stabilisation.is_some() && !drive.comes_to_rest();
-        let most = rig.settings.max_augmentations;
-        let rest = Settings {
-            stabilisation: Some(Stabilisation::Rest),
-            max_augmentations: if may_move_on { most.min(STEPS_TO_REST) } else { most },
-            ..rig.settings.clone()
-        };
+        let rest = Settings { stabilisation: Some(Stabilisation::Rest), ..rig.settings.clone() };
         let advance_with = |settings: &Settings, contacts: &mut Contacts| {
             let increment =
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
@@ -506,6 +493,7 @@ impl Test {
         };
         let settings = if comes_to_rest { &rest } else { &rig.settings };
         let mut report = advance_with(settings, &mut rig.contacts);
+        let may_move_on = comes_to_rest && rig.settings.stabilisation.is_some() && !drive.comes_to_rest();
         if may_move_on && matches!(report.status, StepStatus::OutOfBalance { .. }) {
             // Behind a collapse that goes on, the end of a stage is as restless as the way to it; its row says so.
             let spent = report.counters;
