@@ -9,6 +9,7 @@ seconds=${1:-60}
 [ $# -gt 0 ] && shift
 [ $# -gt 0 ] || set -- case plan mesh laboratory journal
 work=$PWD/target/fuzz
+export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target/fuzz-build}"
 mkdir -p "$work/artifacts"
 
 # A copy of each file, under a name of its own.

@@ -91,6 +91,7 @@ pub fn check(arguments: &Check) -> Ended {
     let source = given(&arguments.input, None)?;
     let case = checked_with_start(&source).map_err(failed)?;
     simulation::check_start(&case, &source).map_err(failed)?;
+    let memory = machine::memory();
     if arguments.full {
         say(&format!("{:#}", case.completed()));
     } else {
@@ -98,12 +99,12 @@ pub fn check(arguments: &Check) -> Ended {
         say(&case.estimate().to_string());
         case.remarks().iter().for_each(|remark| say(remark));
         case.remarks_on_meshes(folder_of(&source)).iter().for_each(|remark| say(remark));
-        case.burdens(machine::memory()).iter().for_each(|burden| say(burden));
+        case.burdens(memory).iter().for_each(|burden| say(burden));
         for drawn in rock_samples::expected(&case).map_err(failed)? {
             say(&drawn.to_string());
         }
     }
-    machine::check_memory(&case, machine::memory()).map_err(failed)?;
+    machine::check_memory(&case, memory).map_err(failed)?;
     let faults = unsupported(&case);
     if !faults.is_empty() {
         complain("sound, but riprap cannot run all of it yet:");

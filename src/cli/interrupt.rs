@@ -1,8 +1,8 @@
 //! Ctrl-C: the first asks for an end after the increment at hand, which is given up if it takes too long; the second
 //! ends the process. While nothing is written, because a specimen is generated or bodies are built, the first ends it too.
 
-use std::sync::LazyLock;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::Duration;
 
 use crate::solver::StopSignal;
@@ -15,30 +15,29 @@ const PATIENCE: Duration = Duration::from_secs(2);
 const DEAF: Duration = Duration::from_secs(6);
 
 static REQUESTS: AtomicUsize = AtomicUsize::new(0);
-static SOLVING: AtomicBool = AtomicBool::new(false);
-static HEARD: AtomicBool = AtomicBool::new(false);
-static ENDS_AT_ONCE: AtomicU8 = AtomicU8::new(0);
+static PHASE: Mutex<Phase> = Mutex::new(Phase::Other);
 static SIGNAL: LazyLock<StopSignal> = LazyLock::new(StopSignal::new);
 
-/// Why nothing is lost by an end at any moment.
+/// What an end of the process would break into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AtOnce {
-    /// There is no specimen yet.
-    NoSpecimen = 1,
+pub enum Phase {
+    /// A specimen is generated: there is nothing to keep yet.
+    Generating,
     /// Bodies are built, and files are left alone meanwhile.
-    Building = 2,
+    Building,
+    /// Increments are solved, until somebody asks whether to stop and hears so.
+    Solving,
+    Other,
 }
 
 /// Listens for Ctrl-C and for the system's request to end. Where that is impossible, both end the
 /// process at once, as they do by default.
 pub fn listen() {
     let heard = ctrlc::set_handler(|| {
-        let said = match ENDS_AT_ONCE.load(Ordering::SeqCst) {
-            0 => None,
-            code if code == AtOnce::NoSpecimen as u8 => {
-                Some("\ninterrupted before there was a specimen: nothing is kept")
-            }
-            _ => Some("\ninterrupted while bodies were built: a results file stays as it is"),
+        let said = match phase() {
+            Phase::Generating => Some("\ninterrupted before there was a specimen: nothing is kept"),
+            Phase::Building => Some("\ninterrupted while bodies were built: a results file stays as it is"),
+            Phase::Solving | Phase::Other => None,
         };
         said.iter().for_each(|text| note(text));
         if REQUESTS.fetch_add(1, Ordering::SeqCst) > 0 || said.is_some() {
@@ -49,7 +48,7 @@ pub fn listen() {
             std::thread::sleep(PATIENCE);
             SIGNAL.raise();
             std::thread::sleep(DEAF);
-            if SOLVING.load(Ordering::SeqCst) && !HEARD.load(Ordering::SeqCst) {
+            if phase() == Phase::Solving {
                 note("ended in the midst of an increment: the results file stays as the last one left it");
                 std::process::exit(Ending::Interrupted as i32);
             }
@@ -61,21 +60,19 @@ pub fn listen() {
     }
 }
 
-/// Says whether, and why, the process can end at any moment without losing anything.
-pub fn set_ends_at_once(why: Option<AtOnce>) {
-    ENDS_AT_ONCE.store(why.map_or(0, |why| why as u8), Ordering::SeqCst);
+pub fn set_phase(phase: Phase) {
+    *PHASE.lock().unwrap_or_else(PoisonError::into_inner) = phase;
 }
 
-/// Says whether increments are being solved.
-pub fn set_solving(solving: bool) {
-    SOLVING.store(solving, Ordering::SeqCst);
+fn phase() -> Phase {
+    *PHASE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Whether to stop; who asks ends the run if so.
 pub fn requested() -> bool {
     let requested = REQUESTS.load(Ordering::SeqCst) > 0;
     if requested {
-        HEARD.store(true, Ordering::SeqCst);
+        set_phase(Phase::Other);
     }
     requested
 }

@@ -1,7 +1,5 @@
 //! What this machine has, where the system tells it in the way of Linux.
 
-use std::path::Path;
-
 use crate::case::Case;
 use crate::error::Error;
 
@@ -12,7 +10,7 @@ const SURELY_NEEDED: f64 = 1.0 / 3.0;
 pub fn memory() -> Option<f64> {
     let table = std::fs::read_to_string("/proc/meminfo").ok()?;
     let machine = row(&table, "MemTotal:")? + row(&table, "SwapTotal:").unwrap_or(0.0);
-    let group = std::fs::read_to_string(Path::new("/sys/fs/cgroup/memory.max")).ok();
+    let group = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
     Some(group.and_then(|limit| limit.trim().parse().ok()).map_or(machine, |limit: f64| limit.min(machine)))
 }
 

@@ -20,7 +20,7 @@ use crate::specimen::statistics::ClassStatistics;
 use crate::triaxial::{Path, Stage, StageEnd, Steps, Until};
 
 use super::arguments::{ProgressKind, Target};
-use super::interrupt::{self, AtOnce};
+use super::interrupt;
 use super::terminal::{complain, note, say};
 
 /// How often lines tell of a specimen being generated.
@@ -121,11 +121,11 @@ impl Progress {
 
 impl Observer for Progress {
     fn building(&mut self, now: bool) {
-        interrupt::set_ends_at_once(now.then_some(AtOnce::Building));
+        interrupt::set_phase(if now { interrupt::Phase::Building } else { interrupt::Phase::Other });
     }
 
     fn specimen_progress(&mut self, phase: Phase, share: f64) {
-        interrupt::set_ends_at_once(Some(AtOnce::NoSpecimen));
+        interrupt::set_phase(interrupt::Phase::Generating);
         let new = self.phase != Some(phase);
         self.phase = Some(phase);
         let name = match phase {
@@ -154,7 +154,7 @@ impl Observer for Progress {
     }
 
     fn specimen_ready(&mut self, report: &SpecimenReport) {
-        interrupt::set_ends_at_once(None);
+        interrupt::set_phase(interrupt::Phase::Other);
         self.tell(|| specimen_lines(report), || specimen_json(report));
     }
 
@@ -193,7 +193,7 @@ impl Observer for Progress {
     }
 
     fn stage_begun(&mut self, stage: &PlannedStage) {
-        interrupt::set_solving(true);
+        interrupt::set_phase(interrupt::Phase::Solving);
         if let Display::Bar(bar) = &self.display {
             bar.set_prefix(stage.kind);
             if stage.index == 0 {
@@ -225,7 +225,7 @@ impl Observer for Progress {
     }
 
     fn stage_ended(&mut self, report: &StageReport<'_>) {
-        interrupt::set_solving(false);
+        interrupt::set_phase(interrupt::Phase::Other);
         let (r, work) = (report, report.work);
         let (end, reason) = match r.end {
             StageEnd::Finished => ("finished", None),
