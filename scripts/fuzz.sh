@@ -9,7 +9,6 @@ seconds=${1:-60}
 [ $# -gt 0 ] && shift
 [ $# -gt 0 ] || set -- case plan mesh laboratory journal
 work=$PWD/target/fuzz
-export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target/fuzz-build}"
 mkdir -p "$work/artifacts"
 
 # A copy of each file, under a name of its own.
@@ -31,7 +30,7 @@ for target; do
     journal) python3 scripts/fuzz_seeds.py journal "$work/journal" ;;
     esac
     echo "== $target"
-    cargo fuzz run --fuzz-dir solver_tests/fuzz -s none "$target" "$work/$target" -- \
+    cargo fuzz run --fuzz-dir solver_tests/fuzz --target-dir "${FUZZ_TARGET_DIR:-target/fuzz-build}" -s none "$target" "$work/$target" -- \
         -max_total_time="$seconds" -max_len=1048576 -timeout=20 -rss_limit_mb=4096 -artifact_prefix="$work/artifacts/$target-" \
         -print_final_stats=1
 done
