@@ -28,16 +28,13 @@ const SHARES_OF_DRAG: [f64; 2] = [1.0, 0.1];
 /// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
-/// Where more than this is out of balance in the mean, so many times as many steps are taken before an increment is accepted.
-const WILD: f64 = 0.1;
-const OF_WILD: usize = 10;
 /// Gaps of bodies that bend may miss their tolerance by this factor while something moves.
 const LOOSE_GAPS: f64 = 10.0;
 
 /// How far an increment has to come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Stabilisation {
-    /// Until the mean force out of balance on a body is this over the mean contact force; after a few steps all the same, or more where much moves.
+    /// Until the mean force out of balance on a body is this over the mean contact force; after forty steps all the same.
     Unrest(f64),
     /// Until the largest is below [`crate::solver::Settings::force_tolerance`].
     Rest,
@@ -74,8 +71,8 @@ impl Course {
         match until {
             Stabilisation::Unrest(_) => Course {
                 first_drag: 0.1,
-                least_drag: 3e-3,
-                most_steps: 4,
+                least_drag: 1e-4,
+                most_steps: 40,
                 cut: Cut { pieces_a_step: 1, longest: 0.2 },
             },
             Stabilisation::Rest => Course {
@@ -142,8 +139,7 @@ impl Newton<'_> {
             );
             found.converged =
                 until.is_met(&found.balance, settings) && settled.fully && self.control_is_met();
-            let is_wild = matches!(until, Stabilisation::Unrest(_)) && found.balance.unrest > WILD;
-            let tired = found.augmentations >= if is_wild { OF_WILD * most_steps } else { most_steps };
+            let tired = found.augmentations >= most_steps;
             if tired && matches!(until, Stabilisation::Unrest(_)) {
                 found.converged |= end != StepEnd::Stalled && settled.nearly && self.control_is_met();
             }
