@@ -28,6 +28,10 @@ const SHARES_OF_DRAG: [f64; 2] = [1.0, 0.1];
 /// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
+/// Steps in a row that got nowhere, the strongest drag included, after which a search for rest is given up: the next would do the same again.
+const FUTILE_STEPS: usize = 4;
+/// Steps in a row that were not solved after which an increment ends though more moves than is asked for.
+const UNSOLVED_STEPS: usize = 10;
 /// Gaps of bodies that bend may miss their tolerance by this factor while something moves.
 const LOOSE_GAPS: f64 = 10.0;
 
@@ -118,8 +122,8 @@ impl Newton<'_> {
         let mut path = Path::from(self);
         let mut drag = self.uniform_drag(first_drag);
         let mut found = Equilibrium::begun(self.balance());
-        // Steps whose work is summed.
-        let mut counted = 0;
+        // Steps whose work is summed; steps in a row that were not solved, and that got nowhere.
+        let (mut counted, mut unsolved, mut futile) = (0, 0, 0);
         loop {
             self.counters.augmentations += 1;
             found.augmentations += 1;
@@ -139,7 +143,13 @@ impl Newton<'_> {
             );
             found.converged =
                 until.is_met(&found.balance, settings) && settled.fully && self.control_is_met();
-            let tired = found.augmentations >= most_steps;
+            unsolved = if end == StepEnd::Solved { 0 } else { unsolved + 1 };
+            futile = if end == StepEnd::Stalled { futile + 1 } else { 0 };
+            let hopeless = match until {
+                Stabilisation::Unrest(_) => unsolved >= UNSOLVED_STEPS,
+                Stabilisation::Rest => futile >= FUTILE_STEPS,
+            };
+            let tired = hopeless || found.augmentations >= most_steps;
             if tired && matches!(until, Stabilisation::Unrest(_)) {
                 found.converged |= end != StepEnd::Stalled && settled.nearly && self.control_is_met();
             }
