@@ -28,10 +28,6 @@ const SHARES_OF_DRAG: [f64; 2] = [1.0, 0.1];
 /// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
-/// Steps in a row that got nowhere, the strongest drag included, after which a search for rest is given up: the next would do the same again.
-const FUTILE_STEPS: usize = 4;
-/// Steps in a row that were not solved after which an increment ends though more moves than is asked for.
-const UNSOLVED_STEPS: usize = 10;
 /// Gaps of bodies that bend may miss their tolerance by this factor while something moves.
 const LOOSE_GAPS: f64 = 10.0;
 
@@ -66,6 +62,8 @@ struct Course {
     least_drag: f64,
     /// Steps after which an increment is accepted whatever moves, or given up.
     most_steps: usize,
+    /// The same of fruitless ones in a row: not solved, or, where all is to come to rest, without any gain, so that the next would repeat them.
+    most_fruitless: usize,
     cut: Cut,
 }
 
@@ -77,12 +75,14 @@ impl Course {
                 first_drag: 0.1,
                 least_drag: 1e-4,
                 most_steps: 40,
+                most_fruitless: 10,
                 cut: Cut { pieces_a_step: 1, longest: 0.2 },
             },
             Stabilisation::Rest => Course {
                 first_drag: 3e-2,
                 least_drag: 1e-5,
                 most_steps: settings.max_augmentations,
+                most_fruitless: 4,
                 cut: Cut { pieces_a_step: 2, longest: 0.05 },
             },
         }
@@ -114,7 +114,7 @@ impl Newton<'_> {
     /// Takes the steps of an increment.
     pub(super) fn march(&mut self, until: Stabilisation) -> Equilibrium {
         let settings = self.settings;
-        let Course { first_drag, least_drag, most_steps, cut } = Course::to(until, settings);
+        let Course { first_drag, least_drag, most_steps, most_fruitless, cut } = Course::to(until, settings);
         let mut damage = DamageWatch::new(self.model, settings);
         let waits = self.model.waits_for_augmentations();
         let room = if waits || self.model.wall.is_some() { Room::OfAll } else { Room::OfEach };
@@ -122,8 +122,8 @@ impl Newton<'_> {
         let mut path = Path::from(self);
         let mut drag = self.uniform_drag(first_drag);
         let mut found = Equilibrium::begun(self.balance());
-        // Steps whose work is summed; steps in a row that were not solved, and that got nowhere.
-        let (mut counted, mut unsolved, mut futile) = (0, 0, 0);
+        // Steps whose work is summed, and fruitless ones in a row.
+        let (mut counted, mut fruitless) = (0, 0);
         loop {
             self.counters.augmentations += 1;
             found.augmentations += 1;
@@ -143,13 +143,12 @@ impl Newton<'_> {
             );
             found.converged =
                 until.is_met(&found.balance, settings) && settled.fully && self.control_is_met();
-            unsolved = if end == StepEnd::Solved { 0 } else { unsolved + 1 };
-            futile = if end == StepEnd::Stalled { futile + 1 } else { 0 };
-            let hopeless = match until {
-                Stabilisation::Unrest(_) => unsolved >= UNSOLVED_STEPS,
-                Stabilisation::Rest => futile >= FUTILE_STEPS,
+            let gained = match until {
+                Stabilisation::Unrest(_) => end == StepEnd::Solved,
+                Stabilisation::Rest => end != StepEnd::Stalled,
             };
-            let tired = hopeless || found.augmentations >= most_steps;
+            fruitless = if gained { 0 } else { fruitless + 1 };
+            let tired = fruitless >= most_fruitless || found.augmentations >= most_steps;
             if tired && matches!(until, Stabilisation::Unrest(_)) {
                 found.converged |= end != StepEnd::Stalled && settled.nearly && self.control_is_met();
             }
@@ -171,13 +170,9 @@ impl Newton<'_> {
                 self.rebase();
                 self.evaluate();
             }
-            match end {
-                StepEnd::Solved => drag.lower(DRAG_LOWER, least_drag, self),
-                // Where nothing has to come to rest the next step is the next chance.
-                StepEnd::Reduced | StepEnd::Stalled if until != Stabilisation::Rest => {
-                    drag.lower(DRAG_LOWER, least_drag, self);
-                }
-                StepEnd::Reduced | StepEnd::Stalled => {}
+            // Where nothing has to come to rest the next step is the next chance, solved or not.
+            if end == StepEnd::Solved || until != Stabilisation::Rest {
+                drag.lower(DRAG_LOWER, least_drag, self);
             }
         }
     }
