@@ -3,6 +3,7 @@
 use super::*;
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
+use crate::geometry::{Polyhedron, RoundedBody};
 use crate::material::{Rubber, RubberLaw};
 use crate::model::membrane::Fastening;
 use crate::model::{Body, BodyKind, Committed, Membrane, MembraneParameters, RigidWall, Thickness};
@@ -195,5 +196,44 @@ fn the_wall_meets_a_corner_as_soon_as_its_rounding_is_there() {
         contacts.evaluate(&model, &committed, &poses).expect("far enough apart");
         let deepest = contacts.wall.iter().map(|contact| contact.overlap).fold(0.0, f64::max);
         assert!((deepest - overlap.max(0.0)).abs() < 1e-12, "{overlap}: {deepest}");
+    }
+}
+
+/// The body that a short edge of `length` [roundings] and a long one across it span, 20 roundings apart: the long one above.
+fn spindle(length: f64) -> (Body, ContactShape) {
+    let (body, _) = block(BodyKind::Grain, [0.02; 3]);
+    let end = |x: f64, y: f64, z: f64| Vec3::new(x, y, z) * ROUNDING;
+    let half = 0.5 * length;
+    let corners = [end(half, 0.0, 0.0), end(-half, 0.0, 0.0), end(0.0, 8.0, 20.0), end(0.0, -8.0, 20.0)];
+    let core = Polyhedron::convex_hull(&corners).expect("four corners");
+    (body, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+}
+
+/// However short the edge that another one slides over, and however deep: the force along it changes no faster than some contacts' springs.
+#[test]
+fn an_edge_that_slides_over_a_short_one_pushes_smoothly() {
+    for length in [0.1, 0.4, 0.7, 1.0, 1.5, 2.0, 4.0] {
+        let (bodies, shapes): (Vec<Body>, Vec<ContactShape>) =
+            [spindle(20.0), spindle(length)].into_iter().unzip();
+        let law = ContactLaw { onset: 4e-6, fade_length: ROUNDING, ..ContactLaw::SAMPLE };
+        let model = Model::new(bodies, shapes, law, Friction::constant(0.0));
+        // The long edge of the lower body lies across the short one of the upper body, 0.7 roundings below it.
+        let lower = Pose::new(Vec3::new(0.0, 0.0, -20.0 * ROUNDING), Rotation::identity());
+        let loads = Loads::none(2);
+        let dofs = Dofs::new(&model, &loads);
+        let push = |x: f64| {
+            let upper = Pose::new(Vec3::new(x, 0.0, 0.7 * ROUNDING), Rotation::identity());
+            let committed = Committed::new(vec![lower, upper]);
+            let (residual, ..) = forces_at(&model, &committed, &loads, &dofs, &vec![0.0; dofs.count()], 0.0);
+            let along = dofs.of(1)[0].expect("free") as usize;
+            residual[along]
+        };
+        let step = 2e-3 * ROUNDING;
+        let slopes =
+            (-1500..1500).map(|k| (push(f64::from(k + 1) * step) - push(f64::from(k) * step)) / step);
+        let steepest = slopes.map(f64::abs).fold(0.0, f64::max);
+        let spring = model.contact_spring(0, 1);
+        assert!(steepest > 0.1 * spring, "{length}: nothing touches");
+        assert!(steepest < 10.0 * spring, "{length}: {} springs", steepest / spring);
     }
 }

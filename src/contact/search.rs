@@ -12,12 +12,16 @@ use serde::{Deserialize, Serialize};
 /// touch nothing; above [`SHARP_EDGE`] they count in full, in between they fade.
 const FLAT_EDGE: f64 = 1e-3;
 const SHARP_EDGE: f64 = 1e-2;
+/// Edges shorter than this many roundings of their body touch nothing, what their ends do not find being a hundredth of the rounding; from
+/// [`LONG_EDGE`] on they count in full. Over a shorter edge the weight of a deep contact would change faster than any drag can follow.
+const SHORT_EDGE: f64 = 0.5;
+const LONG_EDGE: f64 = 2.0;
 
 /// A body as the search sees it: its rounded shape and the sharpness of its edges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactShape {
     pub rounded: RoundedBody,
-    /// Weight of each edge, 0 for edges inside a flat face.
+    /// Weight of each edge, 0 for edges inside a flat face and for what is shorter than the rounding.
     pub edge_weight: Vec<f64>,
     /// The corner at each vertex, `None` where it is blunt or the core is a point.
     pub corners: Vec<Option<Corner>>,
@@ -31,6 +35,11 @@ pub struct ContactShape {
     pub bounding_radius: f64,
 }
 
+/// From 0 at the first limit to 1 at the second.
+fn grown(value: f64, [none, all]: [f64; 2]) -> f64 {
+    ((value - none) / (all - none)).clamp(0.0, 1.0)
+}
+
 impl ContactShape {
     pub fn new(rounded: RoundedBody) -> Self {
         let core = &rounded.core;
@@ -40,7 +49,9 @@ impl ContactShape {
             .map(|edge| {
                 let [f, g] = edge.facets.map(|f| core.normals[f]);
                 let angle = f.cross(&g).norm().atan2(f.dot(&g));
-                ((angle - FLAT_EDGE) / (SHARP_EDGE - FLAT_EDGE)).clamp(0.0, 1.0)
+                let [from, to] = edge.vertices.map(|v| core.vertices[v]);
+                let length = (to - from).norm() / rounded.radius;
+                grown(angle, [FLAT_EDGE, SHARP_EDGE]) * grown(length, [SHORT_EDGE, LONG_EDGE])
             })
             .collect();
         let bounding_radius = core.bounding_radius();
