@@ -1,9 +1,9 @@
-//! Runs of the ladder's problems for the tests: no accepted state may fail its audit.
+//! Runs of problems with known answers for the tests: no accepted state may fail its audit.
 
 #![allow(dead_code, reason = "shared by several test programs, none of which uses all of it")]
 
-use riprap::ladder::Run;
 use riprap::scene::{Row, SceneParameters};
+use riprap::verification::Run;
 
 /// Runs a scene; panics where an accepted state overlaps.
 pub fn audited(parameters: &SceneParameters) -> Run {
@@ -17,10 +17,10 @@ pub fn last(run: &Run) -> &Row {
     run.last().unwrap_or_else(|| panic!("no increment was accepted: {:?}", run.end))
 }
 
-/// Prints one line of the table of rungs.
-pub fn tell(run: &Run, rung: &str, computed: f64, reference: f64) {
+/// Prints one line of the table of problems.
+pub fn tell(run: &Run, problem: &str, computed: f64, reference: f64) {
     println!(
-        "{rung:<44} computed {computed:<13.6e} reference {reference:<13.6e} error {:<10.2e} rows {:<4} \
+        "{problem:<44} computed {computed:<13.6e} reference {reference:<13.6e} error {:<10.2e} rows {:<4} \
          factorisations {:<6} cuts {:<3} overlap {:.2e} m  {:.3} s",
         computed - reference,
         run.rows.len(),

@@ -1,4 +1,5 @@
-//! A scene's results file holds what the scene driver found. What each case of `cases/scenes/` has to come to is judged in `ladder`.
+//! A scene's results file holds what the scene driver found. What each case of `cases/scenes/` has to come to
+//! is judged in `verification`.
 
 use std::path::{Path, PathBuf};
 

@@ -34,5 +34,5 @@ pub mod study;
 pub mod setup;
 pub mod recording;
 pub mod simulation;
-pub mod ladder;
+pub mod verification;
 pub mod cli;

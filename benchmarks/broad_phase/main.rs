@@ -13,11 +13,11 @@
 use std::time::Instant;
 
 use riprap::assembly::{Contacts, Kernel};
-use riprap::ladder::arrays::cubic;
-use riprap::ladder::bodies::{body, scene};
 use riprap::model::Committed;
 use riprap::scene::{Scene, SceneShape};
 use riprap::specimen::shape::{ShapeLaw, WithinClass, grain};
+use riprap::verification::arrays::cubic;
+use riprap::verification::bodies::{body, scene};
 
 const REPETITIONS: usize = 3;
 const SIZES: [f64; 2] = [0.02, 0.04];

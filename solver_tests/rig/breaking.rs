@@ -124,7 +124,7 @@ fn weak_grains_that_bend_break_on_and_a_stored_state_goes_on_to_the_same_bits() 
 
     // They rest in collapses and wake behind them: forces stay as they are, to rounding, in contacts on rock that has softened, too.
     let softened = whole.committed.memory.values().flat_map(|pair| &pair.points);
-    assert!(softened.filter(|point| point.firmness < 1.0).count() >= 3);
+    assert!(softened.filter(|point| point.stiffness_left < 1.0).count() >= 3);
     let bends = |body: &usize| whole.model.bodies[*body].is_elastic();
     let grains: Vec<usize> = (0..whole.model.bodies.len()).filter(bends).collect();
     let changed = [[&[][..], &grains], [&grains, &[][..]]].map(|changes| {

@@ -63,7 +63,7 @@ fn loop_of(grains: u64, axial_strain: f64, cover: &str) {
     // If most rows were snaps, closure would say little.
     let snaps = rows.iter().filter(|row| row.snapped > 0).count();
     assert!(5 * snaps < rows.len(), "{snaps} of {}", rows.len());
-    // Ladder D: between snaps nothing to speak of is booked as stabilisation.
+    // Between snaps nothing to speak of is booked as stabilisation.
     let steady = rows.windows(2).filter(|pair| pair[1].snapped == 0);
     let (booked, work) = steady.fold((0.0, 0.0), |(booked, work), pair| {
         let stabilisation = pair[1].energy_stabilisation - pair[0].energy_stabilisation;

@@ -1,10 +1,10 @@
 //! Every quantity that a stage prescribes is held to 1e-3 in every accepted increment, stages end where they say, and what
 //! is measured in different ways agrees.
 
-use riprap::ladder::rig::{TALL, column, prism};
 use riprap::triaxial::{
     Cover, EnergyGate, Lateral, Path, Rig, Rims, Row, Stage, StageEnd, Steps, Test, Until,
 };
+use riprap::verification::rig::{TALL, column, prism};
 
 use crate::ready::{HELD, PRESSURE, drive, finished, run, steps};
 
@@ -242,7 +242,7 @@ fn an_energy_gate_that_cuts_keeps_increments_closed() {
     }
 }
 
-/// See `ladder::rig` for the problem and its tolerance.
+/// See `verification::rig` for the problem and its tolerance.
 #[test]
 fn column_of_cubes_has_the_stiffness_of_its_joints() {
     let ([loaded, unloaded], _) = column().expect("a rig").expect("every stage finishes");

@@ -1,9 +1,9 @@
 //! The same increments twice, once with rejected trials in between: the committed state is the same.
 //!
-//! Naive codes let histories of rejected trials leak into the next one. Here a trial with twenty times the step is made and
-//! thrown away before each increment (`ladder::penalties`).
+//! Naive codes let histories of rejected trials leak into the next one. Here a trial with twenty times the
+//! step is made and thrown away before each increment (`verification::penalties`).
 
-use riprap::ladder::penalties::{difference, pushed};
+use riprap::verification::penalties::{difference, pushed};
 
 #[test]
 fn rejected_trials_leave_the_committed_state_alone() {

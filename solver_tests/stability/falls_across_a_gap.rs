@@ -5,8 +5,8 @@
 //! across 0.5 mm more than there are, and the increment is given up. The dwell that follows lets go of it geometrically, and
 //! augmentations that end because the ball went as far as it may count a tenth.
 
-use riprap::ladder::bodies::{DENSITY, body, cuboid, fixed, gravity, scene};
 use riprap::scene::{SceneBody, SceneShape};
+use riprap::verification::bodies::{DENSITY, body, cuboid, fixed, gravity, scene};
 
 use crate::audited::{audited, last, tell};
 

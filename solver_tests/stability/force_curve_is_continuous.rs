@@ -9,8 +9,8 @@
 use riprap::scene::SceneBody;
 use riprap::tensor::{Rotation, Vec3};
 
-use riprap::ladder::Run;
-use riprap::ladder::bodies::{body, cuboid, drive, fixed, load, scene};
+use riprap::verification::Run;
+use riprap::verification::bodies::{body, cuboid, drive, fixed, load, scene};
 
 use crate::audited::{audited, last};
 

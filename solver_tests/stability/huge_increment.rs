@@ -6,7 +6,7 @@ use riprap::contact::law::Friction;
 use riprap::scene::{SceneBody, SceneParameters, SceneShape};
 use riprap::triaxial::StageEnd;
 
-use riprap::ladder::bodies::{HELD, body, cuboid, drive, fixed, gravity, ground, load, scene};
+use riprap::verification::bodies::{HELD, body, cuboid, drive, fixed, gravity, ground, load, scene};
 
 use crate::audited::{audited, last, tell};
 

@@ -7,7 +7,7 @@
 //! closes to 1e-3 of the largest work, P times the rise of the axis. Where the moment jumps from nothing to `P c / 2` as a face
 //! lifts, the trapezoidal rule of the ledger cannot follow: those increments are counted apart.
 
-use riprap::ladder::edges::{ROLLING_LOAD, prism_size, rolled, worst_moment};
+use riprap::verification::edges::{ROLLING_LOAD, prism_size, rolled, worst_moment};
 
 use crate::audited::{audited, last, tell};
 

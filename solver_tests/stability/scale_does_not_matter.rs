@@ -3,7 +3,7 @@
 //! Codes with absolute tolerances converge on the one and not on the other. Lengths times s at the same stresses: forces times
 //! s^2. Tolerance 1e-6: what rounding may do to the last of some ten Newton steps.
 
-use riprap::ladder::wedges::scaled;
+use riprap::verification::wedges::scaled;
 
 use crate::audited::{audited, last, tell};
 

@@ -3,7 +3,7 @@
 //! Badly conditioned systems lose the balls' forces. Statics: each ball carries W / 3 (they stand at the corners of an equilateral
 //! triangle about the centre). Tolerance 2e-3: the force tolerance, 1e-3 of the mean contact force, on two contacts of a ball.
 
-use riprap::ladder::standing::{UNLIKE, block_on_balls};
+use riprap::verification::standing::{UNLIKE, block_on_balls};
 
 use crate::audited::{audited, last, tell};
 

@@ -5,7 +5,7 @@
 //! prescribed. Then the lower body's corner is passed sideways at a constant height: the force stays bounded by
 //! its value at the top, and comes back to it on the way back (no history without friction).
 
-use riprap::ladder::edges::{DEPTH, Onto, corner_onto, single_contact};
+use riprap::verification::edges::{DEPTH, Onto, corner_onto, single_contact};
 
 use crate::audited::{audited, last, tell};
 

@@ -4,7 +4,7 @@
 //! any normal force up to `N (mu cos a - sin a) >= 0`); otherwise no force is left. Then it is lifted by a
 //! prescribed displacement: it comes free, without force.
 
-use riprap::ladder::wedges::{cycle, force_by_stage};
+use riprap::verification::wedges::{cycle, force_by_stage};
 
 use crate::audited::{audited, last, tell};
 

@@ -4,7 +4,7 @@
 //! indentation, `contact::asperity` (closed forms and their sources stand there). Lifted and set down elsewhere it is as it was left. Tolerances: prescribed
 //! motion, so forces are the law's to rounding, 1e-9; work is that of the trapezoidal rule, second order in the increment.
 
-use riprap::ladder::asperities::{STEP, corner, force, law_of_corner as law};
+use riprap::verification::asperities::{STEP, corner, force, law_of_corner as law};
 
 use crate::audited::audited;
 

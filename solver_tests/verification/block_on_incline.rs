@@ -6,7 +6,7 @@
 //! The angle found is the last with an equilibrium. Tolerance on its tangent: the smallest increment turns gravity by
 //! 1/64 of a twentieth of the way, which is 1.2 times the limit: 1e-3; and forces balance to 1e-5.
 
-use riprap::ladder::blocks::{STEEPEST, steepest, tilted, tipping};
+use riprap::verification::blocks::{STEEPEST, steepest, tilted, tipping};
 
 use crate::audited::{audited, tell};
 

@@ -8,7 +8,7 @@
 //! work is the area but for the force tolerance, 1e-3: the mean of the law over each slip is taken exactly.
 
 use riprap::contact::law::Friction;
-use riprap::ladder::blocks::{NORMAL, TRAVEL, pushed, slip_and_push, weakening_work};
+use riprap::verification::blocks::{NORMAL, TRAVEL, pushed, slip_and_push, weakening_work};
 
 use crate::audited::{audited, last, tell};
 

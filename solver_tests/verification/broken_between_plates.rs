@@ -1,9 +1,10 @@
 //! Bodies that damage and break in contact with others: a bar of rock on two supports that is pushed in the middle until it breaks.
 //!
-//! Reference: the energy that plates put in less what is stored and rubbed away is what damage took (rung "dissipation equals the ledger's damage
-//! row", 1e-3 of the work; it comes from the trapezoid of the work, whose own error at increments of 2.5 um is some 1e-4 of it). The same rock
-//! with strengths that nothing reaches must give the elastic run bit by bit. A run that goes on from a stored state has
-//! the bits of one that was not interrupted, breaking included.
+//! Reference: the energy that plates put in less what is stored and rubbed away is what damage took (problem
+//! "dissipation equals the ledger's damage row", 1e-3 of the work; it comes from the trapezoid of the work,
+//! whose own error at increments of 2.5 um is some 1e-4 of it). The same rock with strengths that nothing
+//! reaches must give the elastic run bit by bit. A run that goes on from a stored state has the bits of one
+//! that was not interrupted, breaking included.
 
 use std::path::Path;
 

@@ -5,7 +5,7 @@
 //! and the foot holds iff `mu >= H / W`. Tolerance 2e-3: forces balance to 1e-5 of the mean
 //! contact force, and contacts yield by less than a micron over 0.2 m.
 
-use riprap::ladder::standing::{stands, tent};
+use riprap::verification::standing::{stands, tent};
 
 use crate::audited::{audited, tell};
 

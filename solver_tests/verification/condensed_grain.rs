@@ -1,7 +1,7 @@
 //! Condensed grains against solutions that share nothing with the condensation but the element.
 //!
 //! - Same loads on the full mesh, held at six other supports: stresses and relative displacements agree to
-//!   1e-8 relative (LADDER A; the condensation is exact, what is left is rounding times the condition of K).
+//!   1e-8 relative (the condensation is exact, what is left is rounding times the condition of K).
 //! - A grain cut in two by deleting cells: two parts, each with exactly six rigid modes.
 //! - Hertz pressure on the pole of a sphere: the dent `u(0) - u(a) = pi p0 a (1 - nu^2) / (4 E)` of the half-space
 //!   (Johnson 1985, eq. 3.41a). The sphere is a half-space up to terms of relative order a/R = 0.0204: that is the
@@ -15,7 +15,7 @@ use riprap::material::Elastic;
 use riprap::mesh::{NearPoint, grain_mesh, sphere_mesh};
 use riprap::tensor::Vec3;
 
-use riprap::ladder::grains::{condensed_against_full, rocks, sample_grain};
+use riprap::verification::grains::{condensed_against_full, rocks, sample_grain};
 
 #[test]
 fn condensed_equals_full_under_the_same_loads() {

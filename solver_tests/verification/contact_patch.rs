@@ -1,20 +1,22 @@
-//! The contact patch test (`ladder::patch`), and what parallel faces carry otherwise once they carry by their area.
+//! The contact patch test (`verification::patch`), and what parallel faces carry otherwise once they carry by
+//! their area.
 //!
-//! Problem, source and the tolerance of the patch test are in the ladder's module. Forces: the force tolerance, 1e-3 of a point's force.
+//! Problem, source and the tolerance of the patch test are in the problem's module. Forces: the force
+//! tolerance, 1e-3 of a point's force.
 
 use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
 use riprap::element::Strains;
 use riprap::grain::{CondensedGrain, FullGrain};
-use riprap::ladder::Run;
-use riprap::ladder::blocks::{
-    NORMAL, TRAVEL, largest_side_force, pressing, prism_on_cube, pushed, slid_over_facets, weakening_work,
-};
-use riprap::ladder::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, push, scene};
-use riprap::ladder::patch::{Blocks, EDGE, TOLERANCE, column, pressure_miss, stress_miss};
 use riprap::material::Elastic;
 use riprap::mesh::cuboid_mesh;
 use riprap::scene::{Scene, SceneBody, SceneParameters, SceneState};
+use riprap::verification::Run;
+use riprap::verification::blocks::{
+    NORMAL, TRAVEL, largest_side_force, pressing, prism_on_cube, pushed, slid_over_facets, weakening_work,
+};
+use riprap::verification::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, push, scene};
+use riprap::verification::patch::{Blocks, EDGE, TOLERANCE, column, pressure_miss, stress_miss};
 use std::sync::Arc;
 
 use crate::audited::{audited, last};
@@ -80,7 +82,8 @@ fn a_pushed_patch_rubs_by_its_coefficient_and_books_it() {
     let stretch = end / (model.patch_stiffness(0, 1) * 0.01 * model.law.tangential_ratio);
     let area = weakening_work(&friction, TRAVEL - stretch);
     let work = last(&run).ledger.friction;
-    // Second order in the increment of 4 um over 50 um, and the increment in which it begins to slip (`ladder::blocks`).
+    // Second order in the increment of 4 um over 50 um, and the increment in which it begins to slip
+    // (`verification::blocks`).
     assert!((work / area - 1.0).abs() < 0.08 * 0.08 / 6.0 + 2e-3, "{work} {area}");
 }
 

@@ -4,7 +4,7 @@
 //! half a cube's local stiffness (two in series), normal to both edges, at any crossing angle that is not nearly parallel.
 //! Tolerance 1e-9: everything is prescribed, so this is the force law alone.
 
-use riprap::ladder::edges::{crossing, single_contact};
+use riprap::verification::edges::{crossing, single_contact};
 
 use crate::audited::{audited, last, tell};
 

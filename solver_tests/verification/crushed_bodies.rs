@@ -10,7 +10,7 @@ use riprap::grain::{Ancestry, DamagedGrain, contact_shapes};
 use riprap::material::{DamageLaw, DamageParameters, Elastic};
 use riprap::mesh::{Mesh, cuboid_mesh, grain_mesh, sphere_mesh};
 
-use riprap::ladder::grains::sample_grain;
+use riprap::verification::grains::sample_grain;
 
 const E: f64 = 30e9;
 const NU: f64 = 0.2;

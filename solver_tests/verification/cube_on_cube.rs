@@ -4,7 +4,7 @@
 //! prism are minus what is applied. Tolerance: the force tolerance, 1e-3 of a point's force; moments likewise
 //! times the half width.
 
-use riprap::ladder::blocks::{pressing, prism_on_cube};
+use riprap::verification::blocks::{pressing, prism_on_cube};
 
 use crate::audited::{audited, last, tell};
 

@@ -1,7 +1,8 @@
 //! The damage law against closed forms.
 //!
-//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10 as corrected in `material::damage`. Everything here is algebra on the
-//! principal values, so the tolerance is rounding through two eigenvalue problems: 1e-8 relative, as LADDER B asks.
+//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10 as corrected in `material::damage`. Everything here is
+//! algebra on the principal values, so the tolerance is rounding through two eigenvalue problems: 1e-8
+//! relative.
 //!
 //! - Uniaxial tension and compression of a single tet10, forces on its nodes: `E e (e0 / e)^N`, zero beyond `e0 / 0.01^(1/N)`.
 //! - Tension, unloading, compression beyond the peak, and back, with recoveries 0, 0.5, 1.
@@ -10,10 +11,10 @@
 
 use nalgebra::Vector6;
 
-use riprap::ladder::breaking::cycle;
-use riprap::ladder::damage::{E, F_C, F_T, NU, law, uniaxial, uniaxial_curves};
 use riprap::material::DamageState;
 use riprap::tensor::{Mat3, Rotation, Vec3};
+use riprap::verification::breaking::cycle;
+use riprap::verification::damage::{E, F_C, F_T, NU, law, uniaxial, uniaxial_curves};
 
 fn tensor(v: &Vector6<f64>, shear: f64) -> Mat3 {
     let s = v.map(|x| shear * x);

@@ -1,4 +1,4 @@
-//! Grains with damaged, failed and deleted parts (LADDER A).
+//! Grains with damaged, failed and deleted parts.
 //!
 //! - Failed points: displacements under balanced loads equal those of a dense assembly of the remaining points alone. The factor keeps 1e-6 of a
 //!   failed point's stiffness, so they agree to that times what the failed points would carry: 1e-4 of the largest displacement.
@@ -17,8 +17,8 @@ use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
 use riprap::mesh::{CellId, Mesh, grain_mesh};
 use riprap::tensor::{Rotation, Vec3};
 
-use riprap::ladder::breaking::{eigenvalues, motion_left};
-use riprap::ladder::grains::sample_grain;
+use riprap::verification::breaking::{eigenvalues, motion_left};
+use riprap::verification::grains::sample_grain;
 
 const DENSITY: f64 = 2700.0;
 

@@ -20,7 +20,7 @@ use riprap::solver::fidelity::change;
 use riprap::solver::{Increment, advance};
 use riprap::triaxial::StageEnd;
 
-use riprap::ladder::bodies::DENSITY;
+use riprap::verification::bodies::DENSITY;
 
 use crate::two_cubes::{between_plates, meshed};
 

@@ -15,7 +15,7 @@ use riprap::scene::{Scene, SceneBody};
 use riprap::tensor::Vec3;
 use riprap::triaxial::StageEnd;
 
-use riprap::ladder::bodies::DENSITY;
+use riprap::verification::bodies::DENSITY;
 
 use crate::two_cubes::{EDGE, between_plates, meshed};
 

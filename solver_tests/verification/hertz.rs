@@ -8,11 +8,11 @@
 //! `g = 2 h^2 / (8 R) + onset / 2` of the approach closes a gap: F may be low by 1.5 g / d to first
 //! order. Linear interpolation of the pressure over an area of few cells adds about half as much.
 
-use riprap::ladder::Tolerance;
-use riprap::ladder::bodies::{HELD, drive, fixed, load, scene};
-use riprap::ladder::spheres::{self, RADIUS, SHARES, compared, sphere};
 use riprap::scene::Scene;
 use riprap::triaxial::StageEnd;
+use riprap::verification::Tolerance;
+use riprap::verification::bodies::{HELD, drive, fixed, load, scene};
+use riprap::verification::spheres::{self, RADIUS, SHARES, compared, sphere};
 
 const APPROACH: f64 = 10e-6;
 
@@ -56,13 +56,14 @@ fn force_converges_to_hertz() {
     assert!(errors[1] < errors[0], "no convergence: {errors:?}");
 }
 
-/// On a rigid plane, with cells of two thirds, a half and a third of the contact radius: see `ladder::hertz`.
+/// On a rigid plane, with cells of two thirds, a half and a third of the contact radius: see
+/// `verification::hertz`.
 #[test]
 fn sphere_on_a_plane_converges() {
-    use riprap::ladder::hertz::{CELLS, bound, force, plane_force, pressed};
+    use riprap::verification::hertz::{CELLS, bound, force, plane_force, pressed};
     let mut errors = Vec::new();
     for cell in CELLS.into_iter().chain([0.4e-3]) {
-        let run = riprap::ladder::Run::of(&pressed(cell));
+        let run = riprap::verification::Run::of(&pressed(cell));
         assert!(run.finished(), "{}", run.trouble());
         let error = plane_force(&run) / force() - 1.0;
         println!(
@@ -76,7 +77,7 @@ fn sphere_on_a_plane_converges() {
     assert!(errors.is_sorted_by(|a, b| a >= b), "no convergence: {errors:?}");
 }
 
-/// Pressed by a force and pushed across, with cells of two sizes: see `ladder::spheres`.
+/// Pressed by a force and pushed across, with cells of two sizes: see `verification::spheres`.
 #[test]
 fn pressed_spheres_slip_from_the_rim_inwards() {
     let mut errors = Vec::new();

@@ -6,10 +6,10 @@
 //!   nothing: friction takes `mu F L / 4`, F being the normal force at the start, and what the four corners' tangential springs k had stored,
 //!   `(mu F)^2 / (8 k)`. Tolerance: forces set in smoothly, over 4e-3 of the rounding, which is 0.08 of d.
 
-use riprap::ladder::bodies::{HELD, body, cuboid, drive, fixed, ground, load, push, scene};
+use riprap::verification::bodies::{HELD, body, cuboid, drive, fixed, ground, load, push, scene};
 
 use crate::audited::{audited, tell};
-use riprap::ladder::Run;
+use riprap::verification::Run;
 
 const FRICTION: f64 = 0.4;
 

@@ -1,8 +1,9 @@
-//! Neo-Hookean spherical balloon under inner pressure: see `ladder::balloon` for the problem, its source and its tolerances.
+//! Neo-Hookean spherical balloon under inner pressure: see `verification::balloon` for the problem, its
+//! source and its tolerances.
 
-use riprap::ladder::balloon::{MODULUS, limit_point, octant};
 use riprap::material::{Rubber, RubberLaw, Wrinkling};
 use riprap::tensor::Vec3;
+use riprap::verification::balloon::{MODULUS, limit_point, octant};
 
 #[test]
 fn limit_point_converges_to_the_closed_form() {

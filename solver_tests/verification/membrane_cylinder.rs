@@ -1,10 +1,10 @@
-//! Rubber cylinders: inflated, around a core, under a follower pressure: see `ladder::membranes` for the problems, their
-//! sources and their tolerances.
+//! Rubber cylinders: inflated, around a core, under a follower pressure: see `verification::membranes` for
+//! the problems, their sources and their tolerances.
 
-use riprap::ladder::membranes::{
+use riprap::material::{Rubber, RubberLaw, Wrinkling};
+use riprap::verification::membranes::{
     Cylinder, MODULUS, RADIUS, correction, first_order, follower_work, inflation,
 };
-use riprap::material::{Rubber, RubberLaw, Wrinkling};
 
 #[test]
 fn inflated_cylinder_meets_the_closed_form() {

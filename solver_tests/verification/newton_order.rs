@@ -1,8 +1,8 @@
-//! The order of Newton's method: see `ladder::newton` for the problem and its tolerances.
+//! The order of Newton's method: see `verification::newton` for the problem and its tolerances.
 
-use riprap::ladder::newton::{OFF, descent, steps_to, typical_order};
-use riprap::ladder::wedges::pressed;
 use riprap::solver::TangentPart;
+use riprap::verification::newton::{OFF, descent, steps_to, typical_order};
+use riprap::verification::wedges::pressed;
 
 use crate::audited::audited;
 

@@ -1,6 +1,6 @@
 //! A free body that touches nothing while its neighbour is loaded: it stays, without force, to the last bit.
 
-use riprap::ladder::bodies::{body, cuboid, ground, load, push, scene};
+use riprap::verification::bodies::{body, cuboid, ground, load, push, scene};
 
 use crate::audited::{audited, last, tell};
 use riprap::scene::SceneShape;

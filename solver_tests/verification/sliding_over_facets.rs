@@ -3,7 +3,7 @@
 //! Contact that sees internal edges kicks there. Reference: no tangential force, no moment about the vertical, and the
 //! normal force. Tolerance 1e-9 of the load: normals of a plane differ by rounding only.
 
-use riprap::ladder::blocks::{largest_side_force, slid_over_facets};
+use riprap::verification::blocks::{largest_side_force, slid_over_facets};
 
 use crate::audited::{audited, tell};
 

@@ -1,6 +1,7 @@
-//! A smooth round core in rubber under pressure: see `ladder::cores` for the problem, its source and its tolerances.
+//! A smooth round core in rubber under pressure: see `verification::cores` for the problem, its source and
+//! its tolerances.
 
-use riprap::ladder::cores::{HELD, LIGHTLY, RADIUS, Rims, SIZES, STRAINS, THINNING, WRAPPED, Wrapped};
+use riprap::verification::cores::{HELD, LIGHTLY, RADIUS, Rims, SIZES, STRAINS, THINNING, WRAPPED, Wrapped};
 
 #[test]
 fn core_feels_the_pressure_and_the_tension() {
@@ -12,7 +13,8 @@ fn core_feels_the_pressure_and_the_tension() {
     }
 }
 
-/// Less its tension, and less `p o / R` at most for the overlap o of its contacts: the rung asks for the pressure to 1e-3.
+/// Less its tension, and less `p o / R` at most for the overlap o of its contacts: the problem asks for the
+/// pressure to 1e-3.
 #[test]
 fn core_feels_the_pressure_of_a_sheet_as_thick_as_its_stretch_leaves_it() {
     for wrapped in THINNING {

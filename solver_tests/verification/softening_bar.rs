@@ -1,8 +1,9 @@
 //! Energy that it takes to pull a bar apart, on three meshes.
 //!
-//! - A chain of bricks, one strain each, the first 2 % weaker. With the crack band on, the exponent of each follows from G_f and the
-//!   size `(6 V)^(1/3)` of its six cells, here the brick's edge, and the damage energy is `G_f A` on every mesh: within 2 % (LADDER B; the integration of the
-//!   dissipation leaves 1e-4). With one exponent it follows the brick's size.
+//! - A chain of bricks, one strain each, the first 2 % weaker. With the crack band on, the exponent of each
+//!   follows from G_f and the size `(6 V)^(1/3)` of its six cells, here the brick's edge, and the damage
+//!   energy is `G_f A` on every mesh: within 2 % (the integration of the dissipation leaves 1e-4). With one
+//!   exponent it follows the brick's size.
 //! - The same bar in tet10 cells, nu = 0, ends tied along its axis, the middle layer of bricks 2 % weaker. The cells
 //!   soften unevenly inside (four points each, quadratic displacement), so the crack is narrower than its layer and takes less than `G_f A`, by the same
 //!   share on every mesh: the shares agree within 2 %. No recovery: with `w_c = 1` the crack locks (docs/decisions/0131-recovery-in-compression-stays-one.md).
@@ -11,9 +12,9 @@
 
 use riprap::crushing::{Ending, Grip, Press, Record, crush};
 use riprap::grain::{Ancestry, DamagedGrain};
-use riprap::ladder::damage::{E, F_BAR as F_T, G_F, LENGTH, chain};
 use riprap::material::{DamageLaw, DamageParameters, Elastic, Softening, crack_band_size};
 use riprap::mesh::cuboid_mesh;
+use riprap::verification::damage::{E, F_BAR as F_T, G_F, LENGTH, chain};
 
 fn pull(bricks: usize, softening: Softening, recovery: f64) -> Record {
     let edge = LENGTH / bricks as f64;

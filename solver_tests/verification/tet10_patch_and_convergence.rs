@@ -1,6 +1,7 @@
-//! The tet10 cell on problems with known displacement fields: see `ladder::cells` for the problems and where the tolerances come from.
+//! The tet10 cell on problems with known displacement fields: see `verification::cells` for the problems and
+//! where the tolerances come from.
 
-use riprap::ladder::cells::{bending, convergence, patch};
+use riprap::verification::cells::{bending, convergence, patch};
 
 #[test]
 fn patch_test_six_constant_strain_modes() {

@@ -6,7 +6,7 @@
 //! Tolerance 2e-3: forces balance to 1e-5 of the mean contact force, contacts yield by 1e-5 of the radius, and friction takes
 //! hold of the last per cent of its bound softly.
 
-use riprap::ladder::standing::{CYLINDERS, cylinders, cylinders_need, stands};
+use riprap::verification::standing::{CYLINDERS, cylinders, cylinders_need, stands};
 
 use crate::audited::{audited, tell};
 

@@ -1,9 +1,9 @@
 //! Two cubes, one turned on the other, between a fixed plate and a driven one: what the tests of fidelities press and push.
 
-use riprap::ladder::bodies::{HELD, body, cuboid, drive, fixed, load, scene};
 use riprap::material::Elastic;
 use riprap::mesh::{Mesh, cuboid_mesh};
 use riprap::scene::{SceneBody, SceneParameters};
+use riprap::verification::bodies::{HELD, body, cuboid, drive, fixed, load, scene};
 
 /// [m]
 pub const EDGE: f64 = 0.03;

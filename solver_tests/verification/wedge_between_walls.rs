@@ -6,7 +6,7 @@
 //! normal stiffness times cot a. Tolerance: the force tolerance, 1e-3 of a point's force, on each
 //! of some ten points: 2e-3.
 
-use riprap::ladder::wedges::{normal_force, on_wall, pressed};
+use riprap::verification::wedges::{normal_force, on_wall, pressed};
 
 use crate::audited::{audited, last, tell};
 

@@ -1,11 +1,11 @@
 //! All contacts of the model in one configuration, with buffers that are reused.
 
+use crate::assembly::contact_forces::ContactForces;
 use crate::assembly::following::Followed;
 use crate::assembly::membrane::MembraneContacts;
-use crate::assembly::network::Network;
 use crate::assembly::pair::{PairWork, View};
+use crate::assembly::place::{SurfaceField, SurfaceLoads, reach};
 use crate::assembly::point::ContactPoint;
-use crate::assembly::spot::{SurfaceField, SurfaceLoads, reach};
 use crate::assembly::timings::{Kernel, Timings};
 use crate::assembly::too_close::TooClose;
 use crate::assembly::trial::Trial;
@@ -17,7 +17,7 @@ use crate::contact::memory::PairKey;
 use crate::contact::search::Neighbours;
 use crate::grain::CondensedGrain;
 use crate::model::wall::WallContact;
-use crate::model::{BodyKind, Committed, Model, Travel};
+use crate::model::{BodyKind, Committed, Model, StepLength};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -85,7 +85,7 @@ pub struct Contacts {
     pub first_scale: f64,
     /// How far around bodies the search looks.
     #[serde(skip)]
-    pub travel: Travel,
+    pub step_length: StepLength,
     /// What presses a contact by all that its two bodies may yield ([`ContactShape::yielding`]), unless it is softer itself [N]. Infinite but in a dwell.
     #[serde(skip, default = "unlimited")]
     pub strength: f64,
@@ -94,7 +94,7 @@ pub struct Contacts {
     pub surplus: Vec<SurfaceField>,
     /// Contact forces on condensed bodies that are unknowns.
     #[serde(skip)]
-    pub network: Network,
+    pub unknown_forces: ContactForces,
     /// Contacts of the membrane, where the model has one.
     #[serde(skip)]
     pub membrane: MembraneContacts,
@@ -127,10 +127,10 @@ impl Default for Contacts {
             stressing_loads: Vec::new(),
             trial: Trial::default(),
             first_scale: 1.0,
-            travel: Travel::default(),
+            step_length: StepLength::default(),
             strength: unlimited(),
             surplus: Vec::new(),
-            network: Network::default(),
+            unknown_forces: ContactForces::default(),
             crushed: Crushed::new(),
             searches: 0,
             membrane: MembraneContacts::default(),
@@ -145,7 +145,7 @@ impl Contacts {
     pub fn start(&mut self, model: &Model, committed: &Committed) {
         self.membrane.start();
         self.crushed.clone_from(&committed.memory.crushed);
-        self.network.clear();
+        self.unknown_forces.clear();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
         let full = self.fields.iter_mut().zip(&model.bodies).map(|(field, body)| {
@@ -266,8 +266,8 @@ impl Contacts {
     }
 
     fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
-        let travel = self.travel.lengths(model);
-        let margins = travel.iter().map(|length| BROAD_MARGIN * length).collect();
+        let lengths = self.step_length.lengths(model);
+        let margins = lengths.iter().map(|length| BROAD_MARGIN * length).collect();
         let held =
             |i: usize| !model.bodies[i].stiffness.is_finite() || model.bodies[i].kind == BodyKind::Fixed;
         let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
@@ -285,7 +285,7 @@ impl Contacts {
                     return pair.clone();
                 }
                 let (a, b) = (key.0 as usize, key.1 as usize);
-                let skin = SKIN * (0.5 * (travel[a] + travel[b]));
+                let skin = SKIN * (0.5 * (lengths[a] + lengths[b]));
                 let margins = [skin, margin(model, *key, 0.0)];
                 let mut pair = PairWork::list(model, &self.corners, poses, *key, margins);
                 pair.reset(model, committed);
@@ -303,7 +303,7 @@ impl Contacts {
             searches: old.searches,
             timings: old.timings,
             first_scale: old.first_scale,
-            travel: old.travel,
+            step_length: old.step_length,
             strength: old.strength,
             ..Contacts::default()
         };
@@ -314,10 +314,11 @@ impl Contacts {
         self.pairs.iter().all(|pair| pair.a().max(pair.b()) < bodies)
     }
 
-    /// Forgets where contacts lie on the bodies' surfaces, and so how firm they are there. Evaluate anew afterwards.
+    /// Forgets where contacts lie on the bodies' surfaces, and so how stiff they are there. Evaluate anew
+    /// afterwards.
     pub fn forget_places(&mut self) {
-        self.pairs.iter_mut().for_each(|pair| pair.spots.clear());
-        self.network.lift();
+        self.pairs.iter_mut().for_each(|pair| pair.places.clear());
+        self.unknown_forces.lift();
     }
 
     /// Displaces the surfaces of bodies, whose contacts then know these displacements alone, until they are to yield in a solve again. Evaluate anew

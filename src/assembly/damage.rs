@@ -9,7 +9,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::spot::SurfaceLoads;
+use crate::assembly::place::SurfaceLoads;
 use crate::assembly::timings::Kernel;
 use crate::assembly::trial::{Alone, Trial};
 use crate::assembly::{ContactPoint, Contacts, PairWork};
@@ -101,7 +101,7 @@ impl Damages {
     }
 }
 
-/// The grain of a body as it can break now: one that yields with its damage is sound while it rests.
+/// The grain of a body as it can break now: one that softens with its damage is sound while it rests.
 fn breakable(body: &Body) -> Option<&DamagedGrain> {
     body.damaged().map(|grain| &**grain).filter(|_| body.is_brittle() || !body.is_resting())
 }
@@ -172,7 +172,7 @@ impl Contacts {
             let bends = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
             let softer = pair.points.iter().filter_map(|point| {
                 let memory = pair.carried.point(point.site.feature)?;
-                let carried = memory.load > 0.0 && memory.firmness != point.firmness;
+                let carried = memory.load > 0.0 && memory.stiffness_left != point.stiffness_left;
                 carried.then_some((point, memory))
             });
             if bends {
@@ -223,11 +223,11 @@ impl Contacts {
     }
 }
 
-/// What a contact of rigid bodies sets free by getting softer [J]: its energy goes with its firmness, whatever it then does. The work of its forces along
-/// the way is that of the softer spring (`solver::path`).
+/// What a contact of rigid bodies sets free by getting softer [J]: its energy goes with its stiffness,
+/// whatever it then does. The work of its forces along the way is that of the softer spring (`solver::path`).
 fn freed_in_place(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) -> f64 {
     let PointState { spring, hardening, radii, .. } = point.state;
-    let left = point.firmness / memory.firmness;
+    let left = point.stiffness_left / memory.stiffness_left;
     let weight = memory.pressure / memory.load;
     let normal = match point.state.asperity {
         None => spring / left * law.energy_at(memory.sprung() * left / spring),
@@ -246,7 +246,7 @@ fn freed_in_place(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) 
 /// ([`freed_by_hardening`](ContactLaw::freed_by_hardening)).
 fn freed_on_the_way(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) -> f64 {
     let e = &point.evaluation;
-    let gained = (1.0 - point.firmness / memory.firmness) / point.state.spring;
+    let gained = (1.0 - point.stiffness_left / memory.stiffness_left) / point.state.spring;
     let weight = 0.5 * (e.weight + memory.pressure / memory.load);
     let tangential = memory.traction.dot(&e.friction) / e.weight / law.tangential_ratio;
     let sprung = memory.sprung() * e.sprung();
@@ -289,7 +289,7 @@ mod tests {
     fn softened(grain: &mut DamagedGrain, alone: &mut Alone, ends: &[SurfacePoint; 2]) -> f64 {
         let facet = ends[0].facet as usize;
         let mut force = 0.0;
-        while alone.firmness.get(facet).is_none_or(|firm| *firm > 0.95) {
+        while alone.stiffness_left.get(facet).is_none_or(|left| *left > 0.95) {
             force += 1.0;
             assert!(force < 200.0, "too strong");
             for round in 0.. {
@@ -326,13 +326,13 @@ mod tests {
         let mut alone = Alone::default();
         let force = softened(&mut grain, &mut alone, &ends);
         let facet = ends[0].facet;
-        let least = alone.firmness[facet as usize];
+        let least = alone.stiffness_left[facet as usize];
         for k in 1..=10 {
             alone
                 .settle(&mut grain, &pull(&ends, -0.1 * f64::from(k) * force), 0.2, LEAST)
                 .expect("solvable");
         }
-        assert!(grain.firmness(facet) > least + 0.02, "{} {least}", grain.firmness(facet));
-        assert!(alone.firmness[facet as usize] <= least);
+        assert!(grain.stiffness_left(facet) > least + 0.02, "{} {least}", grain.stiffness_left(facet));
+        assert!(alone.stiffness_left[facet as usize] <= least);
     }
 }

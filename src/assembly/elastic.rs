@@ -1,14 +1,15 @@
 //! The grains' own flexibility in the contacts' gaps.
 //!
-//! Where a body is a condensed grain, the gap of a contact holds the elastic displacement of its
-//! surface, `W f` with `W` the grain's exact flexibility and `f` all forces on it. Where the force of a contact is an
-//! unknown of the solve (`assembly::network`: all that carry or are about to), the displacement is that of these forces. Of
-//! any other contact, one that closes within a solve or whose other body is full, a solve sees it fixed at the forces of the last augmentation, and in its place a compliance `w` of the
+//! Where a body is a condensed grain, the gap of a contact holds the elastic displacement of its surface,
+//! `W f` with `W` the grain's exact flexibility and `f` all forces on it. Where the force of a contact is an
+//! unknown of the solve (`assembly::contact_forces`: all that carry or are about to), the displacement is
+//! that of these forces. Of any other contact, one that closes within a solve or whose other body is full, a
+//! solve sees it fixed at the forces of the last augmentation, and in its place a compliance `w` of the
 //! contact's own, through a softer spring (the penalty) and an offset:
-//! `f = (overlap(q) - n.W f_old + w f_old) / (c + w)`, `c` being the contact's own compliance. At
-//! rest `f = f_old` and only `c f = overlap - n.W f` is left: the answer does not depend on `w`, the
-//! pace does. This is the augmented Lagrangian with `c = 0`, multiplier `f_old` and penalty `1/w`.
-//! Tangentially alike. All contacts of a body load all its surface.
+//! `f = (overlap(q) - n.W f_old + w f_old) / (c + w)`, `c` being the contact's own compliance. At rest
+//! `f = f_old` and only `c f = overlap - n.W f` is left: the answer does not depend on `w`, the pace does.
+//! This is the augmented Lagrangian with `c = 0`, multiplier `f_old` and penalty `1/w`. Tangentially alike.
+//! All contacts of a body load all its surface.
 //!
 //! Contacts of asperities (`contact::asperity`) yield far more than their bodies do. There no force is an unknown: bodies are displaced by the forces of
 //! the last step (`assembly::following`), and in a solve a contact yields by about what its bodies did under these, which it gives back.
@@ -18,7 +19,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::assembly::following::Followed;
-use crate::assembly::spot::{Held, SurfaceLoads, interpolate};
+use crate::assembly::place::{Multiplier, SurfaceLoads, interpolate};
 use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::{Surface, SurfacePoint};
@@ -114,11 +115,11 @@ impl Contacts {
             }
         };
         for (pair, point) in self.active() {
-            let Some(spot) = pair.spot(point.site.feature) else { continue };
+            let Some(place) = pair.place(point.site.feature) else { continue };
             let e = &point.evaluation;
             let on_b = if spread { force_on_b(point) } else { e.bending_force() };
-            for (body, place, force) in [(pair.a(), spot.on_a, -on_b), (pair.b(), spot.on_b, on_b)] {
-                put(body, place, force);
+            for (body, on, force) in [(pair.a(), place.on_a, -on_b), (pair.b(), place.on_b, on_b)] {
+                put(body, on, force);
             }
         }
         for list in &self.membrane.bodies {
@@ -177,35 +178,35 @@ impl Contacts {
         let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
         let mismatch = |pair: &mut PairWork| {
             let (a, b) = (pair.a(), pair.b());
-            let mut held = Vec::with_capacity(pair.held.len());
+            let mut multipliers = Vec::with_capacity(pair.multipliers.len());
             let mut largest: f64 = 0.0;
             for point in &pair.points {
                 let e = &point.evaluation;
                 let feature = point.site.feature;
-                let old = pair.held(feature).copied();
-                let Some(spot) = pair.spot(feature) else { continue };
-                let at = |body: usize, place: &Option<SurfacePoint>| {
+                let old = pair.multiplier(feature).copied();
+                let Some(place) = pair.place(feature) else { continue };
+                let at = |body: usize, on: &Option<SurfacePoint>| {
                     let turned = |p: &SurfacePoint| poses[body].rotation * interpolate(p, &fields[body]);
-                    place.as_ref().map_or(Vec3::zeros(), turned)
+                    on.as_ref().map_or(Vec3::zeros(), turned)
                 };
-                let moved = at(b, &spot.on_b) - at(a, &spot.on_a) - spot.elastic;
+                let moved = at(b, &place.on_b) - at(a, &place.on_a) - place.elastic;
                 let along = moved.dot(&e.normal);
-                if !e.is_active() && old.is_none_or(|held| held.load == 0.0) {
+                if !e.is_active() && old.is_none_or(|multiplier| multiplier.load == 0.0) {
                     // Open now, and closed by what has moved since. Edges that end here carry nothing at any gap.
                     if e.weight > 0.0 {
                         largest = largest.max(-(point.opening() + along));
                     }
-                    held.extend(old);
+                    multipliers.extend(old);
                     continue;
                 }
                 let traction = if e.is_active() { e.friction / e.weight } else { Vec3::zeros() };
                 let before = old.map_or((0.0, Vec3::zeros()), |h| (h.load, h.traction));
                 // What stands in for the flexibility gives more by this than it did.
-                let gives = match spot.given {
-                    Some(given) => e.bending_force() * spot.compliance - given,
+                let gives = match place.returned {
+                    Some(returned) => e.bending_force() * place.compliance - returned,
                     None => {
-                        let sliding = (traction - before.1) * (spot.compliance / ratio);
-                        e.normal * (spot.compliance * (e.sprung() - before.0)) + sliding
+                        let sliding = (traction - before.1) * (place.compliance / ratio);
+                        e.normal * (place.compliance * (e.sprung() - before.0)) + sliding
                     }
                 };
                 let across = gives.dot(&e.normal);
@@ -215,12 +216,12 @@ impl Contacts {
                 let slid = if e.slip() == 0.0 { slid } else { Vec3::zeros() };
                 largest = largest.max(left.abs()).max(slid.norm());
                 if e.is_active() {
-                    let adapts = spot.given.is_none() && spot.compliance > 0.0;
-                    let adapted = |held: &Held| {
-                        if adapts { held.adapted(left, &slid, tolerance) } else { held.scale }
+                    let adapts = place.returned.is_none() && place.compliance > 0.0;
+                    let adapted = |multiplier: &Multiplier| {
+                        if adapts { multiplier.adapted(left, &slid, tolerance) } else { multiplier.scale }
                     };
                     let scale = old.as_ref().map_or(self.first_scale, adapted);
-                    held.push(Held {
+                    multipliers.push(Multiplier {
                         feature,
                         weight: e.weight,
                         load: e.sprung(),
@@ -232,13 +233,13 @@ impl Contacts {
                 } else if let Some(old) = old {
                     // Its own push was too much for it. Without this a patch of contacts that close at once opens at once, each of
                     // them forgets that it swings, and all close again just as before.
-                    let adapts = spot.given.is_none() && spot.compliance > 0.0;
+                    let adapts = place.returned.is_none() && place.compliance > 0.0;
                     let scale = if adapts { 2.0 * old.scale } else { old.scale };
-                    held.push(Held { load: 0.0, traction, scale, left: 0.0, slid, ..old });
+                    multipliers.push(Multiplier { load: 0.0, traction, scale, left: 0.0, slid, ..old });
                 }
             }
-            pair.held = held;
-            pair.spots.clear();
+            pair.multipliers = multipliers;
+            pair.places.clear();
             largest
         };
         let gaps: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();
@@ -248,7 +249,7 @@ impl Contacts {
             bodies.for_each(|((field, was), followed)| followed.follow(field, was));
             self.update_reach();
         }
-        self.network.lift();
+        self.unknown_forces.lift();
         let largest = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
         Relaxed { mismatch: largest(gaps), left: largest(left), energy }
     }

@@ -1,9 +1,10 @@
 //! What the elasticity of bodies comes to that a solve leaves out, and how contacts go on where a body's fidelity changes.
 //!
-//! A body that rests is rigid: each of its contacts yields by its own force times one local compliance. Its flexibility `W` is known all the
-//! same, so that under given forces its displacements, and from them its strains, are exact. What a contact would yield besides, were
-//! the body condensed, is `W f` at its place with the shell's compliance, less the local compliance: the displacement that is neglected.
-//! The same number, the other way round, is what a condensed body would neglect if it rested.
+//! A body that rests is rigid: each of its contacts yields by its own force times one local compliance. Its
+//! flexibility `W` is known all the same, so that under given forces its displacements, and from them its
+//! strains, are exact. What a contact would yield besides, were the body condensed, is `W f` at its place
+//! with the shell's compliance, less the local compliance: the omitted displacement. The same number, the
+//! other way round, is what a condensed body would omit if it rested.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::assembly::Dofs;
 use crate::assembly::elastic::{for_each_cover_force_on, force_on_b};
-use crate::assembly::spot::{SurfaceField, SurfaceLoads, interpolate};
+use crate::assembly::place::{SurfaceField, SurfaceLoads, interpolate};
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
@@ -27,14 +28,14 @@ pub struct Recovery {
     pub fields: Vec<SurfaceField>,
     /// Of each active contact in order: the place on each side.
     places: Vec<[Option<SurfacePoint>; 2]>,
-    /// Displacement of `b`'s surface relative to `a`'s that is neglected where `a` rests, and where `b` does [m], in space; zero for a
-    /// body that is not free to change.
-    neglected: Vec<[Vec3; 2]>,
+    /// Displacement of `b`'s surface relative to `a`'s that is omitted where `a` rests, and where `b` does
+    /// [m], in space; zero for a body that is not free to change.
+    omitted: Vec<[Vec3; 2]>,
     /// What changes of fidelity have kept, by contact [m].
     kept: Vec<Vec3>,
 }
 
-/// How the force between two bodies would change, by what is neglected in all contacts.
+/// How the force between two bodies would change, by what is omitted in all contacts.
 #[derive(Debug, Clone, Copy)]
 pub struct ForceChange {
     pub bodies: [usize; 2],
@@ -45,20 +46,21 @@ pub struct ForceChange {
 }
 
 impl Recovery {
-    /// What is neglected in each active contact of `contacts` as the bodies are [m], in space: [`Self::neglected`] where they rest, with what
-    /// changes of fidelity have kept or made up for.
+    /// What is omitted in each active contact of `contacts` as the bodies are [m], in space:
+    /// [`Self::omitted`] where they rest, with what changes of fidelity have kept or made up for.
     pub fn present(&self, contacts: &Contacts, model: &Model) -> Vec<Vec3> {
         let resting: Vec<bool> = model.bodies.iter().map(|body| body.is_resting()).collect();
-        self.neglected(contacts, &resting).iter().zip(&self.kept).map(|(now, kept)| now + kept).collect()
+        self.omitted(contacts, &resting).iter().zip(&self.kept).map(|(now, kept)| now + kept).collect()
     }
 
-    /// What is neglected in each active contact of `contacts` [m], in space, where the bodies rest that `rests` says.
-    pub fn neglected(&self, contacts: &Contacts, rests: &[bool]) -> Vec<Vec3> {
+    /// What is omitted in each active contact of `contacts` [m], in space, where the bodies rest that `rests`
+    /// says.
+    pub fn omitted(&self, contacts: &Contacts, rests: &[bool]) -> Vec<Vec3> {
         let of = |((pair, _), sides): ((&PairWork, &ContactPoint), &[Vec3; 2])| {
             let [a, b] = [pair.a(), pair.b()].map(|body| f64::from(u8::from(rests[body])));
             sides[0] * a + sides[1] * b
         };
-        contacts.active().zip(&self.neglected).map(of).collect()
+        contacts.active().zip(&self.omitted).map(of).collect()
     }
 }
 
@@ -131,34 +133,34 @@ impl Contacts {
             field
         };
         let fields: Vec<SurfaceField> = loads.par_iter().enumerate().map(field).collect();
-        let neglected = active
+        let omitted = active
             .iter()
             .zip(&places)
             .map(|((pair, point), places)| {
                 let e = &point.evaluation;
-                let sharpness = point.state.spring / pair.spring() / point.firmness;
+                let edge_weight = point.state.spring / pair.spring() / point.stiffness_left;
                 let own = e.normal * e.sprung() + e.friction / (e.weight * model.law.tangential_ratio);
                 let side = |body: usize, place: &Option<SurfacePoint>, sign: f64| match place {
                     Some(place) if model.bodies[body].may_rest() => {
                         let displaced = poses[body].rotation * interpolate(place, &fields[body]);
-                        displaced * sign - own * (model.shell_spares(body) / sharpness)
+                        displaced * sign - own * (model.shell_spares(body) / edge_weight)
                     }
                     Some(_) | None => Vec3::zeros(),
                 };
                 [side(pair.a(), &places[0], -1.0), side(pair.b(), &places[1], 1.0)]
             })
             .collect();
-        let kept = active.iter().map(|(pair, point)| pair.carried.neglected(point.site.feature)).collect();
-        Recovery { loads, fields, places, neglected, kept }
+        let kept = active.iter().map(|(pair, point)| pair.carried.omitted(point.site.feature)).collect();
+        Recovery { loads, fields, places, omitted, kept }
     }
 
-    /// Forces on the unknowns that the `neglected` displacements of the active contacts would cause [N], nothing else moving. (A
-    /// displacement of the surface acts as one of the whole body: what it changes of normals and weights is of second order.) Call
-    /// [`Contacts::update_tangents`] first.
-    pub fn neglected_forces(&self, dofs: &Dofs, neglected: &[Vec3]) -> Vec<f64> {
+    /// Forces on the unknowns that the `omitted` displacements of the active contacts would cause [N],
+    /// nothing else moving. (A displacement of the surface acts as one of the whole body: what it changes of
+    /// normals and weights is of second order.) Call [`Contacts::update_tangents`] first.
+    pub fn forces_of_omitted(&self, dofs: &Dofs, omitted: &[Vec3]) -> Vec<f64> {
         let mut forces = vec![0.0; dofs.count()];
         let tangents = self.pairs.iter().flat_map(|pair| pair.tangents.iter().map(move |t| (pair, t)));
-        for ((pair, tangent), moved) in tangents.zip(neglected) {
+        for ((pair, tangent), moved) in tangents.zip(omitted) {
             let wrench: [f64; 12] =
                 std::array::from_fn(|row| (0..3).map(|c| tangent[row][c] * moved[c]).sum());
             dofs.scatter(&mut forces, pair.a(), &wrench[..6]);
@@ -167,15 +169,16 @@ impl Contacts {
         forces
     }
 
-    /// How the forces between bodies change by the `neglected` displacements and the motion `step` of the unknowns. Of two bodies the sum over their
-    /// contact points: how these share it is of no consequence beyond the two.
-    pub fn force_changes(&self, dofs: &Dofs, step: &[f64], neglected: &[Vec3]) -> Vec<ForceChange> {
-        let mut neglected = neglected.iter();
+    /// How the forces between bodies change by the `omitted` displacements and the motion `step` of the
+    /// unknowns. Of two bodies the sum over their contact points: how these share it is of no consequence
+    /// beyond the two.
+    pub fn force_changes(&self, dofs: &Dofs, step: &[f64], omitted: &[Vec3]) -> Vec<ForceChange> {
+        let mut omitted = omitted.iter();
         let pairs = self.pairs.iter().filter(|pair| !pair.tangents.is_empty());
         let changed = |pair: &PairWork| {
             let [a, b] = [pair.a(), pair.b()].map(|body| dofs.motion(step, 1.0, body));
             let (mut change, mut force) = (Vec3::zeros(), Vec3::zeros());
-            for ((tangent, point), moved) in pair.tangents.iter().zip(pair.active()).zip(&mut neglected) {
+            for ((tangent, point), moved) in pair.tangents.iter().zip(pair.active()).zip(&mut omitted) {
                 let shift = b.0 - a.0 + moved;
                 let motion = [shift.x, shift.y, shift.z, b.1.x, b.1.y, b.1.z, a.1.x, a.1.y, a.1.z];
                 let row = |row: usize| tangent[row].iter().zip(&motion).map(|(t, m)| t * m).sum::<f64>();
@@ -213,8 +216,8 @@ impl Contacts {
         recovery: &Recovery,
     ) -> Memory {
         let mut memory = committed.memory.clone();
-        let of_contacts = recovery.places.iter().zip(&recovery.neglected).zip(&recovery.kept);
-        for ((pair, point), ((places, neglected), before)) in self.active().zip(of_contacts) {
+        let of_contacts = recovery.places.iter().zip(&recovery.omitted).zip(&recovery.kept);
+        for ((pair, point), ((places, omitted), before)) in self.active().zip(of_contacts) {
             let (a, b) = (pair.a(), pair.b());
             let Some(pair_memory) = memory.get_mut(&pair.key()).filter(|_| changed[a] || changed[b]) else {
                 continue;
@@ -224,11 +227,11 @@ impl Contacts {
                 continue;
             };
             let (e, state) = (&point.evaluation, &point.state);
-            let sharpness = state.spring / pair.spring() / point.firmness;
+            let edge_weight = state.spring / pair.spring() / point.stiffness_left;
             let sound = model.contact_spring(a, b);
             // What softened rock yields more stays.
-            kept.firmness = 1.0 / (1.0 + sound / pair.spring() * (1.0 / point.firmness - 1.0));
-            let spring = sound * kept.firmness * sharpness;
+            kept.stiffness_left = 1.0 / (1.0 + sound / pair.spring() * (1.0 / point.stiffness_left - 1.0));
+            let spring = sound * kept.stiffness_left * edge_weight;
             let elastic = committed_gap(model, committed, pair, places);
             let geometric = point.geometric_overlap();
             (kept.load, kept.hardened) = (e.load, e.hardened);
@@ -241,15 +244,15 @@ impl Contacts {
                 Some(_) => e.indentation,
                 None => model.law.overlap_for(e.sprung() / spring),
             };
-            kept.lead = overlap - geometric + e.normal.dot(&elastic);
+            kept.initial_overlap = overlap - geometric + e.normal.dot(&elastic);
             let softer = state.spring / spring;
             kept.stretch *= softer;
             kept.tangential_energy *= softer;
             kept.scale = 1.0;
-            kept.neglected = *before;
-            for (body, neglected) in [a, b].into_iter().zip(neglected).filter(|(body, _)| changed[*body]) {
-                // What was neglected stays, what is neglected from now on is made up for.
-                kept.neglected += if model.bodies[body].is_elastic() { *neglected } else { -neglected };
+            kept.omitted = *before;
+            for (body, omitted) in [a, b].into_iter().zip(omitted).filter(|(body, _)| changed[*body]) {
+                // What was omitted stays, what is omitted from now on is made up for.
+                kept.omitted += if model.bodies[body].is_elastic() { *omitted } else { -omitted };
             }
         }
         self.hold_open(&mut memory, model, committed, changed);
@@ -293,10 +296,13 @@ impl Contacts {
                 let places = places_of(model, &committed.poses, pair, point);
                 let elastic = committed_gap(model, committed, pair, &places);
                 let geometric = point.geometric_overlap();
-                let lead = -e.gap - (geometric - e.normal.dot(&elastic));
+                let initial_overlap = -e.gap - (geometric - e.normal.dot(&elastic));
                 let opening = point.opening();
-                if e.weight > 0.0 && opening >= 0.0 && opening < -lead {
-                    memory.entry(pair.key()).or_default().put(PointMemory::open(point.site.feature, lead));
+                if e.weight > 0.0 && opening >= 0.0 && opening < -initial_overlap {
+                    memory
+                        .entry(pair.key())
+                        .or_default()
+                        .put(PointMemory::open(point.site.feature, initial_overlap));
                 }
             }
         }

@@ -51,16 +51,16 @@ impl Former<'_> {
     fn heir(&self, point: &ContactPoint) -> Option<PointMemory> {
         let known = self.nearest(point).filter(|_| point.evaluation.weight > 0.0)?;
         let (feature, geometric) = (point.site.feature, point.geometric_overlap());
-        let bears = geometric + known.lead > 0.0;
+        let bears = geometric + known.initial_overlap > 0.0;
         // What is ahead of the geometry where it bore would close what is open further off.
         let is_there = geometric > 0.0 || (known.place - point.evaluation.point).norm() < point.state.radii;
         let sign = if self.turned { -1.0 } else { 1.0 };
-        let neglected = known.neglected * sign;
+        let omitted = known.omitted * sign;
         if bears && is_there {
             let (stretch, traction) = (known.stretch * sign, known.traction * sign);
-            Some(PointMemory { feature, stretch, traction, neglected, firmness: 1.0, ..*known })
+            Some(PointMemory { feature, stretch, traction, omitted, stiffness_left: 1.0, ..*known })
         } else if geometric > 0.0 {
-            Some(PointMemory { neglected, ..PointMemory::open(feature, known.lead) })
+            Some(PointMemory { omitted, ..PointMemory::open(feature, known.initial_overlap) })
         } else {
             None
         }

@@ -382,7 +382,7 @@ impl BodyContacts {
         points.clear();
         *nearest = f64::INFINITY;
         // `facets` are those whose thickness a stretched sheet has there.
-        let mut add = |site: Site, facets: &[u32], sharpness: f64| {
+        let mut add = |site: Site, facets: &[u32], edge_weight: f64| {
             let mut press = |contact: MembraneContact| {
                 let on_body = site.on_a.map(|v| corners[v as usize]);
                 let on_membrane = contact.site.on_b.map(|n| positions[n as usize]);
@@ -393,7 +393,7 @@ impl BodyContacts {
             };
             if !membrane.is_stretched() {
                 let offset = Offset::Constant(membrane.rounding());
-                return press(MembraneContact { site, rounding, offset, sharpness });
+                return press(MembraneContact { site, rounding, offset, edge_weight });
             }
             let whole: f64 = facets.iter().map(|&f| membrane.unstrained_area(f)).sum();
             for &f in facets {
@@ -401,7 +401,7 @@ impl BodyContacts {
                 let offset = Offset::Stretched { half: membrane.rounding(), area };
                 let site =
                     Site { on_b: led_by(&site, membrane.facets[f as usize].map(|n| n as u32)), ..site };
-                press(MembraneContact { site, rounding, offset, sharpness: sharpness * area / whole });
+                press(MembraneContact { site, rounding, offset, edge_weight: edge_weight * area / whole });
             }
         };
         for NodeReach { node, facets } in nodes.iter() {

@@ -28,8 +28,8 @@ impl Contacts {
                 slip += e.slip() * e.pressure;
                 force += e.pressure;
                 let traction = e.friction / e.weight;
-                let held = pair.held(point.site.feature);
-                let slid = held.map_or_else(Vec3::zeros, |h| h.slid);
+                let multiplier = pair.multiplier(point.site.feature);
+                let slid = multiplier.map_or_else(Vec3::zeros, |multiplier| multiplier.slid);
                 points.push(PointMemory {
                     feature: point.site.feature,
                     place: e.point,
@@ -40,22 +40,22 @@ impl Contacts {
                     traction,
                     bound: e.coefficient * e.load,
                     tangential_energy: e.tangential_energy,
-                    lead: point.state.lead,
-                    neglected: pair.carried.neglected(point.site.feature),
-                    scale: held.map_or(self.first_scale, |h| h.scale),
-                    firmness: point.firmness,
+                    initial_overlap: point.state.initial_overlap,
+                    omitted: pair.carried.omitted(point.site.feature),
+                    scale: multiplier.map_or(self.first_scale, |multiplier| multiplier.scale),
+                    stiffness_left: point.stiffness_left,
                     depth: depth_of(point),
                     grip: e.grip,
                 });
             }
             let slip = if points.is_empty() { 0.0 } else { pair.carried.slip + slip / force };
-            // Kept open by a change of fidelity: without its lead it would touch.
+            // Kept open by a change of fidelity: without its initial overlap it would touch.
             let held_open = |p: &&ContactPoint| {
-                let lead = p.state.lead;
-                !p.evaluation.is_active() && lead < 0.0 && p.opening() + lead < 0.0
+                let initial_overlap = p.state.initial_overlap;
+                !p.evaluation.is_active() && initial_overlap < 0.0 && p.opening() + initial_overlap < 0.0
             };
             let open = pair.points.iter().filter(held_open);
-            points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.lead)));
+            points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.initial_overlap)));
             if !points.is_empty() {
                 points.sort_by_key(|p| p.feature);
                 let felt = |rule: &&FaceRule| {

@@ -4,6 +4,7 @@
 //! the body's rotation scale [m], so that all entries have the units of a stiffness [N/m] and all
 //! residuals of a force [N]. The residual is the force that is out of balance.
 
+pub mod contact_forces;
 pub mod contacts;
 mod crushing;
 pub mod damage;
@@ -16,29 +17,28 @@ mod following;
 mod inherit;
 pub mod membrane;
 mod memory;
-pub mod network;
 mod pair;
 pub mod pattern;
+pub mod place;
 mod point;
 mod rubber;
 mod sites;
-pub mod spot;
 pub mod timings;
 pub mod too_close;
 mod trial;
 pub mod wall;
 
+pub use contact_forces::ContactForces;
 pub use contacts::Contacts;
 pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
 pub use fidelity::{ForceChange, Recovery, is_free_to_change};
 pub use membrane::MembraneContacts;
-pub use network::Network;
 pub use pair::PairWork;
 pub use pattern::BlockPattern;
+pub use place::{OVERESTIMATE, SurfaceField};
 pub use point::ContactPoint;
 pub use rubber::{membrane_couplings, membrane_forces_into, membrane_stiffness_into, membrane_touching};
-pub use spot::{OVERESTIMATE, SurfaceField};
 pub use timings::{Kernel, Timings};
 pub use too_close::TooClose;
 pub use wall::{pressure_loads_into, wall_couplings, wall_forces_into, wall_stiffness_into};
@@ -122,7 +122,7 @@ pub fn residual_into(
         let applied = loads.applied.get(i).copied().unwrap_or_else(Vector6::zeros);
         dofs.scatter(residual, i, (wrench + applied).as_slice());
     }
-    contacts.network_forces_into(residual, dofs, poses);
+    contacts.unknown_forces_into(residual, dofs, poses);
 }
 
 /// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call

@@ -1,9 +1,9 @@
 //! A pair of bodies: what it carries, and its contact points in one configuration.
 
 use crate::assembly::faces::{self, Facing};
+use crate::assembly::place::{ContactPlace, Multiplier, Side, SurfaceField};
 use crate::assembly::point::ContactPoint;
 use crate::assembly::sites::{facing_corners, site_points};
-use crate::assembly::spot::{Held, Side, Spot, SurfaceField};
 use crate::assembly::trial::Trial;
 use crate::contact::asperity::AsperityState;
 use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Tangent};
@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 /// The least that damage leaves of a brittle body's share of a contact's spring. Below it the overlap that a force takes would no longer fit
 /// into the rounding; what is worth less than this fails.
-const LEAST_FIRMNESS: f64 = 0.1;
+const LEAST_STIFFNESS_LEFT: f64 = 0.1;
 /// A contact further than this from the rock below it, over the rounding, is on rubble, where there is any.
 const RUBBLE_DEPTH: f64 = 2.0;
 
@@ -41,7 +41,7 @@ pub struct PairWork {
     pub carried: PairMemory,
     /// How far its contacts may be ahead of the geometry [m], and whether none of them carried.
     #[serde(skip)]
-    lead: f64,
+    initial_overlap: f64,
     #[serde(skip)]
     is_new: bool,
     /// What is carried of the listed features, as far as they were looked at.
@@ -51,10 +51,10 @@ pub struct PairWork {
     clearances: Clearances,
     /// Forces of the last augmentation, by feature.
     #[serde(skip)]
-    pub held: Vec<Held>,
+    pub multipliers: Vec<Multiplier>,
     /// Places seen since the last augmentation; empty for two rigid bodies.
     #[serde(skip)]
-    pub spots: Vec<Spot>,
+    pub places: Vec<ContactPlace>,
     #[serde(skip)]
     pub points: Vec<ContactPoint>,
     /// Where the points of patches are that meshed faces share.
@@ -85,7 +85,7 @@ const LEAST_GRIP: f64 = 1e-3;
 #[derive(Debug, Clone, Copy)]
 struct Start {
     stretch: Vec3,
-    lead: f64,
+    initial_overlap: f64,
     /// With its whole share.
     asperity: Option<AsperityState>,
 }
@@ -124,12 +124,12 @@ impl PairWork {
             patch_stiffness: model.patch_stiffness(a, b),
             friction: frictionless(),
             carried: PairMemory::default(),
-            lead: 0.0,
+            initial_overlap: 0.0,
             is_new: true,
             starts: Vec::new(),
             clearances: Clearances::default(),
-            held: Vec::new(),
-            spots: Vec::new(),
+            multipliers: Vec::new(),
+            places: Vec::new(),
             points: Vec::new(),
             rules: Vec::new(),
             tangents: Vec::new(),
@@ -183,17 +183,17 @@ impl PairWork {
         self.stiffness
     }
 
-    pub fn spot(&self, feature: Feature) -> Option<&Spot> {
-        self.spots.iter().find(|s| s.feature == feature)
+    pub fn place(&self, feature: Feature) -> Option<&ContactPlace> {
+        self.places.iter().find(|place| place.feature == feature)
     }
 
-    pub fn held(&self, feature: Feature) -> Option<&Held> {
-        self.held.iter().find(|h| h.feature == feature)
+    pub fn multiplier(&self, feature: Feature) -> Option<&Multiplier> {
+        self.multipliers.iter().find(|multiplier| multiplier.feature == feature)
     }
 
     /// How far elastic displacements and offsets may bring a contact forward [m], `reach` being the largest displacement of each body.
     pub(super) fn elastic_reach(&self, reach: &[f64]) -> f64 {
-        reach[self.a()] + reach[self.b()] + self.offset + self.lead
+        reach[self.a()] + reach[self.b()] + self.offset + self.initial_overlap
     }
 
     /// Starts from what was committed.
@@ -201,14 +201,14 @@ impl PairWork {
         self.carried = committed.memory.get(&self.key()).cloned().unwrap_or_default();
         let key = self.key();
         faces::renew_rules(&mut self.carried, model, key, &committed.poses);
-        self.lead = self.carried.lead();
+        self.initial_overlap = self.carried.initial_overlap();
         self.is_new = self.carried.points.iter().all(|point| point.load <= 0.0);
         self.starts.clear();
         self.rules.clone_from(&self.carried.rules);
         self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
-        self.held.clear();
-        self.held.extend(self.carried.points.iter().map(Held::committed));
-        self.spots.clear();
+        self.multipliers.clear();
+        self.multipliers.extend(self.carried.points.iter().map(Multiplier::committed));
+        self.places.clear();
         self.points.clear();
         // It would count in the next search, and a continued run does not have it.
         self.offset = 0.0;
@@ -224,11 +224,11 @@ impl PairWork {
         let meeting = Meeting::new(self, model, view);
         let Meeting { bodies: [a, b], shapes, .. } = meeting;
         let (poses, corners) = ([&view.poses[a], &view.poses[b]], [&view.corners[a][..], &view.corners[b]]);
-        let PairWork { features, carried, starts, clearances, held, spots, points, rules, .. } = self;
-        let reach = if meeting.is_elastic || self.lead > 0.0 { features.margin() } else { 0.0 };
+        let PairWork { features, carried, starts, clearances, multipliers, places, points, rules, .. } = self;
+        let reach = if meeting.is_elastic || self.initial_overlap > 0.0 { features.margin() } else { 0.0 };
         let facings = faces::facings(model, features, poses);
         let crushing = Crushing { model, bodies: [a, b], carried, crushed: view.crushed };
-        let mut known = Known { carried, held, spots, offset: 0.0 };
+        let mut known = Known { carried, multipliers, places, offset: 0.0 };
         let placed = Placed { shapes, corners, poses };
         self.nearest = visit_sites(&placed, features, clearances, reach, |site, number| {
             if starts.len() <= number {
@@ -238,12 +238,12 @@ impl PairWork {
                 let asperity = crushing.asperity(site.feature);
                 Start { asperity, ..Start::of(carried, site.feature) }
             });
-            let sharpness = match site.feature {
+            let edge_weight = match site.feature {
                 Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
             };
             let mut sites = site_points(&site, shapes, corners, poses);
-            let spring = meeting.stiffness.min(view.strength / meeting.yielding) * sharpness;
+            let spring = meeting.stiffness.min(view.strength / meeting.yielding) * edge_weight;
             let mut state = meeting.state(start, spring);
             let share = spring / meeting.stiffness;
             state.asperity = start.asperity.map(|asperity| AsperityState { share, ..asperity });
@@ -318,7 +318,11 @@ impl Start {
     fn of(carried: &PairMemory, feature: Feature) -> Self {
         let memory = carried.point(feature);
         let stretch = memory.map_or_else(Vec3::zeros, |memory| memory.stretch);
-        Start { stretch, lead: memory.map_or(0.0, |memory| memory.lead), asperity: None }
+        Start {
+            stretch,
+            initial_overlap: memory.map_or(0.0, |memory| memory.initial_overlap),
+            asperity: None,
+        }
     }
 }
 
@@ -350,8 +354,8 @@ impl Crushing<'_> {
 /// What is known of contacts where bodies deform or break.
 struct Known<'a> {
     carried: &'a PairMemory,
-    held: &'a [Held],
-    spots: &'a mut Vec<Spot>,
+    multipliers: &'a [Multiplier],
+    places: &'a mut Vec<ContactPlace>,
     offset: f64,
 }
 
@@ -409,9 +413,9 @@ impl<'a> Meeting<'a> {
             faces: None,
             elastic: Vec3::zeros(),
             elastic_change: Vec3::zeros(),
-            lead: start.lead,
+            initial_overlap: start.initial_overlap,
             compliance: 0.0,
-            given: Vec3::zeros(),
+            returned: Vec3::zeros(),
             hardening: 0.0,
             asperity: None,
         }
@@ -429,7 +433,7 @@ impl<'a> Meeting<'a> {
     }
 
     /// What damage of a body leaves of the stiffness of a contact at a `place` of its surface, which is at `point` in space.
-    fn firmness_of(&self, body: usize, place: &Option<SurfacePoint>, point: &Vec3) -> f64 {
+    fn stiffness_left_of(&self, body: usize, place: &Option<SurfacePoint>, point: &Vec3) -> f64 {
         let (own, shape) = (&self.model.bodies[body], &self.model.shapes[body]);
         let on_rubble = |place: &SurfacePoint| {
             let depth = RUBBLE_DEPTH * shape.rounded.radius;
@@ -437,45 +441,48 @@ impl<'a> Meeting<'a> {
                 && (place.position - self.view.poses[body].to_body(point)).norm() > depth
         };
         match place {
-            _ if own.is_rubble() => LEAST_FIRMNESS,
-            Some(place) if on_rubble(place) => LEAST_FIRMNESS,
+            _ if own.is_rubble() => LEAST_STIFFNESS_LEFT,
+            Some(place) if on_rubble(place) => LEAST_STIFFNESS_LEFT,
             Some(place) if own.is_brittle() => {
-                self.view.trial.firmness(self.model, body, place.facet).max(LEAST_FIRMNESS)
+                self.view.trial.stiffness_left(self.model, body, place.facet).max(LEAST_STIFFNESS_LEFT)
             }
             Some(_) | None => 1.0,
         }
     }
 
     /// The number of a contact's place among `known`, found where it is not there yet.
-    fn spot(
+    fn place(
         &self,
         site: &Site,
         sites: &SitePoints,
         state: &PointState,
         known: &mut Known<'_>,
-        last: Option<&Held>,
+        last: Option<&Multiplier>,
     ) -> usize {
-        if let Some(place) = known.spots.iter().position(|spot| spot.feature == site.feature) {
-            return place;
+        if let Some(number) = known.places.iter().position(|place| place.feature == site.feature) {
+            return number;
         }
         let [a, b] = self.bodies;
         let sides = [self.side(a), self.side(b)];
         let (point, normal) = force::place(site, sites, state.radius_difference);
         // Behind an asperity it follows from the last force.
-        let first_scale = || last.map_or(self.view.first_scale, |held| held.scale);
+        let first_scale = || last.map_or(self.view.first_scale, |multiplier| multiplier.scale);
         let scale = state.asperity.is_none().then(first_scale);
-        let mut spot = Spot::new(site.feature, sides, &point, &normal, scale);
+        let mut place = ContactPlace::new(site.feature, sides, &point, &normal, scale);
         if self.is_elastic && self.view.yields && scale.is_none() {
-            spot.yield_at_once(sides, &normal, last);
+            place.yield_at_once(sides, &normal, last);
         }
         if self.is_brittle {
-            let firmness = [self.firmness_of(a, &spot.on_a, &point), self.firmness_of(b, &spot.on_b, &point)];
-            let left = self.model.softened_share(self.bodies, firmness);
+            let stiffness_left = [
+                self.stiffness_left_of(a, &place.on_a, &point),
+                self.stiffness_left_of(b, &place.on_b, &point),
+            ];
+            let left = self.model.softened_share(self.bodies, stiffness_left);
             let memory = known.carried.point(site.feature);
-            spot.firmness = memory.map_or(left, |memory| memory.firmness.min(left));
+            place.stiffness_left = memory.map_or(left, |memory| memory.stiffness_left.min(left));
         }
-        known.spots.push(spot);
-        known.spots.len() - 1
+        known.places.push(place);
+        known.places.len() - 1
     }
 
     /// The points of the patch that two rigid faces share, of a stiffness per area [N/m^3].
@@ -498,7 +505,7 @@ impl<'a> Meeting<'a> {
             sites: spanned,
             state,
             evaluation,
-            firmness: 1.0,
+            stiffness_left: 1.0,
         })
     }
 
@@ -510,39 +517,39 @@ impl<'a> Meeting<'a> {
         mut state: PointState,
         known: &mut Known<'_>,
     ) -> ContactPoint {
-        let mut firmness = 1.0;
+        let mut stiffness_left = 1.0;
         if self.is_elastic || self.is_brittle {
-            let last = known.held.iter().find(|held| held.feature == site.feature);
-            let place = self.spot(&site, &sites, &state, known, last);
-            let spot = &known.spots[place];
+            let last = known.multipliers.iter().find(|multiplier| multiplier.feature == site.feature);
+            let number = self.place(&site, &sites, &state, known, last);
+            let place = &known.places[number];
             let spring = state.spring;
-            firmness = spot.firmness;
-            if firmness != 1.0 {
-                (state.spring, state.stiffness) = (spring * firmness, spring * firmness);
-                state.asperity.iter_mut().for_each(|asperity| asperity.share *= firmness);
+            stiffness_left = place.stiffness_left;
+            if stiffness_left != 1.0 {
+                (state.spring, state.stiffness) = (spring * stiffness_left, spring * stiffness_left);
+                state.asperity.iter_mut().for_each(|asperity| asperity.share *= stiffness_left);
             }
             if self.is_brittle {
-                let sharpness = spring / self.stiffness;
-                state.hardening = state.spring / (1.0 + state.spring * self.spared / sharpness);
+                let edge_weight = spring / self.stiffness;
+                state.hardening = state.spring / (1.0 + state.spring * self.spared / edge_weight);
             }
             if self.is_elastic {
-                state.elastic = spot.elastic;
-                state.elastic_change = spot.change;
-                if let Some(given) = spot.given {
-                    (state.compliance, state.given) = (spot.compliance, given);
+                state.elastic = place.elastic;
+                state.elastic_change = place.change;
+                if let Some(returned) = place.returned {
+                    (state.compliance, state.returned) = (place.compliance, returned);
                 } else {
-                    state.stiffness = 1.0 / (1.0 / state.spring + spot.compliance);
-                    if let Some(held) = last {
-                        state.offset = spot.compliance * held.load;
+                    state.stiffness = 1.0 / (1.0 / state.spring + place.compliance);
+                    if let Some(multiplier) = last {
+                        state.offset = place.compliance * multiplier.load;
                         known.offset = known.offset.max(state.offset);
-                        let tangential = spot.compliance / self.model.law.tangential_ratio;
-                        state.behind_stretch = held.traction * tangential;
+                        let tangential = place.compliance / self.model.law.tangential_ratio;
+                        state.behind_stretch = multiplier.traction * tangential;
                     }
                 }
             }
         }
         let [at_a, at_b] = self.bodies.map(|body| &self.view.kinematics[body]);
         let evaluation = force::evaluate(law, &site, &sites, at_a, at_b, &state);
-        ContactPoint { site, sites, state, evaluation, firmness }
+        ContactPoint { site, sites, state, evaluation, stiffness_left }
     }
 }

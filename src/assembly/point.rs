@@ -11,7 +11,7 @@ pub struct ContactPoint {
     pub state: PointState,
     pub evaluation: Evaluation,
     /// What damage of the rock below has left of the contact's spring.
-    pub firmness: f64,
+    pub stiffness_left: f64,
 }
 
 impl ContactPoint {
@@ -20,8 +20,9 @@ impl ContactPoint {
         self.evaluation.gap + self.state.asperity.map_or(0.0, |asperity| asperity.depth)
     }
 
-    /// How deep the undeformed bodies overlap here [m]: without elastic displacements, and without the lead of a change of fidelity.
+    /// How deep the undeformed bodies overlap here [m]: without elastic displacements, and without the
+    /// initial overlap of a change of fidelity.
     pub fn geometric_overlap(&self) -> f64 {
-        self.evaluation.normal.dot(&self.state.elastic) - self.evaluation.gap - self.state.lead
+        self.evaluation.normal.dot(&self.state.elastic) - self.evaluation.gap - self.state.initial_overlap
     }
 }

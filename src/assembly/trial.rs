@@ -1,6 +1,6 @@
 //! Bodies with the damage that an increment tries; the committed ones are the model's.
 
-use crate::assembly::spot::SurfaceLoads;
+use crate::assembly::place::SurfaceLoads;
 use crate::error::Result;
 use crate::grain::{DamageChange, DamagedGrain};
 use crate::model::Model;
@@ -25,8 +25,9 @@ pub struct Trial {
 pub(super) struct Alone {
     /// The nodal forces that it last settled under [N].
     pub(super) settled: Option<Vec<Vec3>>,
-    /// What is left of the rock's stiffness below each facet, the least so far: cracks that close in the trial make no contact firmer again.
-    pub(super) firmness: Vec<f64>,
+    /// What is left of the rock's stiffness below each facet, the least so far: cracks that close in the
+    /// trial make no contact stiffer again.
+    pub(super) stiffness_left: Vec<f64>,
 }
 
 impl Trial {
@@ -37,9 +38,9 @@ impl Trial {
     }
 
     /// What is left of the stiffness of a brittle body's rock below a facet.
-    pub fn firmness(&self, model: &Model, body: usize, facet: u32) -> f64 {
-        let known = self.alone.get(body).and_then(|alone| alone.firmness.get(facet as usize).copied());
-        known.or_else(|| Some(self.grain(model, body)?.firmness(facet))).unwrap_or(1.0)
+    pub fn stiffness_left(&self, model: &Model, body: usize, facet: u32) -> f64 {
+        let known = self.alone.get(body).and_then(|alone| alone.stiffness_left.get(facet as usize).copied());
+        known.or_else(|| Some(self.grain(model, body)?.stiffness_left(facet))).unwrap_or(1.0)
     }
 }
 
@@ -59,8 +60,8 @@ impl Alone {
             return Ok((DamageChange::default(), false));
         }
         let facets = grain.mesh().surface.len() as u32;
-        if self.firmness.is_empty() {
-            self.firmness.extend((0..facets).map(|facet| grain.firmness(facet)));
+        if self.stiffness_left.is_empty() {
+            self.stiffness_left.extend((0..facets).map(|facet| grain.stiffness_left(facet)));
         }
         let mut loaded = vec![false; facets as usize];
         loads.iter().for_each(|(place, _)| loaded[place.facet as usize] = true);
@@ -70,7 +71,7 @@ impl Alone {
             let change = grain.propose_beyond(loads, max_change, least_change)?;
             fresh |= grain.refresh()?;
             let softened = |facet: u32| match loaded[facet as usize] {
-                true => self.firmness[facet as usize] - grain.firmness(facet),
+                true => self.stiffness_left[facet as usize] - grain.stiffness_left(facet),
                 false => 0.0,
             };
             let softened = (0..facets).map(softened).fold(0.0, f64::max);
@@ -86,8 +87,8 @@ impl Alone {
                 break;
             }
         }
-        for (facet, least) in (0..facets).zip(&mut self.firmness) {
-            *least = least.min(grain.firmness(facet));
+        for (facet, least) in (0..facets).zip(&mut self.stiffness_left) {
+            *least = least.min(grain.stiffness_left(facet));
         }
         self.settled = is_settled.then_some(forces);
         Ok((total, fresh))

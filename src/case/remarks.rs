@@ -116,8 +116,8 @@ impl Case {
         })
     }
 
-    /// The first rock of a scene whose cracks carry again where they close, by its path, and to what share. Grains of specimens are brittle: their
-    /// energy is that of their contacts, which never get firmer.
+    /// The first rock of a scene whose cracks carry again where they close, by its path, and to what share.
+    /// Grains of specimens are brittle: their energy is that of their contacts, which never get stiffer.
     fn recovery(&self) -> Option<(String, f64)> {
         let Geometry::Scene(scene) = &self.geometry else { return None };
         let of =
@@ -440,7 +440,6 @@ mod tests {
         assert!(remarked.contains("rock.damage.recovery_in_compression is 0.3"), "{remarked}");
     }
 
-    /// Scene 17 of the ladder.
     #[test]
     fn bodies_unlike_each_other_are_remarked_on() {
         let text = r#"{"scene": {"bodies": [{"name": "base", "shape": {"box": [1, 1, 0.1]}, "position": [0, 0, -0.05], "fixed": true},

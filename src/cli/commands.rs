@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
-use crate::ladder::{Finding, RUNGS, Rung};
 use crate::linalg;
 use crate::report::{duration, write_report};
 use crate::results::{
@@ -15,6 +14,7 @@ use crate::results::{
 };
 use crate::setup::rock_samples;
 use crate::simulation::{self, End, Options, Outcome, generate_specimen, missing_start};
+use crate::verification::{Finding, PROBLEMS, Problem};
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
 use super::exit::{Ending, Failure};
@@ -165,26 +165,26 @@ pub fn report(arguments: &Report) -> Ended {
 }
 
 pub fn verify(arguments: &Verify) -> Ended {
-    let wanted = |rung: &&Rung| {
-        arguments.only.is_empty() || arguments.only.iter().any(|name| rung.name.contains(name.as_str()))
+    let wanted = |problem: &&Problem| {
+        arguments.only.is_empty() || arguments.only.iter().any(|name| problem.name.contains(name.as_str()))
     };
-    let rungs: Vec<&Rung> = RUNGS.iter().filter(wanted).collect();
-    if rungs.is_empty() {
-        let names: Vec<&str> = RUNGS.iter().map(|rung| rung.name).collect();
-        let problem =
+    let problems: Vec<&Problem> = PROBLEMS.iter().filter(wanted).collect();
+    if problems.is_empty() {
+        let names: Vec<&str> = PROBLEMS.iter().map(|problem| problem.name).collect();
+        let message =
             format!("--only {}: no such rung; there are {}", arguments.only.join(" "), names.join(", "));
-        return Err(Error::Usage(problem).into());
+        return Err(Error::Usage(message).into());
     }
     if arguments.list {
-        rungs.iter().for_each(|rung| say(&format!("{:<22} {}", rung.name, rung.problem)));
+        problems.iter().for_each(|problem| say(&format!("{:<22} {}", problem.name, problem.title)));
         return Ok(Ending::Done);
     }
     set_threads(arguments.threads)?;
     let start = Instant::now();
     say(&Finding::header());
     let (mut passed, mut failed) = (0, 0);
-    for rung in rungs {
-        for finding in rayon::scope(|_| rung.climb()) {
+    for problem in problems {
+        for finding in rayon::scope(|_| problem.solve()) {
             say(&finding.to_string());
             *if finding.passed() { &mut passed } else { &mut failed } += 1;
         }

@@ -174,11 +174,11 @@ impl Observer for Progress {
 
     fn seated(&mut self, seating: &Seating) {
         self.begun = Instant::now();
-        let Seating { out_of_balance, factorisations, falling_steps, .. } = *seating;
+        let Seating { out_of_balance, factorisations, relaxation_steps, .. } = *seating;
         self.tell(
             || {
                 format!(
-                    "{:<15} balanced to {out_of_balance:.0e}, {falling_steps} steps of falling, {factorisations} \
+                    "{:<15} balanced to {out_of_balance:.0e}, {relaxation_steps} steps of falling, {factorisations} \
                      factorisations",
                     "seating"
                 )
@@ -186,7 +186,7 @@ impl Observer for Progress {
             || {
                 json!({
                     "event": "seated", "out_of_balance": out_of_balance, "factorisations": factorisations,
-                    "falling_steps": falling_steps,
+                    "falling_steps": relaxation_steps,
                 })
             },
         );

@@ -153,7 +153,7 @@ fn wrench<T: Real>(
     let normal = difference.times(T::constant(1.0) / distance);
     let elastic = Vector::constant(&state.elastic) + *displaced;
     let undeformed = T::constant(state.radii) - distance;
-    let overlap = undeformed - normal.dot(elastic) + T::constant(state.lead);
+    let overlap = undeformed - normal.dot(elastic) + T::constant(state.initial_overlap);
     // Halfway between the rounded surfaces, not between the cores.
     let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
     let lines = is_edge_pair.then(|| LinePair::new(a, b));
@@ -169,8 +169,8 @@ fn wrench<T: Real>(
     let faced = face_weight.as_ref().map_or(T::constant(1.0), |face| face.value);
     let weight = own_weight * faced;
 
-    let given = Vector::constant(&state.given);
-    let pushed = overlap + T::constant(state.offset) + normal.dot(given);
+    let returned = Vector::constant(&state.returned);
+    let pushed = overlap + T::constant(state.offset) + normal.dot(returned);
     let behind = T::constant(state.behind()) + weight.scaled(state.spring * state.compliance);
     let press = state.asperity.map(|asperity| {
         let compliance = weight.scaled(asperity.share * state.compliance);

@@ -50,7 +50,7 @@ pub(super) fn rub<T: Real>(
         if state.is_new { moved.times(share_in_touch(&moved, normal, overlap, state.radii)) } else { moved };
     let tangential = |v: Vector<T>| v - normal.times(v.dot(normal));
     let carried = carried_over(&state.stretch, normal, [frame_a, frame_b]).times(kept);
-    let trial = carried + tangential(Vector::constant(&(state.behind_stretch + state.given)) - slide);
+    let trial = carried + tangential(Vector::constant(&(state.behind_stretch + state.returned)) - slide);
     let trial_length = trial.norm();
     let mut bound = pressure.scaled(state.friction.coefficient);
     let most = 1.0 + law.friction_blend;

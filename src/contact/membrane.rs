@@ -81,8 +81,9 @@ pub struct MembraneContact {
     /// Rounding radius of the body [m].
     pub rounding: f64,
     pub offset: Offset,
-    /// 0 to 1: sharpness of the body's edge, 1 for other pairs; times the part that the triangle has in the contact.
-    pub sharpness: f64,
+    /// 0 to 1: weight of the body's edge, 1 for other pairs; times the part that the triangle has in the
+    /// contact.
+    pub edge_weight: f64,
 }
 
 impl MembraneContact {
@@ -194,7 +195,7 @@ fn forces<T: Real>(
     if !(overlap.value() > 0.0) {
         return (result, nothing);
     }
-    let stiffness = law.stiffness * contact.sharpness;
+    let stiffness = law.stiffness * contact.edge_weight;
     let lines = matches!(site.feature, Feature::Edges(..)).then(|| LinePair::new(body, membrane));
     let edge_weight = lines.as_ref().map(|lines| {
         let rates = [fade_rate(lines.u.dot(lines.u), law.law.fade_length), 1.0 / law.edge_fade];
@@ -295,7 +296,7 @@ mod tests {
     fn scene(feature: Feature, counts: [u8; 2], body: [Vec3; 3], mut membrane: [Vec3; 3]) -> Scene {
         let site = Site { feature, on_a: [0, 1, 2], on_b: [0, 1, 2], count_a: counts[0], count_b: counts[1] };
         let contact =
-            MembraneContact { site, rounding: 1e-3, offset: Offset::Constant(1e-3), sharpness: 0.8 };
+            MembraneContact { site, rounding: 1e-3, offset: Offset::Constant(1e-3), edge_weight: 0.8 };
         let position = Vec3::new(1e-3, -2e-3, -8e-3);
         // Moved along the connecting line to an overlap of 0.1 mm.
         let v = |p: &[Vec3; 3]| p.map(|x| Vector::<f64>::constant(&x));

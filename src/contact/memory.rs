@@ -59,8 +59,8 @@ pub struct PairMemory {
 
 impl PairMemory {
     /// How far contacts may be ahead of the geometry [m].
-    pub fn lead(&self) -> f64 {
-        self.points.iter().map(|p| p.lead).fold(0.0, f64::max)
+    pub fn initial_overlap(&self) -> f64 {
+        self.points.iter().map(|p| p.initial_overlap).fold(0.0, f64::max)
     }
 
     /// Keeps `point` in place of what was known of its feature.
@@ -75,9 +75,9 @@ impl PairMemory {
         self.points.binary_search_by(|p| p.feature.cmp(&feature)).ok().map(|i| &self.points[i])
     }
 
-    /// [`PointMemory::neglected`] of a feature [m]; nothing where it is not known.
-    pub fn neglected(&self, feature: Feature) -> Vec3 {
-        self.point(feature).map_or_else(Vec3::zeros, |point| point.neglected)
+    /// [`PointMemory::omitted`] of a feature [m]; nothing where it is not known.
+    pub fn omitted(&self, feature: Feature) -> Vec3 {
+        self.point(feature).map_or_else(Vec3::zeros, |point| point.omitted)
     }
 }
 

@@ -310,9 +310,9 @@ mod tests {
                 faces: None,
                 elastic: Vec3::zeros(),
                 elastic_change: Vec3::zeros(),
-                lead: 0.0,
+                initial_overlap: 0.0,
                 compliance: 0.0,
-                given: Vec3::zeros(),
+                returned: Vec3::zeros(),
                 hardening: 0.0,
                 asperity: None,
             };

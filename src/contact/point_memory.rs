@@ -29,14 +29,15 @@ pub struct PointMemory {
     pub tangential_energy: f64,
     /// By how much the bodies overlap more than geometry and elastic displacements say [m]: what keeps the force where the fidelity
     /// of a body changed (`assembly::fidelity`).
-    pub lead: f64,
-    /// What the bodies' fidelities neglect here that a change of fidelity has kept, or made up for [m], in space.
+    pub initial_overlap: f64,
+    /// What the bodies' fidelities omit here that a change of fidelity has kept, or made up for [m], in
+    /// space.
     #[serde(with = "crate::tensor::stored")]
-    pub neglected: Vec3,
+    pub omitted: Vec3,
     /// The contact's compliance in a solve over the first guess, as far as it adapted.
     pub scale: f64,
-    /// What damage of the rock below has left of the contact's spring; it never gets firmer again.
-    pub firmness: f64,
+    /// What damage of the rock below has left of the contact's spring; it never gets stiffer again.
+    pub stiffness_left: f64,
     /// How deep its asperity has been crushed [m].
     pub depth: f64,
     /// Radius of the largest patch that it has had since it touched, which friction holds on to [m].
@@ -49,8 +50,8 @@ impl PointMemory {
         self.load - self.hardened
     }
 
-    /// Of a contact without a force whose gap is more open than the geometry says by `-lead` [m].
-    pub fn open(feature: Feature, lead: f64) -> Self {
+    /// Of a contact without a force whose gap is more open than the geometry says by `-initial_overlap` [m].
+    pub fn open(feature: Feature, initial_overlap: f64) -> Self {
         PointMemory {
             feature,
             place: Vec3::zeros(),
@@ -61,9 +62,9 @@ impl PointMemory {
             traction: Vec3::zeros(),
             bound: 0.0,
             tangential_energy: 0.0,
-            lead,
-            neglected: Vec3::zeros(),
-            firmness: 1.0,
+            initial_overlap,
+            omitted: Vec3::zeros(),
+            stiffness_left: 1.0,
             scale: 1.0,
             depth: 0.0,
             grip: 0.0,

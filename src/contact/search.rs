@@ -17,7 +17,7 @@ const SHARP_EDGE: f64 = 1e-2;
 const SHORT_EDGE: f64 = 0.5;
 const LONG_EDGE: f64 = 2.0;
 
-/// A body as the search sees it: its rounded shape and the sharpness of its edges.
+/// A body as the search sees it: its rounded shape and the weights of its edges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactShape {
     pub rounded: RoundedBody,

@@ -68,12 +68,12 @@ pub struct PointState {
     pub elastic: Vec3,
     /// The part of it that came since the last accepted increment [m].
     pub elastic_change: Vec3,
-    /// Overlap besides [m]; see [`crate::contact::memory::PointMemory::lead`].
-    pub lead: f64,
+    /// Overlap besides [m]; see [`crate::contact::memory::PointMemory::initial_overlap`].
+    pub initial_overlap: f64,
     /// Where the contact's force is an unknown, or an asperity's: compliance behind the spring per force, weight included [m/N], in all directions; and what
     /// it gave under the unknown force, or that of the last augmentation [m], in space, which it gives back. Where the two forces agree nothing of it is left.
     pub compliance: f64,
-    pub given: Vec3,
+    pub returned: Vec3,
     /// Stiffness with which it hardens before the cores meet ([`ContactLaw::hardening`]) [N/m]; zero where no body can break. That of the contact of
     /// rigid bodies, so that it does not depend on which of them deform.
     pub hardening: f64,

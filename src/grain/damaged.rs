@@ -425,7 +425,7 @@ impl DamagedGrain {
 
     /// What is left of the stiffness of the rock below a facet of the surface, with the trial damage: the mean of `1 - d` over the points of
     /// its cell. 1 for sound rock.
-    pub fn firmness(&self, facet: u32) -> f64 {
+    pub fn stiffness_left(&self, facet: u32) -> f64 {
         let cell = self.mesh().surface[facet as usize].cell;
         self.trial.intact[cell.index()].iter().sum::<f64>() / POINT_COUNT as f64
     }

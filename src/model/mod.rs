@@ -8,15 +8,15 @@ pub mod loads;
 pub mod membrane;
 mod pieces;
 pub mod state;
+pub mod step_length;
 pub mod stored;
-pub mod travel;
 pub mod wall;
 
 pub use body::{Body, BodyId, BodyKind, Breakage, Deformation, STIFFNESS_RATIO};
 pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
+pub use step_length::StepLength;
 pub use stored::StoredBodies;
-pub use travel::Travel;
 
 pub use cover::PressureCover;
 pub use fracture::{DamageCounts, Fracture};
@@ -163,13 +163,14 @@ impl Model {
         self
     }
 
-    /// What is left of [`Self::contact_spring`] where the two bodies' rock has kept the shares `firmness` of its stiffness: what a contact of
-    /// rigid bodies yields more is the same where they deform.
-    pub fn softened_share(&self, [a, b]: [usize; 2], firmness: [f64; 2]) -> f64 {
-        if firmness == [1.0; 2] {
+    /// What is left of [`Self::contact_spring`] where the two bodies' rock has kept the shares
+    /// `stiffness_left` of its stiffness: what a contact of rigid bodies yields more is the same where they
+    /// deform.
+    pub fn softened_share(&self, [a, b]: [usize; 2], stiffness_left: [f64; 2]) -> f64 {
+        if stiffness_left == [1.0; 2] {
             return 1.0;
         }
-        let sides = [(a, firmness[0]), (b, firmness[1])].map(|(body, left)| {
+        let sides = [(a, stiffness_left[0]), (b, stiffness_left[1])].map(|(body, left)| {
             let (rigid, own) = (1.0 / self.bodies[body].stiffness, self.shell_compliance(body));
             [own, own - rigid + rigid / left]
         });

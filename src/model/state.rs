@@ -33,8 +33,8 @@ pub struct Counters {
     pub augmentations: usize,
     pub newton_iterations: usize,
     pub factorisations: usize,
-    /// Steps of falls (`solver::fall`).
-    pub falling_steps: usize,
+    /// Steps of dynamic relaxations (`solver::dynamic_relaxation`).
+    pub relaxation_steps: usize,
     pub searches: usize,
     pub cuts: usize,
 }
@@ -44,7 +44,7 @@ impl Counters {
         self.augmentations += other.augmentations;
         self.newton_iterations += other.newton_iterations;
         self.factorisations += other.factorisations;
-        self.falling_steps += other.falling_steps;
+        self.relaxation_steps += other.relaxation_steps;
         self.searches += other.searches;
         self.cuts += other.cuts;
     }

@@ -100,11 +100,11 @@ impl BreakageMeter {
 
 /// Puts the measures into a row of the history: zero before the first damage, not a number where they cannot
 /// be measured.
-pub fn note(row: &mut HistoryRow, model: &Model, meter: &mut BreakageMeter) {
+pub fn note(row: &mut HistoryRow, model: &Model, breakage_meter: &mut BreakageMeter) {
     if !model.can_break() {
         return;
     }
-    let numbers = match meter.measure(model) {
+    let numbers = match breakage_meter.measure(model) {
         Ok(Some(found)) => {
             row.broken_grains = found.classes.iter().map(|class| class.broken as i64).sum();
             [found.marsal, found.hardin, found.einav, found.damaged_share, found.crushed_share]

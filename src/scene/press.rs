@@ -12,7 +12,7 @@ use crate::grain::DamagedGrain;
 use crate::model::{Body, Counters, Deformation};
 use crate::scene::parameters::LoadStage;
 use crate::scene::row::{BodyState, Row};
-use crate::scene::run::{Scene, UnderWay};
+use crate::scene::run::{Scene, StageProgress};
 use crate::solver::{Balance, ContactMeasures, motion_between};
 use crate::tensor::{Mat3, Pose, Rotation, Vec3, Vector6, symmetric};
 use crate::triaxial::{FidelityCounts, Ledger, StageEnd};
@@ -216,8 +216,8 @@ impl Scene {
         stage: &LoadStage,
         observe: &mut impl FnMut(&Scene, &Row) -> bool,
     ) -> StageEnd {
-        let UnderWay { mut drive, mut pace, mut dwells, mut lost, .. } =
-            self.under_way.take().unwrap_or_else(|| self.begin(stage));
+        let StageProgress { mut drive, mut pace, mut dwells, mut lost, .. } =
+            self.progress.take().unwrap_or_else(|| self.begin(stage));
         let stop = self.settings.stop.clone();
         let gentle = self.settings.damage.max_change;
         let end = loop {
@@ -245,7 +245,7 @@ impl Scene {
             let settled = match settled {
                 Ok(settled) => settled,
                 Err(_) if stop.is_raised() => {
-                    self.under_way = Some(UnderWay { drive, pace, last: None, dwells, lost });
+                    self.progress = Some(StageProgress { drive, pace, last: None, dwells, lost });
                     break StageEnd::Interrupted;
                 }
                 Err(reason) => {
@@ -292,7 +292,8 @@ impl Scene {
             }
             dwells = broke;
             let last = None;
-            self.under_way = Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last, dwells, lost });
+            self.progress =
+                Some(StageProgress { drive: drive.clone(), pace: pace.clone(), last, dwells, lost });
             self.pressing = Some(pressing);
             let all_done = pace.next().is_none() && !dwells && index + 1 == self.stages.len();
             let goes_on = observe(self, &row) || all_done;

@@ -51,7 +51,7 @@ pub struct Scene {
     /// Stages that are done.
     stages_done: usize,
     /// The stage at hand, once an increment of it is accepted.
-    pub(super) under_way: Option<UnderWay>,
+    pub(super) progress: Option<StageProgress>,
     /// The shapes before anything broke.
     first_shapes: Vec<Polyhedron>,
     /// What the last increment leaves to break up.
@@ -65,7 +65,7 @@ pub struct Scene {
 
 /// A stage after its last accepted increment.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct UnderWay {
+pub(super) struct StageProgress {
     pub(super) drive: Drive,
     pub(super) pace: Pace,
     pub(super) last: Option<Last>,
@@ -97,7 +97,7 @@ pub struct SceneState<'a> {
     reaction: Vec<Vector6<f64>>,
     elastic_shift: f64,
     stages_done: usize,
-    under_way: Cow<'a, Option<UnderWay>>,
+    progress: Cow<'a, Option<StageProgress>>,
     bodies: StoredBodies<'a>,
     failing: Cow<'a, Failing>,
     pressing: Option<StoredPressing>,
@@ -165,7 +165,7 @@ impl Scene {
             elastic_shift: 0.0,
             dossier: None,
             stages_done: 0,
-            under_way: None,
+            progress: None,
             first_shapes,
             failing: Failing::default(),
             pressing,
@@ -193,7 +193,7 @@ impl Scene {
             elastic_shift,
             dossier: _,
             stages_done,
-            under_way,
+            progress,
             first_shapes,
             failing,
             pressing,
@@ -211,7 +211,7 @@ impl Scene {
             reaction: reaction.clone(),
             elastic_shift: *elastic_shift,
             stages_done: *stages_done,
-            under_way: Cow::Borrowed(under_way),
+            progress: Cow::Borrowed(progress),
             bodies: model.stored_bodies(),
             failing: Cow::Borrowed(failing),
             pressing: pressing.as_ref().map(Pressing::stored),
@@ -261,7 +261,7 @@ impl Scene {
             self.reaction = state.reaction;
             self.elastic_shift = state.elastic_shift;
             self.stages_done = state.stages_done;
-            self.under_way = state.under_way.into_owned();
+            self.progress = state.progress.into_owned();
         }
         Ok(fits)
     }
@@ -292,7 +292,7 @@ impl Scene {
             match end {
                 StageEnd::Finished => {
                     self.stages_done += 1;
-                    self.under_way = None;
+                    self.progress = None;
                 }
                 end @ (StageEnd::Stopped { .. } | StageEnd::Interrupted) => return end,
             }
@@ -306,8 +306,8 @@ impl Scene {
         stage: &LoadStage,
         observe: &mut impl FnMut(&Scene, &Row) -> bool,
     ) -> StageEnd {
-        let UnderWay { mut drive, mut pace, mut last, mut dwells, mut lost } =
-            self.under_way.take().unwrap_or_else(|| self.begin(stage));
+        let StageProgress { mut drive, mut pace, mut last, mut dwells, mut lost } =
+            self.progress.take().unwrap_or_else(|| self.begin(stage));
         let (mut repeats, mut woken) = (0, 0);
         loop {
             match self.break_up(&mut drive) {
@@ -352,7 +352,7 @@ impl Scene {
                     }
                 }
                 if self.settings.stop.is_raised() {
-                    self.under_way = Some(UnderWay { drive, pace, last, dwells, lost: before });
+                    self.progress = Some(StageProgress { drive, pace, last, dwells, lost: before });
                     return StageEnd::Interrupted;
                 }
                 if !report.converged() {
@@ -380,8 +380,13 @@ impl Scene {
             let fidelity = FidelityCounts::of(&self.model, &verdict, &transition, early);
             let row = Row { fidelity, ..row };
             dwells = false;
-            self.under_way =
-                Some(UnderWay { drive: drive.clone(), pace: pace.clone(), last: last.clone(), dwells, lost });
+            self.progress = Some(StageProgress {
+                drive: drive.clone(),
+                pace: pace.clone(),
+                last: last.clone(),
+                dwells,
+                lost,
+            });
             let all_done = pace.next().is_none() && self.failing.is_empty() && index + 1 == self.stages.len();
             if !observe(self, &row) && !all_done {
                 return StageEnd::Interrupted;
@@ -391,12 +396,12 @@ impl Scene {
     }
 
     /// A stage before its first increment.
-    pub(super) fn begin(&self, stage: &LoadStage) -> UnderWay {
+    pub(super) fn begin(&self, stage: &LoadStage) -> StageProgress {
         let nominal = 1.0 / stage.increments as f64;
         let [smallest, largest] = self.increment_range;
         let pace = Pace::new(nominal, smallest * nominal, largest * nominal);
         let drive = self.drive(stage);
-        UnderWay { drive, pace, last: None, dwells: false, lost: Counters::default() }
+        StageProgress { drive, pace, last: None, dwells: false, lost: Counters::default() }
     }
 
     /// Breaks up what the last increment left to; whether anything did.

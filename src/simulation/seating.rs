@@ -21,8 +21,8 @@ pub struct Seating {
     /// has to meet the tolerance itself.
     pub out_of_balance: f64,
     pub factorisations: usize,
-    /// Steps of falls, each an evaluation of the contacts.
-    pub falling_steps: usize,
+    /// Steps of dynamic relaxations, each an evaluation of the contacts.
+    pub relaxation_steps: usize,
     /// Which grains overlap, if any do more than contacts know of.
     pub overlap: Option<String>,
 }
@@ -41,7 +41,7 @@ impl Seating {
             format!(
                 "the grains could not be seated: forces are out of balance by {:.0e} of the mean contact force after {} steps of falling; \
                  a specimen with so little friction, or so few grains, comes apart before anything holds it",
-                self.out_of_balance, self.falling_steps
+                self.out_of_balance, self.relaxation_steps
             )
         })
     }
@@ -54,7 +54,7 @@ pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bo
     let friction = rig.model.friction;
     rig.model.friction = Friction::constant(friction.peak);
     let mut seating =
-        Seating { out_of_balance: f64::INFINITY, factorisations: 0, falling_steps: 0, overlap: None };
+        Seating { out_of_balance: f64::INFINITY, factorisations: 0, relaxation_steps: 0, overlap: None };
     if let Some(elasticity) = rig.stiffen() {
         attempts(&mut seating, test, rig, pressure, stop);
         rig.soften(elasticity);
@@ -74,7 +74,7 @@ fn attempts(seating: &mut Seating, test: &mut Test, rig: &mut Rig, pressure: f64
         let report = test.seat(rig, pressure);
         seating.out_of_balance = report.balance.out_of_balance;
         seating.factorisations += report.counters.factorisations;
-        seating.falling_steps += report.counters.falling_steps;
+        seating.relaxation_steps += report.counters.relaxation_steps;
         seating.overlap = match &report.status {
             StepStatus::Overlapping { problem } => Some(problem.clone()),
             _ => None,
@@ -94,7 +94,7 @@ mod tests {
         let seating = |out_of_balance| Seating {
             out_of_balance,
             factorisations: 1,
-            falling_steps: 240_000,
+            relaxation_steps: 240_000,
             overlap: None,
         };
         // One that gave up short of its tolerance may still be consolidated; low friction as met; nothing

@@ -139,7 +139,7 @@ impl Newton<'_> {
             least_force: yardsticks.own.iter().copied().fold(yardsticks.mean, f64::min),
         };
         let first_contact = self.dofs.contact_block(0);
-        let pairs: Vec<[usize; 2]> = self.contacts.network.pairs().collect();
+        let pairs: Vec<[usize; 2]> = self.contacts.unknown_forces.pairs().collect();
         for block in 0..self.dofs.bodies() {
             let owner = [self.dofs.owner(block)];
             // The force of a contact is on both of its bodies.

@@ -107,7 +107,7 @@ impl Steering {
         }
         if let Some(contacts) = contacts {
             let pressure = self.control.pressure * self.factor_scale;
-            contacts.network.pressure_into(&mut self.column, dofs, pressure);
+            contacts.unknown_forces.pressure_into(&mut self.column, dofs, pressure);
         }
         for (body, wrench) in &self.control.applied {
             dofs.scatter(&mut self.column, *body, (wrench * self.factor_scale).as_slice());

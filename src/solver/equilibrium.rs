@@ -3,8 +3,8 @@
 use crate::assembly::elastic::Relaxed;
 use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
-use crate::solver::hold::Hold;
 use crate::solver::newton::{Newton, NewtonEnd};
+use crate::solver::proximal::ProximalWeight;
 use crate::tensor::{self, Vector6};
 
 /// What the search for an equilibrium came to.
@@ -60,10 +60,10 @@ const SOFT_TOLERANCE: f64 = 1e-2;
 /// An augmentation that stopped because bodies went as far as they may, in a dwell, over one that did not.
 const ON_THE_WAY: f64 = 0.1;
 
-/// The bounds of falls where the strongest hold gets nowhere.
-const LATE_FALLS: [f64; 2] = [5e-3, 1e-3];
-/// Falls in the search for one equilibrium; each waits twice as long as the one before.
-const MOST_FALLS: u32 = 6;
+/// The bounds of dynamic relaxations where the largest proximal weight gets nowhere.
+const LATE_RELAXATIONS: [f64; 2] = [5e-3, 1e-3];
+/// Dynamic relaxations in the search for one equilibrium; each waits twice as long as the one before.
+const MOST_RELAXATIONS: u32 = 6;
 
 impl Newton<'_> {
     /// Brings the model into balance from its present configuration.
@@ -139,17 +139,17 @@ impl Newton<'_> {
     fn balance_to(&mut self, tolerance: f64) -> Equilibrium {
         let settings = self.settings;
         let elastic = self.model.has_elastic();
-        let mut hold = Hold::new(settings);
+        let mut proximal = ProximalWeight::new(settings);
         let mut on_the_way = 0;
         let mut history = Vec::new();
         // Whether forces are worth taking over: a solve has brought them towards balance.
         let mut fresh = false;
         let mut damage = DamageWatch::new(self.model, settings);
         self.gather();
-        let mut falls = 0;
-        // Whether the strongest hold got nowhere.
+        let mut relaxations = 0;
+        // Whether the largest proximal weight got nowhere.
         let mut exhausted = false;
-        let mut next_fall = settings.falls_after.filter(|_| self.can_fall());
+        let mut next_relaxation = settings.relaxes_after.filter(|_| self.can_relax());
         let ended = |converged, balance, history: Vec<f64>, surface_energy| Equilibrium {
             converged,
             balance,
@@ -198,35 +198,36 @@ impl Newton<'_> {
             }
             let balance = self.balance();
             self.counters.augmentations += 1;
-            let limits = if exhausted { LATE_FALLS } else { settings.fall_bounds };
-            let due = next_fall.is_some_and(|next| whole > next);
+            let limits = if exhausted { LATE_RELAXATIONS } else { settings.relaxation_bounds };
+            let due = next_relaxation.is_some_and(|next| whole > next);
             if exhausted || due && balance.out_of_balance > limits[0] {
                 exhausted = false;
-                falls += 1;
-                let next = |after: usize| whole + (after.max(1) << falls);
-                next_fall = settings.falls_after.filter(|_| falls < MOST_FALLS).map(next);
-                let (from, steps) = (balance.out_of_balance, self.counters.falling_steps);
-                let end = self.fall(limits[1], settings.fall_steps);
-                let (steps, to) = (self.counters.falling_steps - steps, self.balance().out_of_balance);
+                relaxations += 1;
+                let next = |after: usize| whole + (after.max(1) << relaxations);
+                next_relaxation = settings.relaxes_after.filter(|_| relaxations < MOST_RELAXATIONS).map(next);
+                let (from, steps) = (balance.out_of_balance, self.counters.relaxation_steps);
+                let end = self.relax_dynamically(limits[1], settings.relaxation_steps);
+                let (steps, to) = (self.counters.relaxation_steps - steps, self.balance().out_of_balance);
                 tracing::debug!(from, to, steps, ?end, "fall");
-                (hold, fresh) = (Hold::new(settings), false);
+                (proximal, fresh) = (ProximalWeight::new(settings), false);
                 continue;
             }
             let target = balance.target(settings, tolerance);
-            let end = self
-                .solve(hold.weight, target, |n| n.balance().out_of_balance < tolerance && n.control_is_met());
+            let end = self.solve(proximal.weight, target, |n| {
+                n.balance().out_of_balance < tolerance && n.control_is_met()
+            });
             tracing::trace!(
                 out_of_balance = balance.out_of_balance,
-                weight = hold.weight,
+                weight = proximal.weight,
                 ?end,
                 factorisations = self.counters.factorisations,
                 body = balance.worst_body,
                 moved = self.reach(&self.away, balance.worst_body),
                 "augmentation"
             );
-            let drives = !self.can_fall() && self.balance().out_of_balance > balance.out_of_balance;
-            if !hold.after(end, drives, settings) {
-                if next_fall.is_none() || !settings.falls_when_stuck {
+            let drives = !self.can_relax() && self.balance().out_of_balance > balance.out_of_balance;
+            if !proximal.after(end, drives, settings) {
+                if next_relaxation.is_none() || !settings.relaxes_when_stuck {
                     return ended(false, balance, history, self.surface_energy());
                 }
                 exhausted = true;

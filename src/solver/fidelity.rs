@@ -1,17 +1,20 @@
-//! Which bodies deform: chosen from what each would neglect as a rigid body, and from how near it is to damage.
+//! Which bodies deform: chosen from what each would omit as a rigid body, and from how near it is to damage.
 //!
-//! **Estimated error.** What the bodies that rest neglect (`assembly::fidelity`) acts on the contact network as displacements put between
-//! its bodies. One factorisation of the tangent of the accepted state tells how the forces between bodies answer, to first order; the change
-//! over the forces, root of summed squares over the pairs, is the estimate. It is exact for a linear network, a first-order one for contacts that slip or come and
-//! go. Bodies with the largest share of the change, computed as if all rested, are condensed until the estimate for those
-//! left keeps within the accuracy (marking after Doerfler 1996).
+//! **Estimated error.** What the bodies that rest omit (`assembly::fidelity`) acts on the contact network as
+//! displacements put between its bodies. One factorisation of the tangent of the accepted state tells how the
+//! forces between bodies answer, to first order; the change over the forces, root of summed squares over the
+//! pairs, is the estimate. It is exact for a linear network, a first-order one for contacts that slip or come
+//! and go. Bodies with the largest share of the change, computed as if all rested, are condensed until the
+//! estimate for those left keeps within the accuracy (marking after Doerfler 1996).
 //!
 //! **Damage.** The strains of a body that rests are exact under the forces that act on it. It is condensed from half its damage threshold
 //! on, and always once damaged (but for collapses, in which brittle bodies are rigid: `triaxial::test::collapse`).
 //!
-//! A change of fidelity leaves forces as they are, so what was neglected before stays in them, and what would be neglected from then on is made
-//! up for: both are kept with the contacts and counted in the estimate. Hence an increment whose outcome shows the error beyond the accuracy, or a
-//! resting body beyond its damage threshold, is to be repeated with these bodies condensed from its start. Both limits have a lower one for going back to rest.
+//! A change of fidelity leaves forces as they are, so what was omitted before stays in them, and what would
+//! be omitted from then on is made up for: both are kept with the contacts and counted in the estimate. Hence
+//! an increment whose outcome shows the error beyond the accuracy, or a resting body beyond its damage
+//! threshold, is to be repeated with these bodies condensed from its start. Both limits have a lower one for
+//! going back to rest.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,7 +22,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 
 use crate::assembly::elastic::spread_over;
-use crate::assembly::spot::SurfaceLoads;
+use crate::assembly::place::SurfaceLoads;
 use crate::assembly::{Contacts, Dofs, ForceChange, OVERESTIMATE, Recovery, is_free_to_change};
 use crate::contact::ContactKey;
 use crate::grain::DamagedGrain;
@@ -32,9 +35,9 @@ use crate::tensor::Vec3;
 const NEAR_DAMAGE: f64 = 0.5;
 const FAR_FROM_DAMAGE: f64 = 0.3;
 /// Shares of the accuracy: beyond the first bodies are condensed, until the estimate is below the second; what fits in the third may rest.
-const CROWDED: f64 = 0.85;
+const CONDENSE_BEYOND: f64 = 0.85;
 const AIM: f64 = 0.7;
-const QUIET: f64 = 0.35;
+const REST_WITHIN: f64 = 0.35;
 /// Times that the set left to rest is made smaller where the estimate for it is still beyond the aim.
 const MOST_SHRINKS: usize = 6;
 
@@ -115,7 +118,7 @@ pub fn judge(
         verdict.error_at_rest = relative(&all);
         verdict.error = relative(&network.present());
         let shares = Shares::new(&all, &free);
-        if verdict.error > CROWDED * accuracy {
+        if verdict.error > CONDENSE_BEYOND * accuracy {
             let mut budget = AIM * accuracy;
             for _ in 0..MOST_SHRINKS {
                 let left = shares.within(budget, |body| free[body] && !near(body));
@@ -127,8 +130,9 @@ pub fn judge(
                 budget *= 0.7;
             }
         } else {
-            let quiet = shares.within(QUIET * accuracy, |body| free[body] && used[body] < FAR_FROM_DAMAGE);
-            (0..rests.len()).for_each(|body| rests[body] = quiet[body] && free[body] && !resting[body]);
+            let may_rest =
+                shares.within(REST_WITHIN * accuracy, |body| free[body] && used[body] < FAR_FROM_DAMAGE);
+            (0..rests.len()).for_each(|body| rests[body] = may_rest[body] && free[body] && !resting[body]);
         }
     }
     let numbers = |flags: &[bool]| (0..flags.len()).filter(|&body| flags[body]).collect::<Vec<_>>();
@@ -170,23 +174,23 @@ impl<'a, 'n> Network<'a, 'n> {
         Some(Network { newton, recovery })
     }
 
-    /// How the contacts' forces would change, did the bodies not neglect what they do.
+    /// How the contacts' forces would change, did the bodies not omit what they do.
     fn present(&mut self) -> Vec<ForceChange> {
         self.respond(&self.recovery.present(&self.newton.contacts, self.newton.model))
     }
 
     /// The same, had those bodies been at rest from the first that `rests` says.
     fn changes(&mut self, rests: &[bool]) -> Vec<ForceChange> {
-        self.respond(&self.recovery.neglected(&self.newton.contacts, rests))
+        self.respond(&self.recovery.omitted(&self.newton.contacts, rests))
     }
 
-    fn respond(&mut self, neglected: &[Vec3]) -> Vec<ForceChange> {
+    fn respond(&mut self, omitted: &[Vec3]) -> Vec<ForceChange> {
         let dofs: Dofs = self.newton.dofs.clone();
-        let mut step = self.newton.contacts.neglected_forces(&dofs, neglected);
+        let mut step = self.newton.contacts.forces_of_omitted(&dofs, omitted);
         if self.newton.respond(&mut step).is_none() {
             step.fill(f64::NAN);
         }
-        self.newton.contacts.force_changes(&dofs, &step, neglected)
+        self.newton.contacts.force_changes(&dofs, &step, omitted)
     }
 }
 

@@ -126,7 +126,7 @@ pub fn advance(
     let Increment { model, committed, loads, settings } = *increment;
     let mut lent = std::mem::take(contacts);
     lent.first_scale = settings.first_penalty.recip();
-    lent.travel = settings.travel;
+    lent.step_length = settings.step_length;
     let searches = lent.searches;
     let mut newton = None;
     let mut last_start = committed.poses.clone();

@@ -4,7 +4,7 @@
 //! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
 use crate::assembly::{self, Contacts, Dofs, Kernel, PairWork, TooClose};
-use crate::model::{Committed, Counters, Loads, Model, Travel};
+use crate::model::{Committed, Counters, Loads, Model, StepLength};
 use crate::solver::Settings;
 use crate::solver::control::Steering;
 use crate::solver::tangent::System;
@@ -15,7 +15,7 @@ use std::time::Instant;
 /// The state of a solve and its buffers.
 pub struct Newton<'a> {
     pub model: &'a Model,
-    /// What the increment began from, or the state in which a fall last re-based friction.
+    /// What the increment began from, or the state in which a dynamic relaxation last re-based friction.
     pub committed: Cow<'a, Committed>,
     /// With the control's load factor as it is at `poses`.
     pub loads: Loads,
@@ -123,7 +123,7 @@ impl<'a> Newton<'a> {
             return;
         }
         if self.contacts.gather(self.model, &self.loads, &self.poses) {
-            self.dofs.renew_contacts(self.contacts.network.owners());
+            self.dofs.renew_contacts(self.contacts.unknown_forces.owners());
             self.away.clear();
             self.away.resize(self.dofs.count() + usize::from(self.steering.is_some()), 0.0);
         }
@@ -169,10 +169,10 @@ impl<'a> Newton<'a> {
         let mut held = self.residual.clone();
         // Nothing holds the load factor, the last entry with a control, back.
         for carrier in 0..self.dofs.carriers() {
-            let hold = weight_of(&self.weights, carrier)
+            let proximal = weight_of(&self.weights, carrier)
                 * self.model.holding_stiffness(carrier, self.typical_stiffness);
             for &unknown in self.dofs.of(carrier).iter().flatten() {
-                held[unknown as usize] -= hold * self.away[unknown as usize];
+                held[unknown as usize] -= proximal * self.away[unknown as usize];
             }
         }
         held
@@ -191,7 +191,7 @@ impl<'a> Newton<'a> {
         let reach: Vec<f64> = (0..self.dofs.carriers()).map(|carrier| self.reach(step, carrier)).collect();
         let walls = usize::from(self.model.wall.is_some());
         let bodies = reach[..self.model.bodies.len() + walls].iter().enumerate();
-        let lengths = self.settings.travel.lengths(self.model);
+        let lengths = self.settings.step_length.lengths(self.model);
         let mut factor = bodies.fold(1.0, |f: f64, (i, &m)| f.min(self.settings.motion_cap * lengths[i] / m));
         if let Some(membrane) = &self.model.membrane {
             factor = factor.min(self.contacts.membrane.largest_factor(membrane, &reach));
@@ -205,9 +205,9 @@ impl<'a> Newton<'a> {
 
     /// How near two bodies may be to passing through each other [m].
     pub(super) fn room(&self, pair: &PairWork) -> f64 {
-        match self.settings.travel {
-            Travel::Alike => pair.nearest,
-            Travel::Own => pair.room(self.model, &self.poses),
+        match self.settings.step_length {
+            StepLength::Smallest => pair.nearest,
+            StepLength::PerBody => pair.room(self.model, &self.poses),
         }
     }
 
@@ -284,7 +284,7 @@ impl<'a> Newton<'a> {
             if best.0 < merits.last().copied().unwrap_or(first) {
                 self.go_to(best.1, best.2);
             }
-            // Under the strongest hold any progress counts; there is nothing left to try.
+            // Under the largest proximal weight any progress counts; there is nothing left to try.
             let enough = if weight >= self.settings.proximal_max { 0.9 } else { 0.25 };
             if best.0 < enough * first {
                 end = NewtonEnd::Reduced;
@@ -300,7 +300,7 @@ impl<'a> Newton<'a> {
     pub(super) fn recentre(&mut self) {
         self.away.iter_mut().for_each(|d| *d = 0.0);
         self.steering.iter_mut().for_each(Steering::recentre);
-        self.contacts.network.recentre();
+        self.contacts.unknown_forces.recentre();
     }
 
     pub(super) fn go_to(&mut self, poses: Vec<Pose>, away: Vec<f64>) {
@@ -312,7 +312,7 @@ impl<'a> Newton<'a> {
 
     /// Sets the loads to those of the control's unknown in `away`, and contacts' forces to theirs.
     fn steer(&mut self) {
-        self.contacts.network.move_by(&self.dofs, &self.away);
+        self.contacts.unknown_forces.move_by(&self.dofs, &self.away);
         if let (Some(steering), Some(away)) = (&mut self.steering, self.away.last()) {
             steering.move_to(*away, &mut self.loads);
         }

@@ -7,7 +7,7 @@
 //! Displacements of bodies that follow the forces by steps go straight along with them. Where they are solved for by augmentations, at the end of a step
 //! only, the mean of the forces at both ends of the increment stands in, and tells nothing of what snaps in it.
 
-use crate::assembly::spot::SurfaceField;
+use crate::assembly::place::SurfaceField;
 use crate::assembly::{self, PairWork};
 use crate::solver::newton::Newton;
 use crate::solver::pace::motion_between;
@@ -60,7 +60,7 @@ impl Path {
 
     /// The same of each.
     fn ways<'a>(&'a self, newton: &'a Newton<'_>) -> impl Iterator<Item = f64> + 'a {
-        let lengths = newton.settings.travel.lengths(newton.model);
+        let lengths = newton.settings.step_length.lengths(newton.model);
         let ways = self.poses.iter().zip(&newton.poses).zip(&newton.model.shapes).zip(lengths);
         ways.map(|(((from, to), shape), length)| {
             let (shift, turn) = motion_between(from, to);

@@ -1,5 +1,5 @@
-//! Newton's method alone, without hold, cap or line search: what its steps do to the forces out of balance tells how good the
-//! tangent is.
+//! Newton's method alone, without proximal term, cap or line search: what its steps do to the forces out of
+//! balance tells how good the tangent is.
 
 use crate::assembly::Contacts;
 use crate::solver::increment::Increment;

@@ -1,13 +1,13 @@
 //! Tolerances and limits of the solver.
 
-use crate::model::Travel;
+use crate::model::StepLength;
 use crate::solver::damage::DamageSettings;
 use crate::solver::stabilised::Stabilisation;
 use crate::solver::stop::StopSignal;
 
-/// Steps of a fall after which friction is re-based where it is to work along the way.
-pub const FALL_REBASE: usize = 20;
-/// Most steps of a fall while grains are seated.
+/// Steps of a dynamic relaxation after which friction is re-based where it is to work along the way.
+pub const RELAXATION_REBASE: usize = 20;
+/// Most steps of a dynamic relaxation while grains are seated.
 const SEATING_STEPS: usize = 5000;
 
 /// Everything that can be set; docs/decisions/0150-proximal-snaps.md and its neighbours have what the defaults were measured against.
@@ -24,28 +24,32 @@ pub struct Settings {
     pub max_augmentations: usize,
     /// Augmentations of a dwell, where even the smallest increment was given up; zero: none. Scenes only.
     pub max_dwell: usize,
-    /// Whether this is a dwell: contacts begin soft, holds fall as far as they have to, and augmentations that stop because bodies
-    /// went as far as they may count a tenth.
+    /// Whether this is a dwell: contacts begin soft, proximal weights fall as far as they have to, and
+    /// augmentations that stop because bodies went as far as they may count a tenth.
     pub dwells: bool,
-    /// Augmentations before bodies that are far from balance fall (`solver::fall`); `None`: never.
-    pub falls_after: Option<usize>,
-    /// Whether bodies that may fall do so, however near to balance, where the strongest hold gets nowhere.
-    pub falls_when_stuck: bool,
-    /// Bodies fall where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
-    pub fall_bounds: [f64; 2],
-    /// Most steps of a fall.
-    pub fall_steps: usize,
-    /// Steps of a fall after which friction is re-based, so that it acts against the way from there on; `None`: not before a commit.
-    pub fall_rebase: Option<usize>,
+    /// Augmentations before bodies that are far from balance relax dynamically
+    /// (`solver::dynamic_relaxation`); `None`: never.
+    pub relaxes_after: Option<usize>,
+    /// Whether bodies that may relax dynamically do so, however near to balance, where the largest proximal
+    /// weight gets nowhere.
+    pub relaxes_when_stuck: bool,
+    /// Bodies relax dynamically where they are out of balance by more than the first, over the mean contact
+    /// force, until they are by less than the second.
+    pub relaxation_bounds: [f64; 2],
+    /// Most steps of a dynamic relaxation.
+    pub relaxation_steps: usize,
+    /// Steps of a dynamic relaxation after which friction is re-based, so that it acts against the way from
+    /// there on; `None`: not before a commit.
+    pub relaxation_rebase: Option<usize>,
     /// How increments are stabilised; `None`: each balances to `force_tolerance`.
     pub stabilisation: Option<Stabilisation>,
     /// Newton iterations in an augmentation.
     pub max_newton: usize,
     /// Backtracking steps in a line search.
     pub max_backtracks: usize,
-    /// Motion of a body in one Newton iteration over the length that `travel` says.
+    /// Motion of a body in one Newton iteration over the length that `step_length` says.
     pub motion_cap: f64,
-    pub travel: Travel,
+    pub step_length: StepLength,
     /// First proximal weight over the typical contact stiffness.
     pub proximal_start: f64,
     pub proximal_min: f64,
@@ -77,16 +81,16 @@ impl Default for Settings {
             max_augmentations: 600,
             max_dwell: 0,
             dwells: false,
-            falls_after: None,
-            falls_when_stuck: false,
-            fall_bounds: [0.1, 0.03],
-            fall_steps: 3000,
-            fall_rebase: None,
+            relaxes_after: None,
+            relaxes_when_stuck: false,
+            relaxation_bounds: [0.1, 0.03],
+            relaxation_steps: 3000,
+            relaxation_rebase: None,
             stabilisation: None,
             max_newton: 12,
             max_backtracks: 5,
             motion_cap: 0.6,
-            travel: Travel::default(),
+            step_length: StepLength::default(),
             proximal_start: 1e-4,
             proximal_min: 1e-5,
             proximal_max: 30.0,
@@ -114,15 +118,16 @@ impl Settings {
         }
     }
 
-    /// For grains that are brought into touch, from a rough balance on: where augmentations do not soon lead to it, they fall again.
-    pub fn falling_together(&self) -> Self {
+    /// For grains that are brought into touch, from a rough balance on: where augmentations do not soon lead
+    /// to it, they relax dynamically again.
+    pub fn relaxed_together(&self) -> Self {
         let tolerance = self.force_tolerance;
         Settings {
-            falls_after: Some(8),
-            falls_when_stuck: true,
-            fall_bounds: [3.0 * tolerance, tolerance],
-            fall_rebase: Some(FALL_REBASE),
-            fall_steps: SEATING_STEPS,
+            relaxes_after: Some(8),
+            relaxes_when_stuck: true,
+            relaxation_bounds: [3.0 * tolerance, tolerance],
+            relaxation_rebase: Some(RELAXATION_REBASE),
+            relaxation_steps: SEATING_STEPS,
             ..self.clone()
         }
     }
@@ -133,7 +138,7 @@ impl Settings {
             dwells: true,
             max_augmentations: self.max_dwell,
             proximal_min: 1e-9,
-            travel: Travel::Own,
+            step_length: StepLength::PerBody,
             ..self.clone()
         })
     }

@@ -147,7 +147,7 @@ impl Newton<'_> {
 
     /// Shortens the motion of each body to what it may go at once, and by the room that it has itself.
     fn clip(&self, step: &mut [f64], room: Room) {
-        let lengths = self.settings.travel.lengths(self.model);
+        let lengths = self.settings.step_length.lengths(self.model);
         let bodies = self.model.bodies.len();
         let mut reach: Vec<f64> = (0..bodies).map(|body| self.reach(step, body)).collect();
         let mut shares = vec![1.0; bodies];

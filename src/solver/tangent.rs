@@ -1,12 +1,13 @@
 //! The tangent of a Newton solve: assembled, factorised, solved for.
 //!
-//! Where contacts have their forces for unknowns, these are eliminated pair by pair and what is left of their coupling is iterated
-//! ([`crate::assembly::network::Lumps`]); otherwise, and where that does not converge, all unknowns are factorised together. Both solve the same system.
+//! Where contacts have their forces for unknowns, these are eliminated pair by pair and what is left of their
+//! coupling is iterated ([`crate::assembly::contact_forces::PairElimination`]); otherwise, and where that
+//! does not converge, all unknowns are factorised together. Both solve the same system.
 
 use std::time::Instant;
 
-use crate::assembly::network::Lumps;
-use crate::assembly::{self, BlockPattern, Dofs, Kernel, Network};
+use crate::assembly::contact_forces::PairElimination;
+use crate::assembly::{self, BlockPattern, ContactForces, Dofs, Kernel};
 use crate::linalg::lu::SolveFailure;
 use crate::linalg::{MultifrontalLu, gmres, norm};
 use crate::solver::newton::{Newton, weight_of};
@@ -20,7 +21,7 @@ pub(super) struct System {
     unknowns: Unknowns,
     pattern: BlockPattern,
     lu: MultifrontalLu,
-    lumps: Lumps,
+    elimination: PairElimination,
 }
 
 /// Which unknowns are factorised.
@@ -36,8 +37,9 @@ impl Newton<'_> {
     /// The Newton step for `held`, or `None` where the matrix is singular.
     pub(super) fn step(&mut self, held: &[f64]) -> Option<Vec<f64>> {
         self.contacts.update_tangents(self.model, &self.poses);
-        let (network, generation) = (&self.contacts.network, self.contacts.network.generation);
-        if !self.symmetrised && self.together_for != Some(generation) && network.can_be_split() {
+        let (unknown_forces, generation) =
+            (&self.contacts.unknown_forces, self.contacts.unknown_forces.generation);
+        if !self.symmetrised && self.together_for != Some(generation) && unknown_forces.can_be_split() {
             match self.step_by(Unknowns::Bodies, held) {
                 Ok(step) => return Some(step),
                 Err(failure) => tracing::debug!(?failure, "contact forces are not iterated"),
@@ -62,9 +64,10 @@ impl Newton<'_> {
         factorised?;
         let start = Instant::now();
         let mut step = held.to_vec();
-        self.contacts.network.complete(&mut step, &self.dofs);
-        let (network, motion) = (&self.contacts.network, ..self.dofs.count());
-        let mut solve = |right: &mut [f64]| system.solve_in_place(&self.values, network, &self.dofs, right);
+        self.contacts.unknown_forces.complete(&mut step, &self.dofs);
+        let (unknown_forces, motion) = (&self.contacts.unknown_forces, ..self.dofs.count());
+        let mut solve =
+            |right: &mut [f64]| system.solve_in_place(&self.values, unknown_forces, &self.dofs, right);
         let mut solved = solve(&mut step[motion]);
         if let (Ok(()), Some(steering)) = (&solved, &mut self.steering) {
             steering.update_border(self.model, &self.dofs, Some(&self.contacts), &self.poses);
@@ -81,7 +84,7 @@ impl Newton<'_> {
         let start = Instant::now();
         if let Some(pattern) = self.new_pattern(unknowns) {
             let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first)?;
-            self.system = Some(System { unknowns, pattern, lu, lumps: Lumps::default() });
+            self.system = Some(System { unknowns, pattern, lu, elimination: PairElimination::default() });
             self.contacts.timings.book(Kernel::Ordering, start);
         }
         Ok(())
@@ -89,7 +92,7 @@ impl Newton<'_> {
 
     /// The pattern of these unknowns for what couples now, or `None` where that of [`Self::system`] will do.
     fn new_pattern(&self, unknowns: Unknowns) -> Option<BlockPattern> {
-        let network = &self.contacts.network;
+        let unknown_forces = &self.contacts.unknown_forces;
         let covered = || self.model.cover.iter().flat_map(|c| c.coupled_bodies().map(|[a, b]| (a, b)));
         let touching =
             || self.contacts.pairs.iter().filter(|p| !p.tangents.is_empty()).map(|p| (p.a(), p.b()));
@@ -97,7 +100,7 @@ impl Newton<'_> {
         let pressing = || membrane().flat_map(|m| assembly::membrane_touching(m, &self.contacts));
         let pressed = || membrane().flat_map(|m| assembly::membrane_couplings(m, &self.contacts));
         let walled = || self.model.wall.iter().flat_map(|w| assembly::wall_couplings(w, &self.contacts.wall));
-        let eliminated = (unknowns == Unknowns::Bodies).then(|| network.lumped_couplings());
+        let eliminated = (unknowns == Unknowns::Bodies).then(|| unknown_forces.eliminated_couplings());
         let pairs = || touching().chain(covered()).chain(walled());
         let mut needed = pairs().chain(pressing()).chain(eliminated.into_iter().flatten());
         let fits = |s: &System| s.unknowns == unknowns && s.pattern.covers(&self.dofs, &mut needed);
@@ -106,10 +109,12 @@ impl Newton<'_> {
         }
         let couplings = pairs().chain(pressed());
         Some(match unknowns {
-            Unknowns::All(_) => BlockPattern::new(&self.dofs, couplings.chain(network.couplings(&self.dofs))),
+            Unknowns::All(_) => {
+                BlockPattern::new(&self.dofs, couplings.chain(unknown_forces.couplings(&self.dofs)))
+            }
             Unknowns::Bodies => {
                 let bodies = self.dofs.without_contacts();
-                BlockPattern::new(&bodies, couplings.chain(network.lumped_couplings()))
+                BlockPattern::new(&bodies, couplings.chain(unknown_forces.eliminated_couplings()))
             }
         })
     }
@@ -118,7 +123,7 @@ impl Newton<'_> {
     fn assemble(&mut self) -> Result<(), SolveFailure> {
         let start = Instant::now();
         let system = self.system.as_mut().ok_or(SolveFailure::Singular)?;
-        let System { unknowns, pattern, lumps, .. } = system;
+        let System { unknowns, pattern, elimination, .. } = system;
         let (values, model, dofs, contacts) = (&mut self.values, self.model, &self.dofs, &self.contacts);
         values.clear();
         values.resize(pattern.entries(), 0.0);
@@ -132,22 +137,22 @@ impl Newton<'_> {
         assembly::membrane_stiffness_into(values, model, pattern, dofs, contacts, &self.poses);
         assembly::wall_stiffness_into(values, model, pattern, dofs, &contacts.wall, &self.loads, &self.poses);
         match unknowns {
-            Unknowns::All(_) => contacts.network.stiffness_into(values, pattern, dofs),
+            Unknowns::All(_) => contacts.unknown_forces.stiffness_into(values, pattern, dofs),
             Unknowns::Bodies => {
-                if !contacts.network.lump_into(lumps) {
+                if !contacts.unknown_forces.eliminate_into(elimination) {
                     return Err(SolveFailure::Singular);
                 }
-                contacts.network.lumped_stiffness_into(values, pattern, dofs, lumps);
+                contacts.unknown_forces.eliminated_stiffness_into(values, pattern, dofs, elimination);
             }
         }
-        let hold = |carrier| {
+        let proximal = |carrier| {
             // The forces of contacts, which come behind the carriers, are not held.
             if carrier >= dofs.carriers() {
                 return 0.0;
             }
             weight_of(&self.weights, carrier) * model.holding_stiffness(carrier, self.typical_stiffness)
         };
-        pattern.add_diagonal(values, dofs, hold);
+        pattern.add_diagonal(values, dofs, proximal);
         if self.symmetrised {
             pattern.symmetrise(values);
         }
@@ -158,7 +163,7 @@ impl Newton<'_> {
     /// Turns forces on the unknowns into the motion that they cause, by the factor of the last [`Self::step`].
     pub(super) fn respond(&mut self, forces: &mut [f64]) -> Option<()> {
         let system = self.system.as_mut()?;
-        system.solve_in_place(&self.values, &self.contacts.network, &self.dofs, forces).ok()
+        system.solve_in_place(&self.values, &self.contacts.unknown_forces, &self.dofs, forces).ok()
     }
 }
 
@@ -170,14 +175,14 @@ impl System {
     fn solve_in_place(
         &mut self,
         values: &[f64],
-        network: &Network,
+        unknown_forces: &ContactForces,
         dofs: &Dofs,
         right: &mut [f64],
     ) -> Result<(), SolveFailure> {
         if self.unknowns != Unknowns::Bodies {
             return self.lu.solve_in_place(values, right).map(|_| ());
         }
-        let System { lu, lumps, .. } = self;
+        let System { lu, elimination, .. } = self;
         let scale = norm(right);
         if scale == 0.0 {
             return Ok(());
@@ -185,33 +190,34 @@ impl System {
         let (bodies, rows) = right.split_at_mut(lu.size());
         let (mut motion, mut forces) = (vec![0.0; bodies.len()], vec![0.0; rows.len()]);
         // P^-1 of rows of forces, and of bodies where `motion` holds these.
-        let mut split = |lumps: &mut Lumps, motion: &mut [f64], forces: &mut [f64], rows: &[f64]| {
-            lumps.held_into(forces, rows);
-            lumps.lift_into(motion, network, dofs, forces);
-            lu.substitute(motion);
-            lumps.follow(forces, dofs, motion);
-        };
+        let mut split =
+            |elimination: &mut PairElimination, motion: &mut [f64], forces: &mut [f64], rows: &[f64]| {
+                elimination.forces_into(forces, rows);
+                elimination.lift_into(motion, unknown_forces, dofs, forces);
+                lu.substitute(motion);
+                elimination.follow(forces, dofs, motion);
+            };
         motion.copy_from_slice(bodies);
-        split(lumps, &mut motion, &mut forces, rows);
+        split(elimination, &mut motion, &mut forces, rows);
         let mut across = vec![0.0; rows.len()];
-        lumps.across_into(&mut across, network, &forces);
+        elimination.across_into(&mut across, unknown_forces, &forces);
         across.iter_mut().for_each(|row| *row = -*row);
         let mut correction = vec![0.0; rows.len()];
         let target = 0.5 * LINEAR_TOLERANCE * scale;
         let found = gmres(&across, &mut correction, target, ITERATIONS, |rows, product| {
             motion.fill(0.0);
-            split(lumps, &mut motion, &mut forces, rows);
-            lumps.across_into(product, network, &forces);
+            split(elimination, &mut motion, &mut forces, rows);
+            elimination.across_into(product, unknown_forces, &forces);
             product.iter_mut().zip(rows).for_each(|(product, row)| *product += row);
         });
         tracing::trace!(iterations = found.iterations, left = found.left / scale, "contact forces iterated");
         // The solution by a refined solve, and what it leaves of the forces' rows.
         rows.iter_mut().zip(&correction).for_each(|(row, z)| *row += z);
-        lumps.held_into(&mut forces, rows);
-        lumps.lift_into(bodies, network, dofs, &forces);
+        elimination.forces_into(&mut forces, rows);
+        elimination.lift_into(bodies, unknown_forces, dofs, &forces);
         lu.solve_in_place(values, bodies)?;
-        lumps.follow(&mut forces, dofs, bodies);
-        lumps.across_into(&mut across, network, &forces);
+        elimination.follow(&mut forces, dofs, bodies);
+        elimination.across_into(&mut across, unknown_forces, &forces);
         across.iter_mut().zip(&correction).for_each(|(row, z)| *row += z);
         rows.copy_from_slice(&forces);
         if norm(&across) <= LINEAR_TOLERANCE * scale { Ok(()) } else { Err(SolveFailure::NotFinite) }

@@ -168,7 +168,7 @@ fn drag_rises_where_a_body_is_stuck() {
 
 /// Where a change of fidelity keeps contacts more open than the bodies are, or less, that is no overlap that they do not know of.
 #[test]
-fn a_lead_is_known_to_the_audit() {
+fn an_initial_overlap_is_known_to_the_audit() {
     let (model, committed, mut loads) = block_on_plate(0.65);
     loads.applied[1][2] = -5e3;
     let first = settle(&model, &committed, &loads);
@@ -177,7 +177,7 @@ fn a_lead_is_known_to_the_audit() {
     for share in [-0.3, 0.3] {
         let mut led = Committed { memory: first.memory.clone(), ..Committed::new(first.poses.clone()) };
         let points = led.memory.values_mut().flat_map(|pair| &mut pair.points);
-        points.for_each(|point| point.lead = share * depth);
+        points.for_each(|point| point.initial_overlap = share * depth);
         let second = settle(&model, &led, &loads);
         assert!(second.converged(), "{:?}", second.status);
         let sunk = first.poses[1].position.z - second.poses[1].position.z;
@@ -211,8 +211,8 @@ fn iterated_contact_forces_are_those_of_a_factor() {
     let [split, whole] = [false, true].map(|together| {
         let mut newton = newton();
         let held = newton.residual.clone();
-        assert!(newton.contacts.network.can_be_split() && newton.contacts.network.count() > 8);
-        newton.together_for = together.then_some(newton.contacts.network.generation);
+        assert!(newton.contacts.unknown_forces.can_be_split() && newton.contacts.unknown_forces.count() > 8);
+        newton.together_for = together.then_some(newton.contacts.unknown_forces.generation);
         newton.weights = vec![1e-3];
         let step = newton.step(&held).expect("regular");
         let mut response = held.iter().enumerate().map(|(k, _)| (k as f64).sin()).collect::<Vec<f64>>();
@@ -298,52 +298,54 @@ fn a_block_falls_onto_a_plate() {
     let rest = settle(&model, &committed, &loads);
     assert_eq!(rest.status, StepStatus::Converged);
     committed.poses[1].position.z += 0.02;
-    let falling = Settings { falls_after: Some(1), ..Settings::default() };
+    let falling = Settings { relaxes_after: Some(1), ..Settings::default() };
     let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &falling };
     let start = || vec![committed.poses.clone()];
     let fell = advance(&increment, start(), &mut Contacts::default());
     assert_eq!(fell.status, StepStatus::Converged, "{:?}", fell.history);
-    assert!(fell.counters.falling_steps > 10, "{:?}", fell.counters);
+    assert!(fell.counters.relaxation_steps > 10, "{:?}", fell.counters);
     // A force that misses by 1e-3 moves the block by that share of what its contacts yield.
     let yielded = committed.poses[1].position.z - 0.02 - rest.poses[1].position.z;
     let apart = fell.poses[1].position.z - rest.poses[1].position.z;
     assert!(yielded > 1e-6 && apart.abs() < 2e-3 * yielded, "{apart} of {yielded}");
 
     // Friction re-based at every step has no more to say than nothing slides: the same rest.
-    let rebased = Settings { fall_rebase: Some(1), ..falling.clone() };
+    let rebased = Settings { relaxation_rebase: Some(1), ..falling.clone() };
     let increment = Increment { settings: &rebased, ..increment };
     let same = advance(&increment, start(), &mut Contacts::default());
-    assert!(same.converged() && same.counters.falling_steps > 10, "{:?}", same.counters);
+    assert!(same.converged() && same.counters.relaxation_steps > 10, "{:?}", same.counters);
     assert!((same.poses[1].position.z - rest.poses[1].position.z).abs() < 2e-3 * yielded);
 }
 
-/// Newton's method that may do no iteration gets nowhere under any hold. A block 20 um above the plate then falls onto it, down to the tolerance of an
-/// increment, where it may, though it is no time yet for a fall; else the increment is given up.
+/// Newton's method that may do no iteration gets nowhere under any proximal weight. A block 20 um above the
+/// plate then falls onto it, down to the tolerance of an increment, where it may, though it is no time yet
+/// for a dynamic relaxation; else the increment is given up.
 #[test]
-fn a_body_that_no_hold_helps_falls() {
+fn a_body_that_no_proximal_weight_helps_falls() {
     let (model, mut committed, mut loads) = block_on_plate(0.65);
     loads.applied[1].z = -1e4;
     let rest = settle(&model, &committed, &loads);
     committed.poses[1].position.z += 2e-5;
-    for falls_when_stuck in [false, true] {
+    for relaxes_when_stuck in [false, true] {
         let settings =
-            Settings { max_newton: 0, falls_after: Some(1000), falls_when_stuck, ..Settings::default() };
+            Settings { max_newton: 0, relaxes_after: Some(1000), relaxes_when_stuck, ..Settings::default() };
         let increment =
             Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
         let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
-        assert_eq!(report.converged(), falls_when_stuck, "{:?}", report.history);
-        assert_eq!(report.counters.falling_steps > 0, falls_when_stuck);
-        if falls_when_stuck {
+        assert_eq!(report.converged(), relaxes_when_stuck, "{:?}", report.history);
+        assert_eq!(report.counters.relaxation_steps > 0, relaxes_when_stuck);
+        if relaxes_when_stuck {
             let apart = (report.poses[1].position - rest.poses[1].position).norm();
             assert!(apart < 1e-6, "{apart}");
         }
     }
 }
 
-/// A block set down sideways slides and comes to rest; what its fall loses to friction is then friction force times way, however
-/// often friction was re-based: the books of a way in one direction do not depend on it.
+/// A block set down sideways slides and comes to rest; what its dynamic relaxation loses to friction is then
+/// friction force times way, however often friction was re-based: the books of a way in one direction do not
+/// depend on it.
 #[test]
-fn a_fall_books_the_friction_of_its_way() {
+fn dynamic_relaxation_books_the_friction_of_its_way() {
     let (model, committed, mut loads) = block_on_plate(0.3);
     loads.applied[1].z = -1e4;
     let rest = settle(&model, &committed, &loads);
@@ -351,13 +353,13 @@ fn a_fall_books_the_friction_of_its_way() {
     let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
     // A force beyond the bound: it slides until the steps are used up.
     loads.applied[1].x = 1.2 * 0.3 * 1e4;
-    let slid = |fall_rebase: Option<usize>| {
+    let slid = |relaxation_rebase: Option<usize>| {
         let settings = Settings {
-            falls_after: Some(0),
-            fall_bounds: [1e-3, 1e-4],
-            fall_steps: 100,
+            relaxes_after: Some(0),
+            relaxation_bounds: [1e-3, 1e-4],
+            relaxation_steps: 100,
             max_augmentations: 1,
-            fall_rebase,
+            relaxation_rebase,
             ..Settings::default()
         };
         let increment =
@@ -377,7 +379,7 @@ fn a_fall_books_the_friction_of_its_way() {
 
 /// What contacts set free by getting softer is booked once, whether or not friction is re-based on the way.
 #[test]
-fn a_fall_books_what_contacts_set_free_by_softening() {
+fn dynamic_relaxation_books_what_contacts_set_free_by_softening() {
     let (mut model, committed, mut loads) = block_on_plate(0.3);
     let mesh = grain_mesh(&model.bodies[1].nominal, 60).expect("a mesh");
     let elastic = Elastic::new(3e10, 0.2).expect("allowed");
@@ -433,7 +435,7 @@ fn cores_of_bodies_that_had_bent_stay_apart() {
     model.begin_damage();
     let (roundings, bent, stiffness) = (2.0 * ROUNDING, 0.35 * 2.0 * ROUNDING, model.contact_stiffness(0, 1));
     let points = committed.memory.values_mut().flat_map(|pair| &mut pair.points);
-    let count = points.map(|point| point.lead = -bent).count() as f64;
+    let count = points.map(|point| point.initial_overlap = -bent).count() as f64;
     assert_eq!(count, 4.0);
     loads.applied[1].z = -count * stiffness * 0.5 * roundings;
     let settings = Settings {

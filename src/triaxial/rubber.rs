@@ -241,7 +241,7 @@ mod tests {
         (rig, laid)
     }
 
-    /// Scene 14 of the ladder: a strip open by 15 mm. A thin membrane under 0.8 MPa says what it cannot do;
+    /// A strip open by 15 mm. A thin membrane under 0.8 MPa says what it cannot do;
     /// a stiff one spans the opening and rests on the prism.
     #[test]
     fn membrane_over_an_opening_holds_or_says_that_it_cannot() {

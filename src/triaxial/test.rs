@@ -100,12 +100,12 @@ pub struct Test {
     turning: Option<f64>,
     /// Largest friction angle since strains count [rad].
     peak_friction_angle: f64,
-    under_way: Option<UnderWay>,
+    progress: Option<StageProgress>,
 }
 
 /// A stage after its last accepted increment: with the rig's state all that it takes to go on with it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct UnderWay {
+struct StageProgress {
     drive: Drive,
     pace: Pace,
     watch: Watch,
@@ -124,7 +124,7 @@ struct UnderWay {
     woken: usize,
 }
 
-impl UnderWay {
+impl StageProgress {
     /// Share of the next increment; `None` where the stage is over.
     fn next(&self) -> Option<f64> {
         let next = self.pace.next().filter(|_| !self.watch.done)?;
@@ -172,7 +172,7 @@ impl Test {
             loaded: true,
             turning: None,
             peak_friction_angle: f64::NEG_INFINITY,
-            under_way: None,
+            progress: None,
         }
     }
 
@@ -192,7 +192,7 @@ impl Test {
 
     /// Whether a stage was interrupted; the next [`Test::run`] goes on with it.
     pub fn is_under_way(&self) -> bool {
-        self.under_way.is_some()
+        self.progress.is_some()
     }
 
     /// Runs a stage, or the rest of the one that was interrupted; `observe` is called after each accepted
@@ -203,81 +203,81 @@ impl Test {
         stage: &Stage,
         observe: &mut dyn FnMut(&Rig, &StepReport<'_>) -> bool,
     ) -> StageEnd {
-        let Some(mut way) = self.under_way.take().or_else(|| self.begin(rig, stage)) else {
+        let Some(mut progress) = self.progress.take().or_else(|| self.begin(rig, stage)) else {
             return StageEnd::Finished;
         };
-        if let Some(reason) = way.watch.contradicts(way.drive.axial_strain()) {
+        if let Some(reason) = progress.watch.contradicts(progress.drive.axial_strain()) {
             return StageEnd::Stopped { reason };
         }
         loop {
-            let broke = match self.break_up(rig, &way) {
+            let broke = match self.break_up(rig, &progress) {
                 Ok(broke) => broke,
                 Err(error) => return StageEnd::Stopped { reason: error.to_string() },
             };
             if broke {
-                way.last = None;
-                self.mend_cover(rig, &way.drive);
+                progress.last = None;
+                self.mend_cover(rig, &progress.drive);
             }
-            let goes_on = way.next().map(|share| (share, way.pace.after(share)));
-            let Some((share, to)) = goes_on.or_else(|| way.aftermath(broke)) else { break };
-            let attempt = self.attempt(rig, &way, share, to);
+            let goes_on = progress.next().map(|share| (share, progress.pace.after(share)));
+            let Some((share, to)) = goes_on.or_else(|| progress.aftermath(broke)) else { break };
+            let attempt = self.attempt(rig, &progress, share, to);
             let mut report = match attempt {
                 Ok(report) => report,
                 Err(_) if rig.settings.stop.is_raised() => {
-                    self.under_way = Some(way);
+                    self.progress = Some(progress);
                     return StageEnd::Interrupted;
                 }
                 Err(miss) => {
-                    way.spent.add(&miss.counters);
-                    if way.watch.gives_up_landing() || way.pace.cut(share) {
+                    progress.spent.add(&miss.counters);
+                    if progress.watch.gives_up_landing() || progress.pace.cut(share) {
                         continue;
                     }
-                    let limit = way.drive.asked_stress();
-                    let limit = limit.map(|asked| self.describe_limit(rig, &way, asked));
+                    let limit = progress.drive.asked_stress();
+                    let limit = limit.map(|asked| self.describe_limit(rig, &progress, asked));
                     return StageEnd::Stopped { reason: limit.unwrap_or_default() + &miss.reason };
                 }
             };
-            let pressure = way.drive.pressure(to, report.factor);
+            let pressure = progress.drive.pressure(to, report.factor);
             let verdict = rig.judge(&report, pressure);
-            if verdict.urgent && way.repeats < MOST_REPEATS {
-                way.spent.add(&report.counters);
-                way.repeats += 1;
+            if verdict.urgent && progress.repeats < MOST_REPEATS {
+                progress.spent.add(&report.counters);
+                progress.repeats += 1;
                 let transition = rig.change_fidelity([&verdict.wake, &[]]);
                 self.start_elastic += transition.energy;
-                way.woken += transition.woken;
+                progress.woken += transition.woken;
                 continue;
             }
-            let trial = self.weigh(rig, &way, &report, share, to);
-            if way.watch.overshoots(share, &trial.measures) {
-                way.spent.add(&report.counters);
+            let trial = self.weigh(rig, &progress, &report, share, to);
+            if progress.watch.overshoots(share, &trial.measures) {
+                progress.spent.add(&report.counters);
                 continue;
             }
             let refused = trial.creates_energy || (trial.poorly_closed && self.energy_gate.cuts);
-            if refused && way.pace.cut(share) {
+            if refused && progress.pace.cut(share) {
                 tracing::debug!(share, gap = trial.energy_gap, "refused for its energy");
-                way.spent.add(&report.counters);
-                way.watch.limit = None;
+                progress.spent.add(&report.counters);
+                progress.watch.limit = None;
                 continue;
             }
-            if way.is_over() {
-                way.aftermaths += 1;
+            if progress.is_over() {
+                progress.aftermaths += 1;
             } else {
-                report.counters.cuts = way.pace.accept(share, report.is_easy());
+                report.counters.cuts = progress.pace.accept(share, report.is_easy());
             }
             let m = &trial.measures;
-            way.watch.accept(m);
-            let response = way.curve.push(
+            progress.watch.accept(m);
+            let response = progress.curve.push(
                 m.axial_strain,
                 m.volumetric_strain,
                 m.deviatoric_stress,
                 m.confining_pressure,
             );
-            self.peak_friction_angle = way.curve.peak();
+            self.peak_friction_angle = progress.curve.peak();
             let is_there = |grain: usize| rig.model.bodies[grain].kind != BodyKind::Gone;
             let frames = rig.model.frames(&report.poses);
             let local_strains = self.zero.neighbourhood.local_strains(&frames, is_there);
             let mut counters = report.counters;
-            counters.add(&way.spent);
+            counters.add(&progress.spent);
             let row = Row {
                 measures: *m,
                 picture: Picture::of(rig, &rig.contacts, &report.poses, m, &self.zero, &local_strains),
@@ -295,34 +295,34 @@ impl Test {
                 sliding_fraction: report.measures.sliding_fraction,
                 max_penetration: report.measures.max_penetration,
                 mean_contact_force: report.measures.mean_force,
-                progress: way.watch.progress(way.pace.done()),
-                path: way.pace.done(),
+                progress: progress.watch.progress(progress.pace.done()),
+                path: progress.pace.done(),
             };
-            way.last = Some(self.commit(rig, &way.drive, &report, &trial, share));
-            way.spent = Counters::default();
-            let early = [std::mem::take(&mut way.repeats), std::mem::take(&mut way.woken)];
+            progress.last = Some(self.commit(rig, &progress.drive, &report, &trial, share));
+            progress.spent = Counters::default();
+            let early = [std::mem::take(&mut progress.repeats), std::mem::take(&mut progress.woken)];
             let transition = rig.change_fidelity([&verdict.wake, &verdict.rest]);
             self.start_elastic += transition.energy;
-            self.under_way = Some(way);
+            self.progress = Some(progress);
             let fidelity = FidelityCounts::of(&rig.model, &verdict, &transition, early);
             let row = Row { damage: rig.model.damage_counts(), fidelity, ledger: self.ledger, ..row };
             let step = StepReport { row, increment: &report, local_strains: &local_strains, test: self };
             let goes_on = observe(rig, &step);
-            match self.under_way.take() {
-                Some(left) if goes_on || (left.is_over() && rig.failing.is_empty()) => way = left,
+            match self.progress.take() {
+                Some(left) if goes_on || (left.is_over() && rig.failing.is_empty()) => progress = left,
                 left => {
-                    self.under_way = left;
+                    self.progress = left;
                     return StageEnd::Interrupted;
                 }
             }
         }
-        way.watch.end(stage)
+        progress.watch.end(stage)
     }
 
     /// Why a loaded plate may go no further, where more deviatoric stress is `asked` for [Pa].
-    fn describe_limit(&self, rig: &Rig, way: &UnderWay, asked: f64) -> String {
+    fn describe_limit(&self, rig: &Rig, progress: &StageProgress, asked: f64) -> String {
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram).deviatoric_stress;
-        let (tangent, secant) = (way.curve.tangent_modulus(), way.curve.secant_modulus());
+        let (tangent, secant) = (progress.curve.tangent_modulus(), progress.curve.secant_modulus());
         let mut text = format!(
             "no balance was found beyond a deviatoric stress of {now:.4e} Pa, {asked:.4e} Pa are asked for"
         );
@@ -338,7 +338,7 @@ impl Test {
     }
 
     /// Resolves a stage against the present state; `None` where there is nothing to do.
-    fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<UnderWay> {
+    fn begin(&mut self, rig: &Rig, stage: &Stage) -> Option<StageProgress> {
         let origin = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let drive = Drive::new(stage, origin, self.zero.height, self.turning);
         let watch = Watch::new(&stage.until, origin.deviatoric_stress, origin.pressure);
@@ -352,7 +352,7 @@ impl Test {
         let start = Measures::of(rig, &origin, &self.zero);
         curve.push(start.axial_strain, start.volumetric_strain, origin.deviatoric_stress, origin.pressure);
         let pace = drive.pace(&stage.steps, 0.5f64.powi(rig.settings.max_cuts as i32));
-        Some(UnderWay {
+        Some(StageProgress {
             drive,
             pace,
             watch,
@@ -431,10 +431,10 @@ impl Test {
             damage: DamageSettings { moves: false, ..rig.settings.damage },
             ..rig.settings.clone()
         };
-        let rough = fine.for_seating().falling_together();
-        let fine = fine.falling_together();
-        let fall_bounds = rig.settings.fall_bounds;
-        let mut settings = Settings { falls_after: Some(0), fall_bounds, ..rough };
+        let rough = fine.for_seating().relaxed_together();
+        let fine = fine.relaxed_together();
+        let relaxation_bounds = rig.settings.relaxation_bounds;
+        let mut settings = Settings { relaxes_after: Some(0), relaxation_bounds, ..rough };
         loop {
             let increment = Increment {
                 model: &rig.model,
@@ -467,11 +467,11 @@ impl Test {
     fn attempt(
         &self,
         rig: &mut Rig,
-        way: &UnderWay,
+        progress: &StageProgress,
         share: f64,
         to: f64,
     ) -> std::result::Result<IncrementReport, Miss> {
-        let (drive, last) = (&way.drive, way.last.as_ref());
+        let (drive, last) = (&progress.drive, progress.last.as_ref());
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let continued = |now: f64, before: fn(&Last) -> f64| {
             last.map_or(now, |last| now + (now - before(last)) * (share / last.share))
@@ -502,7 +502,7 @@ impl Test {
         }
         if !report.converged() {
             let mut dossier = Dossier::of(&rig.model, &rig.contacts, &report, &rig.settings);
-            dossier.factorisations += way.spent.factorisations;
+            dossier.factorisations += progress.spent.factorisations;
             rig.dossier = Some(dossier);
             let reason = describe(rig, &report, drive.pressure(to, report.factor));
             return Err(Miss { reason, counters: report.counters });

@@ -71,9 +71,9 @@ fn state(friction: f64) -> PointState {
         faces: None,
         elastic: Vec3::new(1e-7, 2e-7, -3e-7),
         elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
-        lead: 0.0,
+        initial_overlap: 0.0,
         compliance: 0.0,
-        given: Vec3::zeros(),
+        returned: Vec3::zeros(),
         hardening: 0.0,
         asperity: None,
     }
@@ -256,26 +256,31 @@ fn tangent_is_derivative_of_force() {
 /// `scene` with roundings of which the undeformed bodies overlap by `share`, and cores that are kept apart.
 fn hardened(mut scene: Scene, share: f64) -> Scene {
     let (e, state) = (scene.evaluate_at(&moved_on(&scene)).0, scene.state);
-    let undeformed = e.normal.dot(&state.elastic) - e.gap - state.lead;
+    let undeformed = e.normal.dot(&state.elastic) - e.gap - state.initial_overlap;
     scene.state.radii = (state.radii - undeformed) / (1.0 - share);
     scene.state.hardening = 4e7;
     scene
 }
 
-/// Alone, behind a penalty, and behind the compliance of a force that is unknown; also where a lead has taken the spring's own overlap.
+/// Alone, behind a penalty, and behind the compliance of a force that is unknown; also where an initial
+/// overlap has taken the spring's own.
 #[test]
 fn tangent_is_derivative_of_a_hardened_force() {
     for scene in contacts() {
-        for [share, lead, behind, compliance] in
+        for [share, initial_overlap, behind, compliance] in
             [[0.55, 0.0, 0.0, 0.0], [0.6, 0.0, 0.1, 0.0], [0.6, -0.5, 0.0, 0.1], [0.7, -0.9, 0.2, 0.2]]
         {
             let mut scene = hardened(scene, share);
             let (poses, PointState { spring, radii, .. }) = (moved_on(&scene), scene.state);
-            (scene.state.lead, scene.state.stiffness) = (lead * radii, spring / (1.0 + behind));
+            (scene.state.initial_overlap, scene.state.stiffness) =
+                (initial_overlap * radii, spring / (1.0 + behind));
             (scene.state.compliance, scene.state.offset) = (compliance / spring, 0.0);
             let (evaluation, _) = scene.evaluate_at(&poses);
-            assert!(evaluation.hardened > 0.0 && evaluation.load >= evaluation.hardened, "{share} {lead}");
-            assert!((evaluation.sprung() == 0.0) == (lead < -share), "{share} {lead}");
+            assert!(
+                evaluation.hardened > 0.0 && evaluation.load >= evaluation.hardened,
+                "{share} {initial_overlap}"
+            );
+            assert!((evaluation.sprung() == 0.0) == (initial_overlap < -share), "{share} {initial_overlap}");
             assert_tangent_is_exact(&scene, &poses);
             assert_bending_is_exact(&scene, &poses);
         }
@@ -332,11 +337,11 @@ fn tangent_is_derivative_of_the_force_of_asperities_before_bodies_that_yield() {
                 let alone = scene.evaluate_at(&poses).0;
                 let compliance = 0.2 / (2.0 * law.modulus * alone.patch);
                 scene.state.compliance = compliance;
-                scene.state.given = alone.bending_force() * compliance;
+                scene.state.returned = alone.bending_force() * compliance;
                 let behind = scene.evaluate_at(&poses).0;
                 assert!((behind.bending_force() - alone.bending_force()).norm() < 1e-9 * alone.pressure);
                 assert!((behind.indentation / alone.indentation - 1.0).abs() < 1e-9);
-                scene.state.given *= 0.5;
+                scene.state.returned *= 0.5;
                 assert!(scene.evaluate_at(&poses).0.pressure < alone.pressure);
                 assert_tangent_is_exact(&scene, &poses);
             }

@@ -4,18 +4,18 @@ use crate::error::Result;
 use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
 use crate::triaxial::drive::{Drive, Guess};
 use crate::triaxial::rig::Rig;
-use crate::triaxial::test::{REST_SHARE, Test, UnderWay};
+use crate::triaxial::test::{REST_SHARE, StageProgress, Test};
 
 impl Test {
     /// Breaks up what the last increment left to; whether anything did. Contacts store other energy on new shapes: what they lose is crushing, what
     /// they gain came from nowhere and is told as such.
-    pub(super) fn break_up(&mut self, rig: &mut Rig, way: &UnderWay) -> Result<bool> {
+    pub(super) fn break_up(&mut self, rig: &mut Rig, progress: &StageProgress) -> Result<bool> {
         if rig.failing.is_empty() {
             return Ok(false);
         }
-        let before = self.forces_now(rig, way).energy.elastic;
+        let before = self.forces_now(rig, progress).energy.elastic;
         let fractures = rig.break_up()?;
-        let after = self.forces_now(rig, way);
+        let after = self.forces_now(rig, progress);
         let change = after.energy.elastic - before;
         rig.committed.forces = after.forces;
         let lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
@@ -30,11 +30,11 @@ impl Test {
     }
 
     /// Forces and elastic energy of the committed state, in balance or not.
-    fn forces_now(&self, rig: &mut Rig, way: &UnderWay) -> IncrementReport {
+    fn forces_now(&self, rig: &mut Rig, progress: &StageProgress) -> IncrementReport {
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let (area, pressure) = (now.volume / now.height, now.pressure);
         let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
-        let loads = way.drive.loads(rig, REST_SHARE, way.pace.done(), &guess);
+        let loads = progress.drive.loads(rig, REST_SHARE, progress.pace.done(), &guess);
         let damage = DamageSettings { moves: false, ..rig.settings.damage };
         let settings = Settings { max_augmentations: 0, stabilisation: None, damage, ..rig.settings.clone() };
         let increment =

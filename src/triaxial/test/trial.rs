@@ -6,19 +6,19 @@ use crate::tensor::Vector6;
 use crate::triaxial::ledger::creates_energy;
 use crate::triaxial::measures::Measures;
 use crate::triaxial::rig::Rig;
-use crate::triaxial::test::{Test, Trial, UnderWay};
+use crate::triaxial::test::{StageProgress, Test, Trial};
 
 impl Test {
     /// Measures the increment of a share to a share of the stage, and enters it into a copy of the ledger.
     pub(super) fn weigh(
         &self,
         rig: &Rig,
-        way: &UnderWay,
+        progress: &StageProgress,
         report: &IncrementReport,
         share: f64,
         to: f64,
     ) -> Trial {
-        let drive = &way.drive;
+        let drive = &progress.drive;
         let pressure = drive.pressure(to, report.factor);
         let (old, new) = (&rig.committed.poses, &report.poses);
         let mut loads = vec![Vector6::zeros(); rig.model.carriers()];

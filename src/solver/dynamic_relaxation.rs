@@ -1,0 +1,173 @@
+//! Dynamic relaxation: explicit damped motion towards balance, for collapses that proximal augmentations
+//! follow too slowly.
+//!
+//! A body that lost its support has centimetres to go, and stiff contacts let a Newton step go tens of
+//! micrometres. So bodies move as if they had masses: a step costs an evaluation of the contacts and no
+//! factorisation. Masses are those for which all contacts swing at one pace (the stiffness on a body times
+//! the square of the step); only the way through the collapse depends on them, not the balance at its end,
+//! which the augmentations after it have to find. Each component of the force is reduced by a share of itself
+//! where it drives the motion and raised by it where it brakes (Cundall 1987, "Distinct element models of
+//! rock and soil structure": local damping), so that bodies come to rest each by itself, whatever others
+//! still do.
+
+use crate::contact::force::PointState;
+use crate::model::{BodyKind, Committed};
+use crate::solver::newton::Newton;
+use std::borrow::Cow;
+
+/// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. A contact moves by four terms (two bodies, each
+/// with its rotation), so the network is stiffer than that by up to 4, and explicit steps are stable below 2 over the root of it, 1.
+const STEP: f64 = 0.7;
+/// The same where friction acts against the way from the last commit: there bodies that go faster overshoot, and come back against less.
+const STEP_FROM_COMMIT: f64 = 0.4;
+/// Share of a force that local damping takes.
+const DAMPING: f64 = 0.7;
+/// What drag leaves of a velocity in a step where no force acts, or where friction is not re-based; what nothing touches and nothing presses comes
+/// to rest by it.
+const DRAG: f64 = 0.98;
+/// A plate, which has no stiffness of its own, is heavy enough to be moved by this share of the smallest rounding in a step from rest. What presses
+/// it would else drive it into the first grains that it meets.
+const PLATE_MOTION: f64 = 0.02;
+/// Largest motion of a body in a step, over what Newton's iterations may do at once.
+const SHARE_OF_CAP: f64 = 0.3;
+/// What is left of velocities and of the step where bodies would have come too close.
+const SHOCK: f64 = 0.25;
+/// Shocks in a row before the relaxation is given up.
+const MOST_SHOCKS: usize = 20;
+/// Steps between two lines of the log.
+const TOLD_EVERY: usize = 50;
+
+/// How a dynamic relaxation ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum RelaxationEnd {
+    /// Bodies are nearly in balance.
+    Landed,
+    /// They still move, or swing.
+    Moving,
+}
+
+impl Newton<'_> {
+    /// Whether bodies can relax dynamically: all unknowns are the motion of rigid ones.
+    pub(super) fn can_relax(&self) -> bool {
+        self.steering.is_none() && self.model.is_of_rigid_bodies()
+    }
+
+    /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are
+    /// done.
+    pub(super) fn relax_dynamically(&mut self, enough: f64, most_steps: usize) -> RelaxationEnd {
+        let count = self.dofs.count();
+        let mut velocity: Vec<f64> = vec![0.0; count];
+        let mut step = vec![0.0; count];
+        let mut stiffness = Vec::new();
+        let lengths = self.settings.step_length.lengths(self.model);
+        let rebases = self.settings.relaxation_rebase.is_some();
+        let usual = if rebases { STEP } else { STEP_FROM_COMMIT };
+        let mut pace = usual;
+        let mut shocks = 0;
+        self.away.iter_mut().for_each(|d| *d = 0.0);
+        let mut from = (self.poses.clone(), self.away.clone());
+        for done in 0..most_steps {
+            let out_of_balance = self.balance().out_of_balance;
+            if done % TOLD_EVERY == 0 {
+                tracing::trace!(done, out_of_balance, pace, "falling");
+            }
+            if out_of_balance < enough {
+                return RelaxationEnd::Landed;
+            }
+            if self.settings.stop.is_raised() {
+                break;
+            }
+            self.counters.relaxation_steps += 1;
+            self.stiffness_of_bodies_into(&mut stiffness);
+            for body in 0..self.dofs.carriers() {
+                for (component, unknown) in self.dofs.of(body).iter().enumerate() {
+                    let Some(k) = unknown.map(|k| k as usize) else { continue };
+                    let force = self.residual[k];
+                    let against = if velocity[k] == 0.0 { 0.0 } else { velocity[k].signum() };
+                    let damped = force - DAMPING * force.abs() * against;
+                    // Velocities in lengths a step.
+                    let drag = if force == 0.0 || !rebases { DRAG } else { 1.0 };
+                    velocity[k] = drag * velocity[k] + pace * pace * damped / stiffness[body][component / 3];
+                }
+            }
+            // Each body within its own cap; what is light must not hold up the others.
+            for body in 0..self.dofs.carriers() {
+                let reach = self.reach(&velocity, body);
+                let most = SHARE_OF_CAP * self.settings.motion_cap * lengths[body];
+                if reach > most {
+                    for k in self.dofs.of(body).iter().flatten() {
+                        velocity[*k as usize] *= most / reach;
+                    }
+                }
+            }
+            let factor = self.largest_factor(&velocity);
+            step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
+            from.0.clone_from(&self.poses);
+            from.1.clone_from(&self.away);
+            if self.settings.relaxation_rebase.is_some_and(|every| done % every.max(1) == 0) {
+                self.rebase();
+            }
+            if self.try_step(&from, &step, 1.0).is_some() {
+                shocks = 0;
+                pace = (1.1 * pace).min(usual);
+            } else {
+                self.go_to(from.0.clone(), from.1.clone());
+                velocity.iter_mut().for_each(|v| *v *= SHOCK);
+                pace *= SHOCK;
+                shocks += 1;
+                if shocks > MOST_SHOCKS {
+                    break;
+                }
+            }
+        }
+        RelaxationEnd::Moving
+    }
+
+    /// Has friction act against the way from here on, as if this had been committed.
+    pub(super) fn rebase(&mut self) {
+        self.dissipated = self.step_dissipation();
+        self.softened += self.contacts.softened(self.model);
+        self.crushed += self.contacts.work_of_crushing();
+        let follows = self.model.follows_by_steps();
+        let fields = if follows { self.contacts.fields.clone() } else { self.committed.fields.clone() };
+        let mut here = Committed { fields, ..Committed::new(self.poses.clone()) };
+        self.contacts.rebase(self.model, &mut here);
+        self.committed = Cow::Owned(here);
+    }
+
+    /// What contacts resist each body's translation and rotation with [N/m], and at least what one would.
+    fn stiffness_of_bodies_into(&self, stiffness: &mut Vec<[f64; 2]>) {
+        let own = |body: usize| {
+            let body = &self.model.bodies[body];
+            if body.stiffness.is_finite() && body.kind != BodyKind::Gone { 0.5 * body.stiffness } else { 0.0 }
+        };
+        stiffness.clear();
+        stiffness.extend((0..self.dofs.carriers()).map(|i| [own(i); 2]));
+        let law = &self.model.law;
+        for (pair, point) in self.contacts.active() {
+            let e = &point.evaluation;
+            let PointState { hardening, radii, .. } = point.state;
+            let spring = point.state.unloading_stiffness(e.patch);
+            let harder = hardening * law.hardening_slope(point.geometric_overlap(), radii);
+            let spring = e.weight * (spring + harder);
+            for body in [pair.a(), pair.b()] {
+                let arm =
+                    (e.point - self.poses[body].position).norm() / self.model.bodies[body].rotation_scale;
+                stiffness[body][0] += spring;
+                stiffness[body][1] += spring * arm * arm;
+            }
+        }
+        stiffness.iter_mut().flatten().for_each(|k| *k = k.max(1e-3 * self.typical_stiffness));
+        if self.settings.relaxation_rebase.is_none() {
+            return;
+        }
+        let plate_motion = PLATE_MOTION * self.model.smallest_rounding();
+        for (body, k) in stiffness.iter_mut().enumerate().take(self.model.bodies.len()) {
+            if !self.model.bodies[body].stiffness.is_finite() {
+                let forces = self.dofs.of(body).iter().flatten().map(|i| self.residual[*i as usize]);
+                let force = forces.map(|f| f * f).sum::<f64>().sqrt();
+                k.iter_mut().for_each(|k| *k = k.max(STEP * STEP * force / plate_motion));
+            }
+        }
+    }
+}

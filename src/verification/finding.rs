@@ -1,0 +1,192 @@
+//! What a problem finds, and one line of the table: a quantity, what it should be and what came out.
+
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use crate::verification::Run;
+
+/// By how much a computed quantity may miss its reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// Over the size of the reference.
+    Relative(f64),
+    /// In the unit of the quantity.
+    Absolute(f64),
+}
+
+/// A quantity of a problem against its reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Name of the problem.
+    pub problem: &'static str,
+    pub quantity: String,
+    pub reference: f64,
+    pub computed: f64,
+    /// Computed less reference, over the reference where the tolerance is relative.
+    pub error: f64,
+    pub tolerance: f64,
+    pub factorisations: usize,
+    pub time: Duration,
+    /// How a run ended that should not have ended so; empty else.
+    pub note: String,
+}
+
+impl Finding {
+    /// Not a number is a miss.
+    pub fn passed(&self) -> bool {
+        self.error.abs() <= self.tolerance
+    }
+
+    pub fn verdict(&self) -> &'static str {
+        if self.passed() { "pass" } else { "FAIL" }
+    }
+
+    /// The names of the columns that [`fmt::Display`] writes.
+    pub fn header() -> String {
+        format!(
+            "{:<22} {:<48} {:>13} {:>13} {:>9} {:>9}  {:<7} {:>7} {:>8}",
+            "problem",
+            "quantity",
+            "reference",
+            "computed",
+            "error",
+            "tolerance",
+            "verdict",
+            "factor.",
+            "time"
+        )
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:<22} {:<48} {:>13} {:>13} {:>9.1e} {:>9.1e}  {:<7} {:>7} {:>6.2} s",
+            self.problem,
+            self.quantity,
+            number(self.reference),
+            number(self.computed),
+            self.error,
+            self.tolerance,
+            self.verdict(),
+            self.factorisations,
+            self.time.as_secs_f64()
+        )?;
+        if !self.note.is_empty() {
+            write!(f, "  {}", self.note)?;
+        }
+        Ok(())
+    }
+}
+
+/// Six digits, with an exponent where they need one.
+fn number(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { format!("{x:.6}") } else { format!("{x:.6e}") }
+}
+
+/// What a problem has found so far.
+#[derive(Debug)]
+pub struct Findings {
+    problem: &'static str,
+    list: Vec<Finding>,
+}
+
+impl Findings {
+    /// Nothing yet of the problem of this name.
+    pub fn of(problem: &'static str) -> Self {
+        Findings { problem, list: Vec::new() }
+    }
+
+    pub fn into_list(self) -> Vec<Finding> {
+        self.list
+    }
+
+    /// A quantity that took so many factorisations and so long.
+    pub fn compare(
+        &mut self,
+        quantity: impl Into<String>,
+        computed: f64,
+        reference: f64,
+        tolerance: Tolerance,
+        (factorisations, time, note): (usize, Duration, String),
+    ) {
+        let (error, tolerance) = match tolerance {
+            Tolerance::Relative(share) => ((computed - reference) / reference.abs(), share),
+            Tolerance::Absolute(amount) => (computed - reference, amount),
+        };
+        let (problem, quantity) = (self.problem, quantity.into());
+        let finding =
+            Finding { problem, quantity, reference, computed, error, tolerance, factorisations, time, note };
+        self.list.push(finding);
+    }
+
+    /// A quantity of a run that should have finished: a miss where it did not.
+    pub fn of_run(
+        &mut self,
+        quantity: impl Into<String>,
+        run: &Run,
+        computed: f64,
+        reference: f64,
+        tolerance: Tolerance,
+    ) {
+        let computed = if run.finished() { computed } else { f64::NAN };
+        self.compare(
+            quantity,
+            computed,
+            reference,
+            tolerance,
+            (run.factorisations(), run.time, run.trouble()),
+        );
+    }
+
+    /// Whether something stands (1) or falls (0). An audit's fault is a miss either way.
+    pub fn stands(&mut self, what: impl Into<String>, run: &Run, stands: bool, expected: bool) {
+        let computed = if run.fault.is_some() { f64::NAN } else { f64::from(stands) };
+        let note = if stands == expected { String::new() } else { run.trouble() };
+        let what = format!("{}: {}", what.into(), if expected { "stands" } else { "falls" });
+        let tolerance = Tolerance::Absolute(0.0);
+        let cost = (run.factorisations(), run.time, note);
+        self.compare(what, computed, f64::from(expected), tolerance, cost);
+    }
+}
+
+/// The larger of an error and those before it; not a number where one is not.
+pub fn worse(before: f64, error: f64) -> f64 {
+    if error <= before { before } else { error }
+}
+
+/// Runs `work` and says how long it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let done = work();
+    (done, start.elapsed())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finding(error: f64) -> Finding {
+        Finding {
+            problem: "x",
+            quantity: "force".into(),
+            reference: 1.0,
+            computed: 1.0 + error,
+            error,
+            tolerance: 1e-3,
+            factorisations: 3,
+            time: Duration::from_millis(20),
+            note: String::new(),
+        }
+    }
+
+    #[test]
+    fn misses_and_nonsense_fail() {
+        assert!(finding(1e-3).passed() && finding(-1e-3).passed());
+        for error in [1.1e-3, -1.1e-3, f64::NAN, f64::INFINITY] {
+            assert!(!finding(error).passed(), "{error}");
+            assert!(finding(error).to_string().contains("FAIL"));
+        }
+    }
+}
