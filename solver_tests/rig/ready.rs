@@ -76,14 +76,28 @@ pub fn rubber() -> Cover {
 
 /// Lays a membrane, seats the grains and consolidates them in so many increments.
 pub fn consolidate(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>) {
+    let (test, rows, end) = try_to_consolidate(rig, increments);
+    assert_eq!(end, StageEnd::Finished);
+    (test, rows)
+}
+
+/// The same, wherever it ends.
+pub fn try_to_consolidate(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>, StageEnd) {
     let mut test = Test::new(rig);
     test.lay_membrane(rig, PRESSURE).unwrap_or_else(|reason| panic!("{reason}"));
-    let rows = consolidate_seated(rig, &mut test, increments);
-    (test, rows)
+    let (rows, end) = try_to_consolidate_seated(rig, &mut test, increments);
+    (test, rows, end)
 }
 
 /// The same for a test whose membrane, if there is one, lies against the grains.
 pub fn consolidate_seated(rig: &mut Rig, test: &mut Test, increments: usize) -> Vec<Row> {
+    let (rows, end) = try_to_consolidate_seated(rig, test, increments);
+    assert_eq!(end, StageEnd::Finished);
+    rows
+}
+
+/// The same, wherever it ends.
+pub fn try_to_consolidate_seated(rig: &mut Rig, test: &mut Test, increments: usize) -> (Vec<Row>, StageEnd) {
     for _ in 0..8 {
         if test.seat(rig, PRESSURE).converged() {
             break;
@@ -95,9 +109,8 @@ pub fn consolidate_seated(rig: &mut Rig, test: &mut Test, increments: usize) -> 
         until: Until::default(),
     };
     let (rows, end) = run(rig, test, &stage);
-    assert_eq!(end, StageEnd::Finished);
     test.zero_strains(rig);
-    rows
+    (rows, end)
 }
 
 /// A rig and its test, consolidated, with the rows of the consolidation.

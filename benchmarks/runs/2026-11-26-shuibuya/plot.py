@@ -1,4 +1,4 @@
-"""Draws stress_strain.png, energy.png and full_size.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
+"""Draws stress_strain.png, energy.png, strict.png and full_size.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
 
 import csv
 import pathlib
@@ -25,12 +25,12 @@ def read(path):
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
-def draw(axes, run, colour, label):
+def draw(axes, run, colour, label, line="-"):
     """q above and volume strain below, in shear."""
     shear = run["stage"] == 1
     strain = 100 * run["axial_strain"][shear]
-    axes[0].plot(strain, run["deviatoric_stress"][shear] / 1e6, color=colour, lw=1.2, label=label)
-    axes[1].plot(strain, 100 * run["volumetric_strain"][shear], color=colour, lw=1.2)
+    axes[0].plot(strain, run["deviatoric_stress"][shear] / 1e6, color=colour, ls=line, lw=1.2, label=label)
+    axes[1].plot(strain, 100 * run["volumetric_strain"][shear], color=colour, ls=line, lw=1.2)
 
 
 def finish(figure, axes, title, most, name):
@@ -74,6 +74,13 @@ axes.invert_yaxis()
 axes.set_xlabel("share of the work to the end [%]")
 axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.2), ncol=3)
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
+
+figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
+for pressure, colour in [(800, 1), (1600, 2)]:
+    draw(axes, read(HERE / f"p{pressure:04d}.csv"), COLOURS[colour], f"{pressure / 1000} MPa, unrest of 0.1 %")
+    draw(axes, read(HERE / f"p{pressure:04d}_strict.csv"), COLOURS[colour], f"{pressure / 1000} MPa, every row at rest", "--")
+axes[0].legend(loc="upper left", ncol=2)
+finish(figure, axes, "Rows that move a little, and rows at rest", 10, "strict.png")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True)
 draw(axes, read(HERE / "p0800.csv"), COLOURS[1], "300 grains, forty steps an increment")
