@@ -118,7 +118,7 @@ const CLOSED: f64 = 1e-2;
 /// Tensile strengths [Pa] about that at which a mean contact force of 0.4 MPa times the grains' size squared begins to break them. Half of sixteen grains
 /// may fall down at once, which has no rest nearby, or loses energy unseen where a body goes some roundings in one step (8 % of the work with the first
 /// strength): one of them has to come through.
-const WEAK: [f64; 4] = [1e6, 1.1e6, 1.2e6, 1.3e6];
+const WEAK: [f64; 2] = [1e6, 1.1e6];
 
 #[test]
 fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
@@ -414,7 +414,8 @@ fn broken(tensile: f64, kind: Kind) -> Option<Rig> {
     let breaks = rows.windows(2).filter(|two| (volume(&two[1]) / volume(&two[0]) - 1.0).abs() > 1e-12);
     assert!(breaks.count() <= 1);
     assert!(last.ledger.damage > 0.0, "{:?}", last.ledger);
-    if last.ledger.error().abs() > CLOSED * last.ledger.external.abs() {
+    let closes = last.ledger.error().abs() < CLOSED * last.ledger.external.abs();
+    if !closes {
         println!("{tensile:e} Pa: {:?}", last.ledger);
         return None;
     }

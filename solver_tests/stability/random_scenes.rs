@@ -315,8 +315,9 @@ fn survive(seeds: std::ops::Range<u64>, decades: f64) -> f64 {
             }
             StageEnd::Interrupted => panic!("nobody interrupted"),
         }
+        let cause = run.scene.dossier.as_ref().and_then(|dossier| dossier.cause.as_ref());
         println!(
-            "seed {seed}: {}, {} bodies, mu {:.2}, {} rows, {:.2} s, {:?}",
+            "seed {seed}: {}, {} bodies, mu {:.2}, {} rows, {:.2} s, {:?}; cause {cause:?}",
             KINDS[kind],
             run.scene.model.bodies.len(),
             parameters.friction.peak,
