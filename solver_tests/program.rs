@@ -308,7 +308,7 @@ fn the_solver_tells_what_it_does_when_asked() {
     let output = place.command(&run).env("RIPRAP_LOG", "trace").output().expect("riprap starts");
     assert_eq!(output.status.code(), Some(0));
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(stderr.contains("augmentation") && stderr.contains("out_of_balance"), "{stderr}");
+    assert!(stderr.contains("step") && stderr.contains("out_of_balance"), "{stderr}");
     let output = place.command(&run).env("RIPRAP_LOG", "loud").output().expect("riprap starts");
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8_lossy(&output.stderr);

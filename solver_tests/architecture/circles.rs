@@ -16,7 +16,6 @@ const CIRCLES: &[&[&str]] = &[
         "solver/equilibrium.rs",
         "solver/newton.rs",
         "solver/path.rs",
-        "solver/proximal.rs",
         "solver/settings.rs",
         "solver/stabilised.rs",
         "solver/step.rs",

@@ -42,7 +42,7 @@ fn consolidated(cells: Option<usize>) -> (Rig, Test, Vec<Row>) {
         let grains = grains_of(&rig, cells).into_iter().map(|grain| (grain, None)).collect();
         rig.condense(grains);
     }
-    rig.settings.stabilisation = Some(Stabilisation::Unrest(3e-3));
+    rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
     let mut test = Test::new(&rig);
     if let Some(elasticity) = rig.stiffen() {
         assert!((0..8).any(|_| test.seat(&mut rig, PRESSURE).converged()));

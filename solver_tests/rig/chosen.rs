@@ -94,7 +94,7 @@ fn grains_that_bend_move_on_through_a_collapse() {
     seated(&mut rig, &mut test);
     rig.wake_seated();
     consolidate_seated(&mut rig, &mut test, 6);
-    rig.settings.stabilisation = Some(Stabilisation::Unrest(3e-3));
+    rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
     // Slippery grains cannot bear what they bore.
     rig.model.friction = Friction::constant(0.2);
     let stage = Stage { steps: Steps::Count(10), ..drive(4e-3, Lateral::Pressure) };

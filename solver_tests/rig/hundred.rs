@@ -87,8 +87,8 @@ fn thirty_grains_in_a_rigid_wall_are_sheared_unloaded_and_reloaded() {
 }
 
 #[test]
-fn sixteen_grains_in_rubber_are_sheared_unloaded_and_reloaded() {
-    loop_of(16, 0.003, RUBBER);
+fn twenty_grains_in_rubber_are_sheared_unloaded_and_reloaded() {
+    loop_of(20, 0.003, RUBBER);
 }
 
 #[test]

@@ -640,7 +640,7 @@ static SOLVER: &[Key] = &[
         "300",
         "Augmentations of a dwell, in which bodies of a scene may fall a long way where the smallest increment does not balance; 0: stop there.",
     ),
-    Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in an augmentation."),
+    Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in a step."),
     Key::default(
         "damage_change",
         Quantity(Dimension::None, positive(1.0)),

@@ -20,7 +20,7 @@ pub fn rig_settings(case: &Case) -> Settings {
         force_tolerance: solver.force_tolerance,
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
-        stabilisation: Some(solver.stabilisation.map_or(Stabilisation::Rest, Stabilisation::Unrest)),
+        stabilisation: solver.stabilisation.map_or(Stabilisation::Rest, Stabilisation::Unrest),
         max_newton: solver.max_newton_iterations,
         first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),

@@ -7,7 +7,6 @@
 use crate::assembly::{Contacts, Dofs};
 use crate::model::{Body, BodyKind, Loads, Model};
 use crate::solver::newton::Newton;
-use crate::solver::settings::Settings;
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// How well the forces balance.
@@ -25,13 +24,6 @@ pub struct Balance {
     pub least_force: f64,
 }
 
-impl Balance {
-    /// What a Newton solve from here has to come to [N].
-    pub(super) fn target(&self, settings: &Settings, tolerance: f64) -> f64 {
-        (settings.newton_reduction * self.out_of_balance).max(0.3 * tolerance) * self.least_force
-    }
-}
-
 /// Where nothing touches, this share of the largest dead load stands in for the mean contact force.
 const SHARE_OF_LOAD: f64 = 1e-3;
 
@@ -43,9 +35,10 @@ const ROUNDINGS: f64 = 16.0;
 const HELD: f64 = 1e-12;
 
 /// What forces out of balance are judged by.
-struct Yardsticks {
+#[derive(Debug, Clone)]
+pub(super) struct Yardsticks {
     /// [N]
-    mean: f64,
+    pub(super) mean: f64,
     /// Of each body, where that is less [N].
     own: Vec<f64>,
     /// Of each body that carries no dead load: what rounding of positions leaves of the forces on it [N]. Zero for others: a load that is below
@@ -129,31 +122,46 @@ fn dead_load(model: &Model, dofs: &Dofs, loads: &Loads, pose: &Pose, body: usize
 }
 
 impl Newton<'_> {
+    /// What forces are judged by in the present configuration.
+    pub(super) fn yardsticks(&self) -> Yardsticks {
+        Yardsticks::new(self.model, &self.dofs, &self.contacts, &self.loads, &self.poses)
+    }
+
+    /// How well the forces of the present configuration balance.
     pub fn balance(&self) -> Balance {
-        let yardsticks = Yardsticks::new(self.model, &self.dofs, &self.contacts, &self.loads, &self.poses);
-        let mut balance = Balance {
-            out_of_balance: 0.0,
-            worst_body: 0,
+        self.balance_by(&self.yardsticks())
+    }
+
+    pub(super) fn balance_by(&self, yardsticks: &Yardsticks) -> Balance {
+        let (out_of_balance, worst_body) = self.worst_of(&self.residual, yardsticks);
+        Balance {
+            out_of_balance,
+            worst_body,
             reference_force: yardsticks.mean,
             unrest: self.mean_imbalance() / yardsticks.mean,
             least_force: yardsticks.own.iter().copied().fold(yardsticks.mean, f64::min),
-        };
+        }
+    }
+
+    /// The largest of these forces on any body over what it is judged by, and that body.
+    pub(super) fn worst_of(&self, forces: &[f64], yardsticks: &Yardsticks) -> (f64, usize) {
         let first_contact = self.dofs.contact_block(0);
         let pairs: Vec<[usize; 2]> = self.contacts.unknown_forces.pairs().collect();
+        let mut worst = (0.0, 0);
         for block in 0..self.dofs.bodies() {
             let owner = [self.dofs.owner(block)];
             // The force of a contact is on both of its bodies.
             let pair = block.checked_sub(first_contact).and_then(|k| pairs.get(k));
             let carriers = pair.map_or(&owner[..], |pair| &pair[..]);
-            let force = yardsticks.unexplained(self.dofs.force_on(&self.residual, block), carriers);
+            let force = yardsticks.unexplained(self.dofs.force_on(forces, block), carriers);
             let over = force / yardsticks.of(carriers);
             if over.is_nan() {
-                return Balance { out_of_balance: over, worst_body: owner[0], ..balance };
+                return (over, owner[0]);
             }
-            if over > balance.out_of_balance {
-                (balance.out_of_balance, balance.worst_body) = (over, owner[0]);
+            if over > worst.0 {
+                worst = (over, owner[0]);
             }
         }
-        balance
+        worst
     }
 }

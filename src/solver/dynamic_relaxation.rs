@@ -1,11 +1,10 @@
-//! Dynamic relaxation: explicit damped motion towards balance, for collapses that proximal augmentations
-//! follow too slowly.
+//! Dynamic relaxation: explicit damped motion towards balance, for collapses that implicit steps follow too slowly.
 //!
 //! A body that lost its support has centimetres to go, and stiff contacts let a Newton step go tens of
 //! micrometres. So bodies move as if they had masses: a step costs an evaluation of the contacts and no
 //! factorisation. Masses are those for which all contacts swing at one pace (the stiffness on a body times
 //! the square of the step); only the way through the collapse depends on them, not the balance at its end,
-//! which the augmentations after it have to find. Each component of the force is reduced by a share of itself
+//! which the implicit steps after it have to find. Each component of the force is reduced by a share of itself
 //! where it drives the motion and raised by it where it brakes (Cundall 1987, "Distinct element models of
 //! rock and soil structure": local damping), so that bodies come to rest each by itself, whatever others
 //! still do.
@@ -13,17 +12,15 @@
 use crate::contact::force::PointState;
 use crate::model::{BodyKind, Committed};
 use crate::solver::newton::Newton;
+use crate::solver::step::StepEnd;
 use std::borrow::Cow;
 
 /// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. A contact moves by four terms (two bodies, each
 /// with its rotation), so the network is stiffer than that by up to 4, and explicit steps are stable below 2 over the root of it, 1.
 const STEP: f64 = 0.7;
-/// The same where friction acts against the way from the last commit: there bodies that go faster overshoot, and come back against less.
-const STEP_FROM_COMMIT: f64 = 0.4;
 /// Share of a force that local damping takes.
 const DAMPING: f64 = 0.7;
-/// What drag leaves of a velocity in a step where no force acts, or where friction is not re-based; what nothing touches and nothing presses comes
-/// to rest by it.
+/// What drag leaves of a velocity in a step where no force acts: what nothing touches and nothing presses comes to rest by it.
 const DRAG: f64 = 0.98;
 /// A plate, which has no stiffness of its own, is heavy enough to be moved by this share of the smallest rounding in a step from rest. What presses
 /// it would else drive it into the first grains that it meets.
@@ -34,17 +31,10 @@ const SHARE_OF_CAP: f64 = 0.3;
 const SHOCK: f64 = 0.25;
 /// Shocks in a row before the relaxation is given up.
 const MOST_SHOCKS: usize = 20;
+/// Steps after which friction acts against the way from there on.
+const REBASE_EVERY: usize = 20;
 /// Steps between two lines of the log.
 const TOLD_EVERY: usize = 50;
-
-/// How a dynamic relaxation ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum RelaxationEnd {
-    /// Bodies are nearly in balance.
-    Landed,
-    /// They still move, or swing.
-    Moving,
-}
 
 impl Newton<'_> {
     /// Whether bodies can relax dynamically: all unknowns are the motion of rigid ones.
@@ -54,15 +44,13 @@ impl Newton<'_> {
 
     /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are
     /// done.
-    pub(super) fn relax_dynamically(&mut self, enough: f64, most_steps: usize) -> RelaxationEnd {
+    pub(super) fn relax_dynamically(&mut self, enough: f64, most_steps: usize) -> StepEnd {
         let count = self.dofs.count();
         let mut velocity: Vec<f64> = vec![0.0; count];
         let mut step = vec![0.0; count];
         let mut stiffness = Vec::new();
         let lengths = self.settings.step_length.lengths(self.model);
-        let rebases = self.settings.relaxation_rebase.is_some();
-        let usual = if rebases { STEP } else { STEP_FROM_COMMIT };
-        let mut pace = usual;
+        let mut pace = STEP;
         let mut shocks = 0;
         self.away.iter_mut().for_each(|d| *d = 0.0);
         let mut from = (self.poses.clone(), self.away.clone());
@@ -72,7 +60,7 @@ impl Newton<'_> {
                 tracing::trace!(done, out_of_balance, pace, "falling");
             }
             if out_of_balance < enough {
-                return RelaxationEnd::Landed;
+                return StepEnd::Solved;
             }
             if self.settings.stop.is_raised() {
                 break;
@@ -86,7 +74,7 @@ impl Newton<'_> {
                     let against = if velocity[k] == 0.0 { 0.0 } else { velocity[k].signum() };
                     let damped = force - DAMPING * force.abs() * against;
                     // Velocities in lengths a step.
-                    let drag = if force == 0.0 || !rebases { DRAG } else { 1.0 };
+                    let drag = if force == 0.0 { DRAG } else { 1.0 };
                     velocity[k] = drag * velocity[k] + pace * pace * damped / stiffness[body][component / 3];
                 }
             }
@@ -104,12 +92,12 @@ impl Newton<'_> {
             step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
             from.0.clone_from(&self.poses);
             from.1.clone_from(&self.away);
-            if self.settings.relaxation_rebase.is_some_and(|every| done % every.max(1) == 0) {
+            if done % REBASE_EVERY == 0 {
                 self.rebase();
             }
             if self.try_step(&from, &step, 1.0).is_some() {
                 shocks = 0;
-                pace = (1.1 * pace).min(usual);
+                pace = (1.1 * pace).min(STEP);
             } else {
                 self.go_to(from.0.clone(), from.1.clone());
                 velocity.iter_mut().for_each(|v| *v *= SHOCK);
@@ -120,7 +108,7 @@ impl Newton<'_> {
                 }
             }
         }
-        RelaxationEnd::Moving
+        StepEnd::Reduced
     }
 
     /// Has friction act against the way from here on, as if this had been committed.
@@ -158,9 +146,6 @@ impl Newton<'_> {
             }
         }
         stiffness.iter_mut().flatten().for_each(|k| *k = k.max(1e-3 * self.typical_stiffness));
-        if self.settings.relaxation_rebase.is_none() {
-            return;
-        }
         let plate_motion = PLATE_MOTION * self.model.smallest_rounding();
         for (body, k) in stiffness.iter_mut().enumerate().take(self.model.bodies.len()) {
             if !self.model.bodies[body].stiffness.is_finite() {

@@ -113,7 +113,7 @@ pub fn judge(
         (0..used.len()).filter(|&body| resting[body]).map(|body| used[body]).fold(0.0, f64::max);
     let mut wakes: Vec<bool> = (0..used.len()).map(|body| resting[body] && near(body)).collect();
     let mut rests = vec![false; used.len()];
-    if let Some(mut network) = Network::new(&mut newton, &recovery, settings) {
+    if let Some(mut network) = Network::new(&mut newton, &recovery) {
         let all = network.changes(&free);
         verdict.error_at_rest = relative(&all);
         verdict.error = relative(&network.present());
@@ -159,6 +159,9 @@ fn stressing<'a>(body: &Body, grain: &DamagedGrain, loads: &'a SurfaceLoads) -> 
     Cow::Owned(spread.collect())
 }
 
+/// Drag over the typical contact stiffness: bodies that nothing holds have a position with it.
+const DRAG: f64 = 1e-5;
+
 /// The contact network of a state, linearised.
 struct Network<'a, 'n> {
     newton: &'a mut Newton<'n>,
@@ -167,9 +170,9 @@ struct Network<'a, 'n> {
 
 impl<'a, 'n> Network<'a, 'n> {
     /// `None` where its tangent cannot be factored.
-    fn new(newton: &'a mut Newton<'n>, recovery: &'a Recovery, settings: &Settings) -> Option<Self> {
+    fn new(newton: &'a mut Newton<'n>, recovery: &'a Recovery) -> Option<Self> {
         let nothing = vec![0.0; newton.dofs.count()];
-        newton.weights = vec![settings.proximal_min];
+        newton.weights = vec![DRAG];
         newton.step(&nothing)?;
         Some(Network { newton, recovery })
     }

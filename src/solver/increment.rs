@@ -131,7 +131,7 @@ pub fn advance(
     let mut newton = None;
     let mut last_start = committed.poses.clone();
     let mut too_close = None;
-    let chooses = settings.stabilisation.is_some_and(|until| until.goes_on(model));
+    let chooses = settings.stabilisation.goes_on(model);
     let mut best: Option<(f64, Vec<Pose>)> = None;
     let mut starts = VecDeque::from(starts);
     while let Some(start) = starts.pop_front() {
@@ -268,7 +268,7 @@ pub fn advance(
         measures,
         damage: damage.unwrap_or_default(),
         factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
-        restless: settings.stabilisation.is_some_and(|until| !until.is_met(&outcome.balance, settings)),
+        restless: !settings.stabilisation.is_met(&outcome.balance, settings.force_tolerance),
         work: outcome.work,
     };
     *contacts = newton.contacts;

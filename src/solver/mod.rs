@@ -1,5 +1,5 @@
-//! From one equilibrium to the next: Newton with line search inside proximal augmentations, step
-//! control, dwell at instabilities. Every increment ends in a status; nothing here is an error.
+//! From one accepted state to the next: implicit steps against a drag, each solved by Newton's iterations, and the control of increments. Every
+//! increment ends in a status; nothing here is an error.
 
 pub mod audit;
 pub mod balance;
@@ -15,7 +15,6 @@ pub mod newton;
 pub mod pace;
 mod path;
 pub mod plain;
-mod proximal;
 pub mod settings;
 mod stabilised;
 mod step;
@@ -32,7 +31,7 @@ pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
 pub use pace::{Pace, continued_poses, motion_between, work_between};
 pub use plain::{TangentPart, plain_newton};
-pub use settings::Settings;
+pub use settings::{Relaxation, Settings};
 pub use stabilised::Stabilisation;
 pub use stop::StopSignal;
 

@@ -1,7 +1,6 @@
-//! One Newton solve: forces in balance with a proximal term that holds the bodies near a centre.
+//! State of Newton's iterations in a step: configuration, contacts, forces out of balance, drag.
 //!
-//! The system is `r(q) - rho k (q - q_c) = 0`: `r` the forces out of balance, `k` a typical contact
-//! stiffness. Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
+//! Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
 use crate::assembly::{self, Contacts, Dofs, Kernel, PairWork, TooClose};
 use crate::model::{Committed, Counters, Loads, Model, StepLength};
@@ -28,7 +27,7 @@ pub struct Newton<'a> {
     /// Forces out of balance at `poses` [N].
     pub residual: Vec<f64>,
 
-    /// How far `poses` are from the proximal centre, in unknowns [m].
+    /// How far `poses` are from where the step began, in unknowns [m].
     pub away: Vec<f64>,
     pub counters: Counters,
     /// Work lost to friction in the present step before friction was re-based last [J].
@@ -37,33 +36,22 @@ pub struct Newton<'a> {
     pub(super) softened: f64,
     /// Work that crushing at contacts had taken until then [J].
     pub(super) crushed: f64,
-    /// Whether the last step of the last solve went as far as bodies may go at once.
-    pub(super) was_capped: bool,
     /// Whether steps use the symmetric part of the tangent, to compare with.
     pub(super) symmetrised: bool,
     pub(super) typical_stiffness: f64,
+    /// Largest force out of balance on a body at rest, over the mean contact force.
+    pub(super) tolerance: f64,
     pub(super) system: Option<System>,
     /// Generation of contact forces that could not be iterated: all unknowns are factorised together for these.
     pub(super) together_for: Option<u64>,
     pub(super) values: Vec<f64>,
-    /// Weight of the proximal term of every block of unknowns over its holding stiffness; those behind the list have the last.
+    /// Drag on every block of unknowns over its holding stiffness; those behind the list have the last.
     pub(super) weights: Vec<f64>,
 }
 
 /// The weight of a block of unknowns.
 pub(super) fn weight_of(weights: &[f64], block: usize) -> f64 {
     weights.get(block).or(weights.last()).copied().unwrap_or(0.0)
-}
-
-/// How a Newton solve ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NewtonEnd {
-    /// Reached its target.
-    Solved,
-    /// Stopped short, its best iterate kept.
-    Reduced,
-    /// Gained too little to be kept; the configuration is where it started.
-    Stalled,
 }
 
 impl<'a> Newton<'a> {
@@ -105,9 +93,9 @@ impl<'a> Newton<'a> {
             dissipated: 0.0,
             softened: 0.0,
             crushed: 0.0,
-            was_capped: false,
             symmetrised: false,
             typical_stiffness,
+            tolerance: settings.force_tolerance,
             system: None,
             together_for: None,
             values: Vec::new(),
@@ -164,15 +152,15 @@ impl<'a> Newton<'a> {
         self.dissipated + self.contacts.dissipation(self.model, &self.committed)
     }
 
-    /// The residual with the proximal term.
+    /// The residual with the drag.
     pub(super) fn held_residual(&self) -> Vec<f64> {
         let mut held = self.residual.clone();
         // Nothing holds the load factor, the last entry with a control, back.
         for carrier in 0..self.dofs.carriers() {
-            let proximal = weight_of(&self.weights, carrier)
+            let drag = weight_of(&self.weights, carrier)
                 * self.model.holding_stiffness(carrier, self.typical_stiffness);
             for &unknown in self.dofs.of(carrier).iter().flatten() {
-                held[unknown as usize] -= proximal * self.away[unknown as usize];
+                held[unknown as usize] -= drag * self.away[unknown as usize];
             }
         }
         held
@@ -209,91 +197,6 @@ impl<'a> Newton<'a> {
             StepLength::Smallest => pair.nearest,
             StepLength::PerBody => pair.room(self.model, &self.poses),
         }
-    }
-
-    /// Solves from the present poses, which become the centre. `target` is the largest component
-    /// of the residual to reach [N].
-    pub fn solve(&mut self, weight: f64, target: f64, accept: impl Fn(&Self) -> bool) -> NewtonEnd {
-        let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-        let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let centre = self.poses.clone();
-        let unmoved = vec![0.0; self.away.len()];
-        self.recentre();
-        self.weights = vec![weight];
-        let mut held = self.held_residual();
-        let first = merit(&held);
-        let mut merits = vec![first];
-        let mut best = (first, self.poses.clone(), self.away.clone());
-        let mut end = NewtonEnd::Stalled;
-        for iteration in 0..self.settings.max_newton {
-            self.counters.newton_iterations += 1;
-            let Some(step) = self.step(&held) else { break };
-            let mut factor = self.largest_factor(&step);
-            let capped = factor < 1.0;
-            self.was_capped = capped;
-            let from = (self.poses.clone(), self.away.clone());
-            let reference =
-                merits.iter().rev().take(self.settings.merit_memory.max(1)).fold(0.0, |m: f64, x| m.max(*x));
-            let mut fallback: Option<(f64, f64)> = None;
-            let mut accepted = false;
-            for backtrack in 0..self.settings.max_backtracks {
-                let new = self.try_step(&from, &step, factor);
-                if let Some(new_held) = new {
-                    let value = merit(&new_held);
-                    if value < reference * (1.0 - 0.1 * factor) {
-                        held = new_held;
-                        merits.push(value);
-                        accepted = true;
-                        break;
-                    }
-                    if fallback.is_none_or(|(m, _)| value < m) {
-                        fallback = Some((value, factor));
-                    }
-                }
-                factor *= if backtrack < 2 { 0.5 } else { 0.35 };
-            }
-            if !accepted {
-                // Take the best that was met, even uphill: the best iterate of all is kept aside.
-                let taken = fallback.and_then(|(_, factor)| self.try_step(&from, &step, factor));
-                let Some(new_held) = taken else {
-                    self.go_to(from.0, from.1);
-                    break;
-                };
-                merits.push(merit(&new_held));
-                held = new_held;
-            }
-            let now = merits.last().copied().unwrap_or(first);
-            if now < best.0 {
-                best = (now, self.poses.clone(), self.away.clone());
-            }
-            if largest(&held) < target || accept(self) {
-                end = NewtonEnd::Solved;
-                break;
-            }
-            if self.settings.stop.is_raised() {
-                break;
-            }
-            if capped && iteration >= 1 && now < 0.5 * first {
-                break;
-            }
-            if iteration + 1 >= 5 && best.0 > 0.7 * first {
-                break;
-            }
-        }
-        if end != NewtonEnd::Solved {
-            if best.0 < merits.last().copied().unwrap_or(first) {
-                self.go_to(best.1, best.2);
-            }
-            // Under the largest proximal weight any progress counts; there is nothing left to try.
-            let enough = if weight >= self.settings.proximal_max { 0.9 } else { 0.25 };
-            if best.0 < enough * first {
-                end = NewtonEnd::Reduced;
-            }
-        }
-        if end == NewtonEnd::Stalled {
-            self.go_to(centre, unmoved);
-        }
-        end
     }
 
     /// Makes the present configuration the one that motion counts from.

@@ -53,31 +53,26 @@ impl Path {
         Path { work: vec![Vector6::zeros(); poses.len()], poses, fields, forces, pressure }
     }
 
-    /// How far any body has come since, over the length that it may go in an iteration.
-    pub fn reach(&self, newton: &Newton<'_>) -> f64 {
-        self.ways(newton).fold(0.0, f64::max)
+    /// Goes on from where `newton` is, whatever brought it there.
+    pub fn restart(&mut self, newton: &Newton<'_>) {
+        *self = Path { work: std::mem::take(&mut self.work), ..Path::from(newton) };
     }
 
-    /// The same of each.
-    fn ways<'a>(&'a self, newton: &'a Newton<'_>) -> impl Iterator<Item = f64> + 'a {
-        let lengths = newton.settings.step_length.lengths(newton.model);
-        let ways = self.poses.iter().zip(&newton.poses).zip(&newton.model.shapes).zip(lengths);
-        ways.map(|(((from, to), shape), length)| {
-            let (shift, turn) = motion_between(from, to);
-            (shift.norm() + turn.norm() * shape.bounding_radius) / (newton.settings.motion_cap * length)
-        })
+    /// How far any body has come since then, over the length that it may go in an iteration.
+    pub fn reach(&self, newton: &Newton<'_>) -> f64 {
+        ways(&self.poses, newton).fold(0.0, f64::max)
     }
 
     /// Goes on to where `newton` is after so many steps; its contacts are evaluated there before and after.
     pub fn go_on(&mut self, newton: &mut Newton<'_>, steps: usize, cut: Cut) {
         let end = newton.forces();
         let least = cut.pieces_a_step * steps.max(1);
-        let pieces: Vec<usize> = self.ways(newton).map(|way| cut.pieces(least, way)).collect();
+        let pieces: Vec<usize> = ways(&self.poses, newton).map(|way| cut.pieces(least, way)).collect();
         let mean = newton
             .mean_forces_since(self, least, &pieces)
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
-        let ways = self.poses.iter().zip(&newton.poses);
-        for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(ways) {
+        let motions = self.poses.iter().zip(&newton.poses);
+        for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(motions) {
             let (shift, turn) = motion_between(from, to);
             *work += mean.component_mul(&Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z));
         }
@@ -86,6 +81,16 @@ impl Path {
         self.forces = end;
         self.pressure = newton.loads.pressure;
     }
+}
+
+/// How far each body has come from there, over the length that it may go in an iteration.
+fn ways<'a>(from: &'a [Pose], newton: &'a Newton<'_>) -> impl Iterator<Item = f64> + 'a {
+    let lengths = newton.settings.step_length.lengths(newton.model);
+    let ways = from.iter().zip(&newton.poses).zip(&newton.model.shapes).zip(lengths);
+    ways.map(|(((from, to), shape), length)| {
+        let (shift, turn) = motion_between(from, to);
+        (shift.norm() + turn.norm() * shape.bounding_radius) / (newton.settings.motion_cap * length)
+    })
 }
 
 impl Cut {

@@ -4,14 +4,15 @@
 //! still moves, and goes on moving in the next increment. In increments of many steps friction acts along the way.
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
-use crate::model::Model;
+use crate::model::{BodyKind, Model};
 use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
 use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
 use crate::solver::path::{Cut, Path};
-use crate::solver::settings::Settings;
+use crate::solver::settings::{Relaxation, Settings};
 use crate::solver::step::{Leave, Room, StepEnd};
+use crate::tensor;
 
 /// Drag of a step over that of the one before.
 const DRAG_LOWER: f64 = 0.3;
@@ -28,6 +29,10 @@ const SHARES_OF_DRAG: [f64; 2] = [1.0, 0.1];
 /// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
+/// A step to rest ends where a body has gone so many times what it may in an iteration: friction that it does on a longer way is not seen by its ends.
+const FARTHEST: f64 = 1.0;
+/// Lengths that a line search tries.
+const USUAL_TRIALS: usize = 4;
 /// Gaps of bodies that bend may miss their tolerance by this factor while something moves.
 const LOOSE_GAPS: f64 = 10.0;
 
@@ -47,10 +52,10 @@ impl Stabilisation {
     }
 
     /// Whether no more moves than is asked for.
-    pub(super) fn is_met(self, balance: &Balance, settings: &Settings) -> bool {
+    pub(super) fn is_met(self, balance: &Balance, tolerance: f64) -> bool {
         match self {
             Stabilisation::Unrest(unrest) => balance.unrest < unrest,
-            Stabilisation::Rest => balance.out_of_balance < settings.force_tolerance,
+            Stabilisation::Rest => balance.out_of_balance < tolerance,
         }
     }
 }
@@ -79,13 +84,59 @@ impl Course {
                 cut: Cut { pieces_a_step: 1, longest: 0.2 },
             },
             Stabilisation::Rest => Course {
-                first_drag: 3e-2,
-                least_drag: 1e-5,
+                first_drag: settings.drag_to_rest[0],
+                least_drag: settings.drag_to_rest[1],
                 most_steps: settings.max_augmentations,
                 most_fruitless: 4,
                 cut: Cut { pieces_a_step: 2, longest: 0.05 },
             },
         }
+    }
+}
+
+/// A dwell begins with contacts that all loads together press by this share of what they may yield; they then harden by a factor at a
+/// time, and need not balance better than this before.
+const SOFT_OVERLAP: f64 = 0.05;
+const HARDENING: f64 = 30.0;
+const SOFT_TOLERANCE: f64 = 1e-2;
+
+/// The bounds of dynamic relaxations where steps get nowhere.
+const LATE_RELAXATIONS: [f64; 2] = [5e-3, 1e-3];
+/// Dynamic relaxations in the search for one equilibrium; each waits twice as long as the one before.
+const MOST_RELAXATIONS: u32 = 6;
+
+/// When bodies relax dynamically in an increment.
+struct Relaxations {
+    asked: Option<Relaxation>,
+    /// Steps before the next.
+    next: usize,
+    done: u32,
+    /// Whether steps get nowhere.
+    stuck: bool,
+}
+
+impl Relaxations {
+    fn new(asked: Option<Relaxation>) -> Self {
+        Relaxations { asked, next: asked.map_or(0, |asked| asked.after), done: 0, stuck: false }
+    }
+
+    /// Where it is time for one, its bounds of what is out of balance and its steps.
+    fn due(&mut self, steps: usize, out_of_balance: f64) -> Option<([f64; 2], usize)> {
+        let Relaxation { after, bounds, most_steps } = self.asked.filter(|_| self.done < MOST_RELAXATIONS)?;
+        let bounds = if self.stuck { LATE_RELAXATIONS } else { bounds };
+        let due = self.stuck || steps > self.next && out_of_balance > bounds[0];
+        due.then(|| {
+            self.done += 1;
+            self.next = steps + (after.max(1) << self.done);
+            self.stuck = false;
+            (bounds, most_steps)
+        })
+    }
+
+    /// Has one begin in place of the next step, where steps get nowhere; whether that can be.
+    fn hasten(&mut self) -> bool {
+        self.stuck = self.asked.is_some() && self.done < MOST_RELAXATIONS;
+        self.stuck
     }
 }
 
@@ -111,9 +162,55 @@ impl Newton<'_> {
         sum / f64::from(count.max(1))
     }
 
+    /// Brings the model into balance, or near enough to go on from, beginning in its present configuration.
+    pub fn equilibrate(&mut self) -> Equilibrium {
+        if self.settings.begins_soft && !self.model.has_elastic() {
+            self.soften();
+        }
+        self.march()
+    }
+
+    /// Brings the model nearly into balance with soft contacts, harder and harder.
+    fn soften(&mut self) {
+        let (typical, tolerance) = (self.typical_stiffness, self.tolerance);
+        let yielding = || self.model.shapes.iter().map(|shape| shape.yielding());
+        let stiffest =
+            self.model.bodies.iter().map(|b| b.stiffness).filter(|k| k.is_finite()).fold(0.0, f64::max);
+        let hardest = 2.0 * stiffest * yielding().fold(0.0, f64::max);
+        let median = tensor::median(yielding()).unwrap_or(0.0);
+        let mut strength = self.pressing_loads() / SOFT_OVERLAP;
+        self.tolerance = tolerance.max(SOFT_TOLERANCE);
+        while strength > 0.0 && strength < hardest && !self.settings.stop.is_raised() {
+            self.contacts.strength = strength;
+            self.typical_stiffness = typical.min(0.5 * strength / median);
+            self.evaluate();
+            let Equilibrium { converged, augmentations, .. } = self.march();
+            tracing::debug!(strength, converged, augmentations, "soft contacts");
+            if !converged {
+                break;
+            }
+            strength *= HARDENING;
+        }
+        self.contacts.strength = f64::INFINITY;
+        (self.typical_stiffness, self.tolerance) = (typical, tolerance);
+        self.evaluate();
+    }
+
+    /// What presses contacts at most [N]: all dead loads of free bodies together, or all that they bear already.
+    fn pressing_loads(&self) -> f64 {
+        let gravity = self.loads.gravity.norm();
+        let dead = |body: usize| {
+            self.model.bodies[body].mass * gravity + self.loads.applied[body].fixed_rows::<3>(0).norm()
+        };
+        let free = (0..self.model.bodies.len()).filter(|&body| self.dofs.is_free(body));
+        let borne = self.contacts.active().map(|(_, point)| point.evaluation.pressure).sum();
+        free.map(dead).sum::<f64>().max(borne)
+    }
+
     /// Takes the steps of an increment.
-    pub(super) fn march(&mut self, until: Stabilisation) -> Equilibrium {
+    fn march(&mut self) -> Equilibrium {
         let settings = self.settings;
+        let until = settings.stabilisation;
         let Course { first_drag, least_drag, most_steps, most_fruitless, cut } = Course::to(until, settings);
         let mut damage = DamageWatch::new(self.model, settings);
         let waits = self.model.waits_for_augmentations();
@@ -122,12 +219,28 @@ impl Newton<'_> {
         let mut path = Path::from(self);
         let mut drag = self.uniform_drag(first_drag);
         let mut found = Equilibrium::begun(self.balance());
+        if most_steps == 0 {
+            return Equilibrium { surface_energy: self.surface_energy(), ..found };
+        }
+        let mut relaxations = Relaxations::new(settings.relaxation.filter(|_| self.can_relax()));
         // Steps whose work is summed, and fruitless ones in a row.
         let (mut counted, mut fruitless) = (0, 0);
         loop {
             self.counters.augmentations += 1;
             found.augmentations += 1;
-            let end = self.implicit_step(&mut drag, self.left_of_step(until), room);
+            let due = relaxations.due(found.augmentations, found.balance.out_of_balance);
+            let end = if let Some(([_, enough], most_steps)) = due {
+                let end = self.relax_dynamically(enough, most_steps);
+                // What the way behind took is in the books; from here on it is counted anew.
+                self.rebase();
+                self.evaluate();
+                path.restart(self);
+                counted = found.augmentations;
+                drag = self.uniform_drag(first_drag);
+                end
+            } else {
+                self.implicit_step(&mut drag, &self.left_of_step(until), room)
+            };
             let settled = match self.settle(&mut damage, until) {
                 Ok(settled) => settled,
                 Err(problem) => return Equilibrium { broke: Some(problem.to_string()), ..found },
@@ -142,13 +255,16 @@ impl Newton<'_> {
                 "step"
             );
             found.converged =
-                until.is_met(&found.balance, settings) && settled.fully && self.control_is_met();
+                until.is_met(&found.balance, self.tolerance) && settled.fully && self.control_is_met();
             let gained = match until {
                 Stabilisation::Unrest(_) => end == StepEnd::Solved,
                 Stabilisation::Rest => end != StepEnd::Stalled,
             };
             fruitless = if gained { 0 } else { fruitless + 1 };
-            let tired = fruitless >= most_fruitless || found.augmentations >= most_steps;
+            let mut tired = fruitless >= most_fruitless || found.augmentations >= most_steps;
+            if fruitless >= most_fruitless && relaxations.hasten() {
+                (fruitless, tired) = (0, found.augmentations >= most_steps);
+            }
             if tired && matches!(until, Stabilisation::Unrest(_)) {
                 found.converged |= end != StepEnd::Stalled && settled.nearly && self.control_is_met();
             }
@@ -156,7 +272,8 @@ impl Newton<'_> {
             // A step that was cut short is not what an uninterrupted run comes to.
             found.converged &= !stops;
             let ends = found.converged || tired || stops;
-            let is_due = found.augmentations - counted == REBASE_EVERY || path.reach(self) > REBASE_BEYOND;
+            let is_due = found.augmentations - counted == REBASE_EVERY
+                || !self.is_of_a_scene() && path.reach(self) > REBASE_BEYOND;
             let rebases = is_due && !waits;
             if ends || rebases {
                 path.go_on(self, found.augmentations - counted, cut);
@@ -179,19 +296,45 @@ impl Newton<'_> {
 
     /// What Newton's iterations may leave of a step.
     fn left_of_step(&self, until: Stabilisation) -> Leave {
-        let balance = self.balance();
+        let yardsticks = self.yardsticks();
         let ([largest, mean], shares_of_drag) = match until {
             Stabilisation::Unrest(unrest) => {
                 let shares = if until.goes_on(self.model) { SHARES_OF_DRAG } else { [0.0; 2] };
                 ([LOCALLY * unrest, SHARE_OF_UNREST * unrest], shares)
             }
             Stabilisation::Rest => {
-                let begun = SHARE_OF_START * balance.out_of_balance;
-                ([begun.max(SHARE_OF_TOLERANCE * self.settings.force_tolerance), f64::INFINITY], [0.0; 2])
+                let (begun, _) = self.worst_of(&self.residual, &yardsticks);
+                let least = SHARE_OF_TOLERANCE * self.tolerance;
+                ([(SHARE_OF_START * begun).max(least), f64::INFINITY], [0.0; 2])
             }
         };
-        let reference = balance.reference_force;
-        Leave { largest: largest * reference, mean: mean * reference, shares_of_drag }
+        let goes_uphill = until == Stabilisation::Rest && self.moves_what_no_drag_holds();
+        let farthest =
+            if until == Stabilisation::Rest && !self.is_of_a_scene() { FARTHEST } else { f64::INFINITY };
+        let most_trials = if goes_uphill { 2 * USUAL_TRIALS } else { USUAL_TRIALS };
+        Leave {
+            largest,
+            mean: mean * yardsticks.mean,
+            shares_of_drag,
+            most_trials,
+            farthest,
+            goes_uphill,
+            yardsticks,
+        }
+    }
+
+    /// Whether bodies are set and driven by hand. Most of a driven body's way is prescribed, and what the first step leaves slides back: friction does
+    /// not act anew because bodies have gone far.
+    fn is_of_a_scene(&self) -> bool {
+        self.model.bodies.iter().any(|body| body.kind == BodyKind::Placed)
+    }
+
+    /// Whether a load, a wall or a plate is free to move: none has a stiffness that a drag could be taken from, and where they first meet bodies no
+    /// Newton step foresees what these do.
+    fn moves_what_no_drag_holds(&self) -> bool {
+        let mut bodies = self.model.bodies.iter().enumerate();
+        let plate = bodies.any(|(body, of)| !of.stiffness.is_finite() && self.dofs.is_free(body));
+        plate || self.model.wall.is_some() || self.steering.is_some()
     }
 
     /// Has displacements and damage of bodies follow the forces of a step.
@@ -201,10 +344,10 @@ impl Newton<'_> {
         let mut off = match until {
             // What drives rock to fail is not at rest.
             Stabilisation::Unrest(_) => 1.0,
-            Stabilisation::Rest => balance.out_of_balance / settings.force_tolerance,
+            Stabilisation::Rest => balance.out_of_balance / self.tolerance,
         };
         if self.model.has_elastic() {
-            let Following { gap, node, energy } = self.follow(&balance, damage, settings.force_tolerance);
+            let Following { gap, node, energy } = self.follow(&balance, damage, self.tolerance);
             settled = Settled { fully: gap < 1.0 && node < 1.0, nearly: gap < LOOSE_GAPS, energy };
             if until != Stabilisation::Rest && self.model.follows_by_steps() {
                 // What displacements and forces disagree by is out of balance with what still moves, and told with it.

@@ -4,32 +4,38 @@
 //! begins, `k` a typical contact stiffness [N/m] and `c` the drag of each body over it. That is a backward Euler step of bodies in a viscous fluid.
 //! The drag of a body rises where Newton's iterations get nowhere, there alone: one place of thousands does not hold up the others.
 
+use crate::solver::balance::Yardsticks;
 use crate::solver::newton::Newton;
 
-/// Newton iterations of a step, and times that the drag of some bodies rises in it.
-const MOST_ITERATIONS: usize = 12;
+/// Times that the drag of some bodies rises in a step.
 const MOST_RAISES: usize = 6;
 /// Factor on a drag that rises, and the strongest.
 const RAISE: f64 = 6.0;
 const STRONGEST: f64 = 30.0;
 /// Bodies whose held force is this share of the largest get more drag, and what touches them.
 const STUCK_SHARE: f64 = 0.2;
-/// Halvings in a line search.
-const MOST_HALVINGS: usize = 4;
-/// Decrease of the merit that a step of full length has to bring.
+/// Decrease of the merit that a step of full length has to bring; of its share, where a plate goes a shorter way.
 const DECREASE: f64 = 0.1;
 /// Drag of a body without a stiffness of its own, a plate: it moves with what it touches, and only just has a position where that is nothing.
 const PLATE_DRAG: f64 = 1e-6;
 
-/// What Newton's iterations may leave of forces and drag [N].
-#[derive(Debug, Clone, Copy)]
+/// What Newton's iterations may leave of forces and drag.
+#[derive(Debug, Clone)]
 pub(super) struct Leave {
-    /// On any unknown.
+    /// On any body, over what its forces are judged by.
     pub largest: f64,
-    /// Mean over the free bodies.
+    /// Mean over the free bodies [N].
     pub mean: f64,
     /// Or these shares of what the drag holds up.
     pub shares_of_drag: [f64; 2],
+    /// Lengths that a line search tries, each half of the one before.
+    pub most_trials: usize,
+    /// How far any body may go, over the length that it may go in an iteration.
+    pub farthest: f64,
+    /// Whether a step that is refused to the end goes to the best that was tried all the same.
+    pub goes_uphill: bool,
+    /// What forces are judged by where the step begins.
+    pub yardsticks: Yardsticks,
 }
 
 /// Whose room between neighbours limits how far a body goes in an iteration.
@@ -46,6 +52,8 @@ pub(super) enum Room {
 pub(super) enum StepEnd {
     /// Forces and drag balance.
     Solved,
+    /// Nearer to that than it began, but a body has gone as far as it may in a step.
+    Far,
     /// Nearer to that than it began.
     Reduced,
     /// It got nowhere.
@@ -67,7 +75,7 @@ impl Newton<'_> {
     }
 
     /// Takes an implicit step from the present configuration, to where forces balance the drag but for what may be left.
-    pub(super) fn implicit_step(&mut self, drag: &mut Drag, leave: Leave, room: Room) -> StepEnd {
+    pub(super) fn implicit_step(&mut self, drag: &mut Drag, leave: &Leave, room: Room) -> StepEnd {
         let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
         self.recentre();
         drag.weights.resize(self.dofs.bodies(), drag.weights.last().copied().unwrap_or(0.0));
@@ -75,7 +83,7 @@ impl Newton<'_> {
         let mut held = self.held_residual();
         let first = merit(&held);
         let (mut now, mut raises, mut gained) = (first, 0, false);
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..self.settings.max_newton {
             if self.leaves_little(&held, leave) {
                 return StepEnd::Solved;
             }
@@ -84,28 +92,47 @@ impl Newton<'_> {
             }
             self.counters.newton_iterations += 1;
             let Some(mut step) = self.step(&held) else { break };
-            self.clip(&mut step, room);
+            let shortened = self.clip(&mut step, room);
             let from = (self.poses.clone(), self.away.clone());
             let (mut factor, mut refused) = (self.largest_factor(&step), None);
-            let accepted = (0..MOST_HALVINGS).find_map(|_| {
+            let mut least = (f64::INFINITY, 0.0);
+            let accepted = (0..leave.most_trials).find_map(|_| {
                 let trial = self.try_step(&from, &step, factor);
                 let value = trial.as_deref().map_or(f64::INFINITY, merit);
-                if value < now * (1.0 - DECREASE * factor) {
+                if value < now * (1.0 - DECREASE * factor * shortened) {
                     return trial;
+                }
+                if value < least.0 {
+                    least = (value, factor);
                 }
                 factor *= 0.5;
                 refused = refused.take().or(trial);
                 None
             });
+            tracing::trace!(
+                accepted = accepted.is_some(),
+                factor,
+                merit = now,
+                drag = drag.weights.iter().copied().fold(0.0, f64::max),
+                "iteration"
+            );
             if let Some(new) = accepted {
                 (now, held, gained) = (merit(&new), new, true);
+                if self.has_gone_far(leave.farthest) {
+                    return StepEnd::Far;
+                }
                 continue;
             }
-            self.go_to(from.0, from.1);
             raises += 1;
             if raises > MOST_RAISES {
+                if leave.goes_uphill && least.0.is_finite() {
+                    self.try_step(&from, &step, least.1);
+                } else {
+                    self.go_to(from.0, from.1);
+                }
                 break;
             }
+            self.go_to(from.0, from.1);
             self.raise(drag, &held, refused.as_deref().unwrap_or(&held));
             self.weights.clone_from(&drag.weights);
             held = self.held_residual();
@@ -120,10 +147,25 @@ impl Newton<'_> {
         }
     }
 
-    fn leaves_little(&self, held: &[f64], leave: Leave) -> bool {
-        let largest = |forces: &[f64]| forces.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    /// Whether any body has come this far in a step, over the length that it may go in an iteration.
+    fn has_gone_far(&self, farthest: f64) -> bool {
+        let lengths = self.settings.step_length.lengths(self.model);
+        let bodies = 0..self.model.bodies.len();
+        farthest.is_finite()
+            && bodies.into_iter().any(|body| {
+                self.reach(&self.away, body) > farthest * self.settings.motion_cap * lengths[body]
+            })
+    }
+
+    fn leaves_little(&self, held: &[f64], leave: &Leave) -> bool {
+        let largest = |forces: &[f64]| self.worst_of(forces, &leave.yardsticks).0;
         let [most, mean] = leave.shares_of_drag;
-        largest(held) < leave.largest.max(most * largest(&self.residual))
+        let on_any =
+            if most > 0.0 { leave.largest.max(most * largest(&self.residual)) } else { leave.largest };
+        // What a load's control is off by is a force as well, the last.
+        let control = held.last().filter(|_| self.steering.is_some()).map_or(0.0, |off| off.abs());
+        largest(held) < on_any
+            && control < on_any * leave.yardsticks.mean
             && self.mean_force(held) < leave.mean.max(mean * self.mean_force(&self.residual))
     }
 
@@ -145,8 +187,9 @@ impl Newton<'_> {
         drag.free_plates(self);
     }
 
-    /// Shortens the motion of each body to what it may go at once, and by the room that it has itself.
-    fn clip(&self, step: &mut [f64], room: Room) {
+    /// Shortens the motion of each body to what it may go at once, and by the room that it has itself. Gives the least share that is left
+    /// of any plate, which no drag holds back.
+    fn clip(&self, step: &mut [f64], room: Room) -> f64 {
         let lengths = self.settings.step_length.lengths(self.model);
         let bodies = self.model.bodies.len();
         let mut reach: Vec<f64> = (0..bodies).map(|body| self.reach(step, body)).collect();
@@ -168,6 +211,12 @@ impl Newton<'_> {
                 step[*unknown as usize] *= share;
             }
         }
+        let held_by_drag = self.model.bodies.iter().map(|body| body.stiffness.is_finite());
+        shares
+            .into_iter()
+            .zip(held_by_drag)
+            .filter(|(_, held)| !held)
+            .fold(1.0, |least, (share, _)| least.min(share))
     }
 }
 

@@ -13,9 +13,6 @@ use crate::triaxial::sheet::RubberSheet;
 
 /// Edge length of the triangles over the median grain size, where none is given.
 const MESH_SIZE: f64 = 0.25;
-/// First proximal weight of an increment. With 1e-4, the rigs' usual one when this was measured, the first four augmentations of nearly every increment
-/// came to nothing: 86 factorisations each instead of 62 (forty grains).
-const PROXIMAL_START: f64 = 0.05;
 /// Depth of a pore, over the median grain size, from which on the triangles above it are refined.
 const PORE_DEPTH: f64 = 0.25;
 /// Distance that the membrane keeps from the grains before it is laid against them, over its thickness.
@@ -67,7 +64,6 @@ impl Rig {
         self.committed.poses.extend(nodes);
         self.model.membrane = Some(membrane);
         self.model.cover = Some(cover);
-        self.settings.proximal_start = self.settings.proximal_start.max(PROXIMAL_START);
         Ok(())
     }
 

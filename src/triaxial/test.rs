@@ -427,14 +427,12 @@ impl Test {
         let mut counters = Counters::default();
         // Grains do not break by being put into touch.
         let fine = Settings {
-            stabilisation: None,
+            stabilisation: Stabilisation::Rest,
             damage: DamageSettings { moves: false, ..rig.settings.damage },
             ..rig.settings.clone()
         };
-        let rough = fine.for_seating().relaxed_together();
+        let mut settings = fine.for_seating();
         let fine = fine.relaxed_together();
-        let relaxation_bounds = rig.settings.relaxation_bounds;
-        let mut settings = Settings { relaxes_after: Some(0), relaxation_bounds, ..rough };
         loop {
             let increment = Increment {
                 model: &rig.model,
@@ -484,8 +482,8 @@ impl Test {
         let lift = drive.lift(to).map(|lift| drive.origin.top + lift - now.top);
         let starts = starts(rig, last.map(|last| (last, share / last.share)), lift, now.height);
         let loads = drive.loads(rig, share, to, &guess);
-        let comes_to_rest = to >= 1.0 || drive.comes_to_rest() || rig.settings.stabilisation.is_none();
-        let rest = Settings { stabilisation: Some(Stabilisation::Rest), ..rig.settings.clone() };
+        let comes_to_rest = to >= 1.0 || drive.comes_to_rest();
+        let rest = Settings { stabilisation: Stabilisation::Rest, ..rig.settings.clone() };
         let advance_with = |settings: &Settings, contacts: &mut Contacts| {
             let increment =
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
@@ -493,7 +491,8 @@ impl Test {
         };
         let settings = if comes_to_rest { &rest } else { &rig.settings };
         let mut report = advance_with(settings, &mut rig.contacts);
-        let may_move_on = comes_to_rest && rig.settings.stabilisation.is_some() && !drive.comes_to_rest();
+        let asks_for_rest = rig.settings.stabilisation == Stabilisation::Rest;
+        let may_move_on = comes_to_rest && !asks_for_rest && !drive.comes_to_rest();
         if may_move_on && matches!(report.status, StepStatus::OutOfBalance { .. }) {
             // Behind a collapse that goes on, the end of a stage is as restless as the way to it; its row says so.
             let spent = report.counters;

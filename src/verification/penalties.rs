@@ -1,10 +1,10 @@
-//! First guesses that must not matter: penalties of condensed contacts, proximal weights of rigid bodies,
+//! First guesses that must not matter: penalties of condensed contacts, drag of rigid bodies,
 //! rejected trials.
 //!
 //! - A condensed cube squeezed between plates, turned a little so that edges and corners touch, with first penalties from 1e-3 to 1e3
 //!   times the default. Gaps agree to 1e-8 of the cube's size, 3e-10 m, where each plate presses it in by 10 um: forces may differ by 3e-5
 //!   an increment and plate, 3e-4 over four with friction that remembers the way.
-//! - The contacts of rigid bodies are springs, without multipliers; what is guessed there is how strongly the proximal term holds bodies, 1e-3 to 1e3
+//! - The contacts of rigid bodies are springs, without multipliers; what is guessed there is the drag of the first step, 1e-3 to 1e3
 //!   times the default. A wedge pressed between walls, forces balanced to 1e-5.
 //! - A block pushed along a plane with weakening friction, with and without a rejected trial of twenty times the step before each increment. The search may
 //!   list candidates in other places: 1e-12 of lengths.
@@ -55,14 +55,14 @@ pub(super) fn first_guesses(findings: &mut Findings) {
     let angle = 20f64.to_radians();
     let rigid = |first: f64| {
         let mut parameters = sharp(pressed(angle, 0.65));
-        parameters.settings.proximal_start *= first;
+        parameters.settings.drag_to_rest[0] *= first;
         let run = Run::of(&parameters);
         (run.at_end(|row| on_wall(row, 2, angle)[0]), run)
     };
     let (reference, _) = rigid(1.0);
     for first in [1e-3, 1e-1, 10.0, 1e3] {
         let (force, run) = rigid(first);
-        let what = format!("rigid: N [N], first hold x {first:e}");
+        let what = format!("rigid: N [N], first drag x {first:e}");
         findings.of_run(what, &run, force, reference, Tolerance::Relative(1e-4));
     }
 }

@@ -36,7 +36,7 @@ impl Test {
         let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
         let loads = progress.drive.loads(rig, REST_SHARE, progress.pace.done(), &guess);
         let damage = DamageSettings { moves: false, ..rig.settings.damage };
-        let settings = Settings { max_augmentations: 0, stabilisation: None, damage, ..rig.settings.clone() };
+        let settings = Settings { max_augmentations: 0, damage, ..rig.settings.clone() };
         let increment =
             Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
         advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts)
