@@ -2,7 +2,7 @@
 
 Without units: edges 1, 1, 0.5, E = 1000, nu = 0.3, mu = 0.3. The push, 0.02, is enough to slide in every setting.
 CalculiX clamps the block's top and moves it, 0.00005 down, then along. riprap cannot clamp a face: it presses with 0.1 N and moves
-the block as a whole.
+the block as a whole. ipctk moves the top as CalculiX does.
 """
 
 import itertools

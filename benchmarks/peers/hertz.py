@@ -4,6 +4,7 @@ Hertz (1882): F = 4/3 E / (1 - nu^2) sqrt(R) d^1.5. Without units: R = 1, E = 10
 contact radius a = 0.1.
 CalculiX has a quarter of the lower half of the ball and drives its middle plane by d. riprap has the whole ball and drives its
 mean displacement by d. The two differ by terms of a / R that Hertz's half-space leaves out.
+ipctk has CalculiX's quarter as tet4, a barrier's distance above the plane.
 """
 
 import math

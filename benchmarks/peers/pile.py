@@ -5,6 +5,8 @@ CalculiX has the meshes that riprap makes of the grains, as tet4 (corner nodes a
 with the stiffest penalty in the table. The force of a run that stops is compared with the reference's at that share of the way.
 Sticking is a hundred times softer than the penalty: as stiff as it, the closed pile's first increment did not converge and was cut.
 In the gapped pile soft springs to ground hold each grain in CalculiX until it is touched. riprap needs none.
+ipctk has the same tet4, and a drag as soft as those springs. Its barrier acts from a distance: in the gapped pile gaps are
+shorter by that, in the closed one grains and plates are drawn apart by it.
 """
 
 import itertools
@@ -110,8 +112,7 @@ def deck(case, bodies, penalty, springs):
         if name in bodies:
             continue
         centre, size = numpy.array(body["position"]), numpy.array(body["shape"]["box"])
-        corners = meshes.box_points(centre - size / 2, centre + size / 2)
-        nodes += meshes.nodes_text(corners, node)
+        nodes += meshes.nodes_text(meshes.box_points(centre - size / 2, centre + size / 2), node)
         cells += "*ELEMENT,TYPE=C3D8,ELSET=PLATES\n" + meshes.cells_text([range(8)], node, cell)
         surfaces += f"*SURFACE,NAME={name.upper()},TYPE=ELEMENT\n{cell},S{INWARD[name][0]}\n"
         ground += meshes.set_text(name.upper(), range(node, node + 8))

@@ -3,7 +3,8 @@
 
     benchmarks/peers/run.py RIPRAP OUT [hertz block pile_closed pile_gapped triaxial]
 
-Needs numpy, scipy and h5py. CalculiX (`ccx`) and YADE (`yade`) are taken from the path, ipctk from python's modules; codes that are not there are left out, and named in OUT/versions.txt.
+Needs numpy, scipy and h5py. CalculiX (`ccx`) and YADE (`yade`) are taken from the path, ipctk from python's modules.
+Codes that are not there are left out, and named in OUT/versions.txt.
 Runs go one after the other, each on one thread and for at most LIMIT seconds (environment, 300), REPEAT times (3).
 CODES (environment, names with commas between) leaves out all others.
 OUT/runs.csv has a row a run, appended to where it exists. chart.py draws it. Each problem's module says what is asked and how

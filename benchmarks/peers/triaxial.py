@@ -25,6 +25,7 @@ YADE = [
     ("clumps, 0.3 GPa, I 1e-3", "clumps", 3e8, 1e-3),
     ("clumps, 0.3 GPa, I 1e-4", "clumps", 3e8, 1e-4),
     ("clumps, 30 GPa, I 1e-3", "clumps", 3e10, 1e-3),
+    ("clumps, 30 GPa, I 1e-4", "clumps", 3e10, 1e-4),
 ]
 
 

@@ -1,7 +1,9 @@
-"""A triaxial test of spheres or clumps by YADE: `yade -n -x yade_triaxial.py` with a JSON object of settings in TRIAXIAL and a path in ANSWER.
+"""A triaxial test of spheres or clumps by YADE.
+
+    TRIAXIAL='{"pressure": 8e5, ...}' ANSWER=out.json yade -n -x -j1 yade_triaxial.py
 
 Six frictionless walls bring a cloud of grains to the pressure; then the lid goes down at a strain rate by its inertial number
-I = rate * d * sqrt(density / pressure), d the median diameter, while the side walls keep the pressure.
+I = rate * d * sqrt(density / pressure), d halfway from the smallest to the largest diameter, while the side walls keep the pressure.
 The answer has the CPU seconds of either part, the steps, and rows of strain, stresses and unbalanced ratio.
 The unbalanced ratio is YADE's: mean force out of balance over mean contact force.
 """
@@ -16,7 +18,7 @@ from yade import pack
 settings = json.loads(os.environ["TRIAXIAL"])
 PRESSURE, DENSITY, FRICTION = settings["pressure"], settings["density"], settings["friction"]
 SIZES, SHARES = settings["sizes"], settings["shares"]
-MEDIAN = SIZES[0] + (SIZES[-1] - SIZES[0]) / 2
+MIDDLE = (SIZES[0] + SIZES[-1]) / 2
 LOOSE = 0.8  # porosity of the cloud
 TETRAHEDRON = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
 
@@ -70,7 +72,7 @@ def shear(walls):
         if contact.isReal and O.materials["rock"].id in [O.bodies[k].mat.id for k in (contact.id1, contact.id2)]:
             rocks = [O.bodies[k].mat.label == "rock" for k in (contact.id1, contact.id2)]
             contact.phys.tangensOfFrictionAngle = FRICTION if all(rocks) else 0.0
-    rate = settings["inertial"] / (MEDIAN * math.sqrt(DENSITY / PRESSURE))
+    rate = settings["inertial"] / (MIDDLE * math.sqrt(DENSITY / PRESSURE))
     walls.stressMask, walls.goal2, walls.max_vel = 5, -rate, 10.0
     begun, rows = walls.strain[1], []
     span = settings["strain"] / 40
