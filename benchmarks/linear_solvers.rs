@@ -11,9 +11,9 @@
 //! `-- condensed GRAINS` factorises networks of condensed grains, whose contact forces are unknowns too, with one point a
 //! pair (what lumping a pair's contacts into their resultant would leave) up to three.
 //!
-//! `-- reference FOLDER GRAINS` measures this crate's LU and LDLT on one thread in CPU time and writes the matrices for
-//! `benchmarks/reference_solvers.py`, which has another library solve them; `-- reference-full FOLDER GRAINS` the same
-//! with all nodes of 38-cell grains as unknowns.
+//! `-- reference FOLDER GRAINS` measures this crate's LU and LLT and faer's LU (COLAMD; nested dissection of A'A) on one thread
+//! in CPU time and writes the matrices for `benchmarks/reference_solvers.py`, which has other libraries solve them;
+//! `-- reference-full FOLDER GRAINS` the same with all nodes of 38-cell grains as unknowns.
 
 use riprap::geometry::Polyhedron;
 use riprap::grain::stiffness::stiffness_matrix;
@@ -26,6 +26,11 @@ use riprap::mesh::grain_mesh;
 use riprap::tensor::{Mat3, Vec3};
 use std::path::Path;
 use std::time::Instant;
+
+#[path = "linear_solvers/faer.rs"]
+mod faer;
+#[path = "linear_solvers/reference.rs"]
+mod reference;
 
 const HEAD: &str = "grains,unknowns,entries,way,threads,analysis_s,factor_s,solve_s,iterations,relative_residual,factor_entries";
 const REPETITIONS: usize = 3;
@@ -336,63 +341,6 @@ impl Network {
         }
         let right_side = (0..size).map(|_| numbers.next()).collect();
         Network { grains, first, pattern, graph, values, symmetric, right_side }
-    }
-
-    /// This crate's LU and LDLT on one thread in CPU seconds, as CSV; writes the matrices for another library.
-    fn compare(&self, folder: &Path) {
-        std::fs::create_dir_all(folder).expect("a folder");
-        let write = |name: &str, bytes: Vec<u8>| std::fs::write(folder.join(name), bytes).expect("written");
-        let whole = |list: &[usize]| list.iter().flat_map(|&k| (k as i64).to_le_bytes()).collect::<Vec<u8>>();
-        let real = |list: &[f64]| list.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-        let mut even = Vec::with_capacity(self.values.len());
-        for (column, range) in self.pattern.column_starts.windows(2).enumerate() {
-            let rows = &self.pattern.rows[range[0]..range[1]];
-            even.extend(rows.iter().map(|&row| self.symmetric.get(row.max(column), row.min(column))));
-        }
-        write("starts.i64", whole(&self.pattern.column_starts));
-        write("rows.i64", whole(&self.pattern.rows));
-        write("exact.f64", real(&self.values));
-        write("symmetric.f64", real(&even));
-        write("right_side.f64", real(&self.right_side));
-        println!(
-            "grains,unknowns,entries,library,way,analysis_cpu_s,factor_cpu_s,solve_cpu_s,relative_residual"
-        );
-        let print = |way: &str, marks: [f64; 4], left: f64| {
-            let [analysis, factor, solve] = [0, 1, 2].map(|k| marks[k + 1] - marks[k]);
-            let (size, entries) = (self.pattern.size, self.values.len());
-            println!(
-                "{},{size},{entries},riprap,{way},{analysis:.4},{factor:.4},{solve:.4},{left:.1e}",
-                self.grains
-            );
-        };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
-        pool.install(|| {
-            for _ in 0..REPETITIONS {
-                let mut marks = [cpu_seconds(); 4];
-                let mut lu = MultifrontalLu::analyse(self.pattern.clone(), &self.first).expect("analysed");
-                marks[1] = cpu_seconds();
-                lu.factorise(&self.values).expect("factorised");
-                marks[2] = cpu_seconds();
-                let mut x = self.right_side.clone();
-                let left = lu.solve_in_place(&self.values, &mut x).expect("solved");
-                marks[3] = cpu_seconds();
-                print("LU", marks, left);
-                drop(lu);
-                marks[0] = cpu_seconds();
-                let width = (self.first[1] - self.first[0]) as usize;
-                let ordering = Ordering::nested_dissection(&self.graph, width).expect("an ordering");
-                let pattern = self.symmetric.pattern();
-                let mut factor =
-                    SparseCholesky::analyse(pattern, &ordering, Factorisation::Llt).expect("analysed");
-                marks[1] = cpu_seconds();
-                factor.factorise(&self.symmetric).expect("factorised");
-                marks[2] = cpu_seconds();
-                let mut x = self.right_side.clone();
-                factor.back_substitute(&mut x, 1).expect("solved");
-                marks[3] = cpu_seconds();
-                print("LLT", marks, f64::NAN);
-            }
-        });
     }
 
     fn row(

@@ -2,7 +2,7 @@
 
 Without units: edges 1, 1, 0.5, E = 1000, nu = 0.3, mu = 0.3. The push, 0.02, is enough to slide in every setting.
 CalculiX clamps the block's top and moves it, 0.00005 down, then along. riprap cannot clamp a face: it presses with 0.1 N and moves
-the block as a whole.
+the block as a whole. ipctk moves the top as CalculiX does.
 """
 
 import itertools
@@ -10,7 +10,7 @@ import itertools
 import numpy
 
 import meshes
-from codes import calculix, riprap
+from codes import calculix, potential, riprap
 
 EDGE, HEIGHT, MODULUS, POISSON, FRICTION, PRESS, FORCE, PUSH = 1.0, 0.5, 1000.0, 0.3, 0.3, 0.00005, 0.1, 0.02
 
@@ -18,6 +18,10 @@ CALCULIX = [
     ("tet10, 2 cells an edge, K=1e5", 2, 1e5),
     ("tet10, 4 cells an edge, K=1e5", 4, 1e5),
     ("tet10, 8 cells an edge, K=1e5", 8, 1e5),
+]
+IPC = [
+    ("tet4, 4 cells an edge, barrier 1e-3", 4, 1e-3),
+    ("tet4, 8 cells an edge, barrier 1e-3", 8, 1e-3),
 ]
 RIPRAP = [
     ("rigid", "rigid", "corners", None),
@@ -28,12 +32,17 @@ RIPRAP = [
 ]
 
 
-def deck(edges, penalty):
+def linear(edges):
+    """Points and tet4 of the block."""
     shape = (edges, edges, max(1, edges // 2))
     grid = numpy.arange((shape[0] + 1) * (shape[1] + 1) * (shape[2] + 1)).reshape([n + 1 for n in shape])
     steps = [numpy.linspace(0, size, n + 1) for size, n in zip((EDGE, EDGE, HEIGHT), shape)]
     corners = numpy.array(list(itertools.product(*steps)))
-    points, cells = meshes.quadratic(corners, meshes.tetrahedra(grid, corners))
+    return corners, meshes.tetrahedra(grid, corners)
+
+
+def deck(edges, penalty):
+    points, cells = meshes.quadratic(*linear(edges))
     sole = [(c, f) for c, f in meshes.outer_faces(cells) if all(points[cells[c][k]][2] < 1e-9 for k in meshes.FACES[f - 1])]
     plane = meshes.box_points((-0.5, -0.5, -0.5), (1.5, 1.5, 0.0))
     n, c = len(points), len(cells)
@@ -50,6 +59,29 @@ def deck(edges, penalty):
         text += f"*BOUNDARY\nTOP,1,1,{along:g}\nTOP,2,2,0\nTOP,3,3,{-PRESS:g}\n"
         text += "*NODE PRINT,NSET=TOP,TOTALS=ONLY,FREQUENCY=1\nRF\n*END STEP\n"
     return text, 3 * n
+
+
+def barrier_problem(edges, barrier):
+    """The block for ipc.py: it begins a barrier's distance above the plane, and its clamped top goes as in CalculiX, that distance less."""
+    points, cells = linear(edges)
+    points = points + [0, 0, barrier]
+    count = len(points)
+    plane = meshes.box_points((-0.5, -0.5, -0.5), (1.5, 1.5, 0.0))
+    top = numpy.flatnonzero(points[:, 2] > HEIGHT + barrier / 2)
+    held = (3 * top[:, None] + numpy.arange(3)).ravel()
+    down, along = numpy.linspace(1, 4, 4) / 4, numpy.linspace(1, 8, 8) / 8
+    ways = [(0, 0, -PRESS * share) for share in down] + [(PUSH * share, 0, -PRESS) for share in along]
+    return {
+        "points": numpy.vstack([points, plane]),
+        "cells": cells,
+        "faces": numpy.vstack([meshes.triangles(cells), meshes.box_triangles(count)]),
+        "bodies": numpy.array([1] * count + [0] * 8),
+        "fixed": 3 * count + numpy.arange(24),
+        "held": held,
+        "targets": numpy.array([(points[top] + way).ravel() for way in ways]),
+        "modulus": MODULUS, "poisson": POISSON, "friction": FRICTION,
+        "barrier": barrier, "stiffness": MODULUS, "slip": 1e-5, "drag": 0.0,
+    }, 3 * count
 
 
 def case(fidelity, faces, cells):
@@ -72,7 +104,7 @@ def case(fidelity, faces, cells):
 
 def rows(program, folder, limit, has):
     """One row a run: code, setting, unknowns, cost, value, answer."""
-    for setting, fidelity, faces, cells in RIPRAP:
+    for setting, fidelity, faces, cells in RIPRAP if has["riprap"] else []:
         cost = riprap(program, folder, "block", case(fidelity, faces, cells), limit)
         forces = cost["bodies"].get("block", {}).get("reaction_force", [])
         yield "riprap", setting, "", cost, abs(forces[-1][0]) / FORCE if len(forces) and not cost["trouble"] else None, FRICTION, "mu"
@@ -84,3 +116,11 @@ def rows(program, folder, limit, has):
             x, _, z = cost["reactions"][-1][2]
             ratio = abs(x / z)
         yield "CalculiX", setting, unknowns, cost, ratio, FRICTION, "mu"
+    for setting, edges, barrier in IPC if has["ipctk"] else []:
+        problem, unknowns = barrier_problem(edges, barrier)
+        cost = potential(folder, "block", problem, limit)
+        ratio = None
+        if cost["rows"] and not cost["trouble"]:
+            x, _, z = cost["rows"][-1]["force"]
+            ratio = abs(x / z)
+        yield "ipctk", setting, unknowns, cost, ratio, FRICTION, "mu"

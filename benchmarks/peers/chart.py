@@ -2,6 +2,9 @@
 """Draws runs.csv of run.py: CPU seconds against error, one panel a problem; hollow where a run stopped short.
 
     benchmarks/peers/chart.py RUNS.csv --out CHART.png
+
+The triaxial panel has the unbalanced force ratio in place of an error, and CPU seconds for 1 % of strain. Settings stand beside
+a panel, in the order of their numbers.
 """
 
 import argparse
@@ -23,22 +26,65 @@ TITLES = {
     "block": "Pushed block: T / N",
     "pile_closed": "Closed pile: force on the lid",
     "pile_gapped": "Gapped pile: force on the lid",
+    "triaxial": "300 grains, triaxial",
 }
-CODES = {"riprap": (COLOURS[0], "o"), "CalculiX": (COLOURS[1], "s")}
-LEAST = 1e-8  # errors below it are drawn there
+CODES = {
+    "riprap": (COLOURS[0], "o"),
+    "CalculiX": (COLOURS[1], "s"),
+    "ipctk": (COLOURS[2], "^"),
+    "YADE": (COLOURS[3], "D"),
+}
+LEAST = 1e-6  # errors below it are drawn there
 
 
 def medians(path):
-    """{problem: [(code, setting, CPU seconds, error, finished)]}, with the median CPU time of the repetitions."""
+    """{problem: [(code, setting, CPU seconds, error, finished)]}, with the median CPU time of the repetitions.
+
+    The reference itself has no error, and is left out.
+    """
     runs = {}
     for row in csv.DictReader(open(path)):
-        if row["error"]:
-            done = row["status"] == "finished"
-            runs.setdefault((row["problem"], row["code"], row["setting"], done), []).append((float(row["cpu_s"]), abs(float(row["error"]))))
+        shown = row["value"] if row["problem"] == "triaxial" else row["error"]
+        reference = row["answer_by"] == f"{row['code']}, {row['setting']}"
+        if shown and not reference:
+            key = row["problem"], row["code"], row["setting"], row["status"] == "finished"
+            runs.setdefault(key, []).append((float(row["cpu_s"]), abs(float(shown))))
     out = {}
     for (problem, code, setting, done), each in runs.items():
         out.setdefault(problem, []).append((code, setting, statistics.median(c for c, _ in each), each[0][1], done))
     return out
+
+
+def apart(points, width, height):
+    """Heights of labels for points (x, y), in shares of the panel, from the top down and never nearer than `height` where x is near."""
+    placed = []
+    for x, y in points:
+        at = y
+        while any(abs(x - other) < width and abs(at - up) < height for other, up in placed):
+            at -= height
+        placed.append((x, at))
+    return [at for _, at in placed]
+
+
+def draw(axes, problem, rows):
+    rows = sorted(rows, key=lambda row: (list(CODES).index(row[0]), row[2]))
+    errors = [max(error, LEAST) * (1 if problem == "triaxial" else 100) for _, _, _, error, _ in rows]
+    axes.set(xscale="log", yscale="log", title=TITLES[problem])
+    axes.set_xlabel("CPU time of 1 % of strain [s]" if problem == "triaxial" else "CPU time of one thread [s]")
+    axes.set_ylabel("unbalanced force ratio" if problem == "triaxial" else "error [%]")
+    for number, ((code, _, cpu, _, done), error) in enumerate(zip(rows, errors), 1):
+        colour, marker = CODES[code]
+        axes.plot(cpu, error, marker, color=colour, markerfacecolor=colour if done else "none", markersize=7)
+    axes.margins(x=0.12, y=0.18)
+    axes.figure.canvas.draw()
+    places = [axes.transAxes.inverted().transform(axes.transData.transform((row[2], error))) for row, error in zip(rows, errors)]
+    order = sorted(range(len(rows)), key=lambda k: -places[k][1])
+    heights = dict(zip(order, apart([places[k] for k in order], 0.05, 0.05)))
+    for k, (code, setting, *_) in enumerate(rows):
+        colour = CODES[code][0]
+        axes.annotate(str(k + 1), (places[k][0] + 0.018, heights[k]), xycoords="axes fraction", fontsize=8, color=colour, va="center")
+        axes.annotate(f"{k + 1}  {code}: {setting}", (1.03, 0.98 - 0.075 * k), xycoords="axes fraction", fontsize=7.5,
+                      color=colour, va="top", annotation_clip=False)
 
 
 def main():
@@ -49,33 +95,13 @@ def main():
     plot.rcParams.update(STYLE)
     problems = medians(arguments.runs)
     shown = [p for p in TITLES if p in problems]
-    figure, panels = plot.subplots((len(shown) + 1) // 2, 2, figsize=(11, 4.2 * ((len(shown) + 1) // 2)), squeeze=False)
+    figure, panels = plot.subplots((len(shown) + 1) // 2, 2, figsize=(15, 3.9 * ((len(shown) + 1) // 2)), squeeze=False)
+    figure.subplots_adjust(left=0.06, right=0.82, wspace=0.95, hspace=0.4, top=0.96, bottom=0.06)
     for axes, problem in zip(panels.flat, shown):
-        floor = 0  # labels of errors that are drawn at the least one, stacked
-        for code, (colour, marker) in CODES.items():
-            # The reference itself has no error.
-            rows = [row for row in problems[problem] if row[0] == code and not (problem.startswith("pile") and row[3] == 0)]
-            axes.plot([], [], marker, color=colour, label=code, markersize=7)
-            for k, (_, setting, cpu, error, done) in enumerate(sorted(rows, key=lambda row: row[2])):
-                fill = colour if done else "none"
-                percent = 100 * max(error, LEAST)
-                axes.plot(cpu, percent, marker, color=colour, markerfacecolor=fill, markersize=7)
-                # Above and below in turn, leftwards of what is far right: neighbours' labels stay apart.
-                side, up = ("right", -6) if cpu > (8 if problem.startswith("pile") else 4) else ("left", 6), 6 if k % 2 else -13
-                if error <= LEAST:
-                    up, floor = -13 - 11 * floor, floor + 1
-                axes.annotate(setting, (cpu, percent), xytext=(side[1], up), textcoords="offset points", fontsize=7.5,
-                              color=colour, ha=side[0])
-        axes.set(xscale="log", yscale="log", title=TITLES[problem], xlabel="CPU time of one thread [s]", ylabel="error [%]")
-        axes.set_xlim(0.04, 60)
-        if floor:
-            axes.set_ylim(LEAST, 3 * axes.get_ylim()[1])
-        if problem.startswith("pile"):
-            axes.set_ylim(10, 200)
-        axes.margins(y=0.15)
-    panels[0][0].legend(loc="lower left")
-    figure.tight_layout()
-    figure.savefig(arguments.out, dpi=130)
+        draw(axes, problem, problems[problem])
+    for axes in panels.flat[len(shown):]:
+        axes.axis("off")
+    figure.savefig(arguments.out, dpi=110)
 
 
 if __name__ == "__main__":

@@ -8,10 +8,13 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import threading
 import time
 
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1", "CCX_NPROC_RESULTS": "1", "RAYON_NUM_THREADS": "1"}
+ONE_THREAD = dict.fromkeys(
+    ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "CCX_NPROC_EQUATION_SOLVER", "CCX_NPROC_RESULTS", "RAYON_NUM_THREADS"], "1"
+)
 
 
 def has_module(name):
@@ -21,8 +24,9 @@ def has_module(name):
 
 
 def installed():
-    """Of the codes that the record names: which are here. Only ccx and riprap are run by these scripts."""
+    """Which codes are here. MuJoCo and GetFEM, which the record names, are not run by these scripts."""
     return {
+        "riprap": True,
         "CalculiX": shutil.which("ccx") is not None,
         "YADE": shutil.which("yade") is not None,
         "ipctk": has_module("ipctk"),
@@ -31,13 +35,13 @@ def installed():
     }
 
 
-def measured(command, folder, limit):
-    """Runs a command in a folder for at most `limit` seconds.
+def measured(command, folder, limit, more={}):
+    """Runs a command in a folder for at most `limit` seconds, with `more` in its environment.
 
     Gives the CPU time [s], the peak resident memory [MB], the exit code (-15, of riprap 130: ended by the limit) and what it printed.
     """
     with open(os.path.join(folder, "output.txt"), "w") as stream:
-        process = subprocess.Popen(command, cwd=folder, stdout=stream, stderr=subprocess.STDOUT, env={**os.environ, **ONE_THREAD})
+        process = subprocess.Popen(command, cwd=folder, stdout=stream, stderr=subprocess.STDOUT, env={**os.environ, **ONE_THREAD, **more})
         clock = threading.Timer(limit, process.terminate)
         clock.start()
         _, status, usage = os.wait4(process.pid, 0)
@@ -77,6 +81,41 @@ def reaction_totals(path):
     return totals
 
 
+def potential(folder, name, problem, limit):
+    """Runs ipc.py on a problem (arrays by name); gives cost, trouble and the driven freedoms' force after each increment."""
+    import numpy
+
+    path, answer = os.path.join(folder, name + ".npz"), os.path.join(folder, name + "_forces.json")
+    numpy.savez(path, **problem)
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "ipc.py")
+    begun = time.time()
+    cpu, memory, code, _ = measured([sys.executable, script, path, answer], folder, limit)
+    rows = json.load(open(answer)) if os.path.exists(answer) else []
+    trouble = ""
+    if code < 0:
+        trouble = f"ended after {time.time() - begun:.0f} s at {rows[-1]['share'] if rows else 0:.2f} of the way"
+    elif code:
+        trouble = f"exit {code}"
+    elif not all(row["rest"] for row in rows):
+        trouble = f"{sum(not row['rest'] for row in rows)} of {len(rows)} increments did not come to rest"
+    return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "rows": rows}
+
+
+def yade(folder, script, settings, limit):
+    """Runs a script of YADE's; gives the cost of 1 % of strain, trouble and the rows that the script wrote."""
+    answer = os.path.join(folder, "yade.json")
+    if os.path.exists(answer):
+        os.remove(answer)
+    given = {"TRIAXIAL": json.dumps(settings), "ANSWER": answer}
+    _, memory, code, _ = measured(["yade", "-n", "-x", "-j1", script], folder, limit, given)
+    if not os.path.exists(answer):
+        return {"cpu_s": limit, "memory_MB": memory, "trouble": f"exit {code}", "rows": []}
+    with open(answer) as stream:
+        found = json.load(stream)
+    cpu = found["shear_s"] * 0.01 / found["rows"][-1]["strain"] if found["rows"] else found["consolidation_s"]
+    return {"cpu_s": cpu, "memory_MB": memory, "trouble": "" if found["settled"] else "did not consolidate", "rows": found["rows"]}
+
+
 def riprap(program, folder, name, case, limit, options=()):
     """Runs a case (an object); gives cost, trouble, the share of the way that it came and the rows of /bodies by name."""
     import h5py
@@ -88,7 +127,7 @@ def riprap(program, folder, name, case, limit, options=()):
     begun = time.time()
     cpu, memory, code, _ = measured(command, folder, limit)
     trouble = ""
-    bodies, reached = {}, 0.0
+    bodies, history, reached = {}, {}, 0.0
     if os.path.exists(results):
         with h5py.File(results, locking=False) as file:
             reached = float(file["history/time"][-1]) / len(case["stages"]) if len(file["history/time"]) else 0.0
@@ -96,8 +135,11 @@ def riprap(program, folder, name, case, limit, options=()):
                 trouble = f"stopped by itself at {reached:.2f} of the way"
                 if code in (130, -15):
                     trouble = f"ended after {time.time() - begun:.0f} s at {reached:.2f} of the way"
-            bodies = {body: {key: rows[:] for key, rows in group.items()} for body, group in file["bodies"].items()}
-    return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "bodies": bodies, "reached": reached}
+            bodies = {body: {key: rows[:] for key, rows in group.items()} for body, group in file.get("bodies", {}).items()}
+            history = {key: rows[:] for key, rows in file["history"].items()}
+    elif code:
+        trouble = f"exit {code}"
+    return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "bodies": bodies, "history": history, "reached": reached}
 
 
 def riprap_meshes(program, folder, name, case):
@@ -132,4 +174,4 @@ def riprap_meshes(program, folder, name, case):
 
 def read_case(path):
     """A case file without its comments."""
-    return json.loads(re.sub(r"^\s*//.*$", "", open(path).read(), flags=re.M))
+    return json.loads(re.sub(r"(^|\s)//.*$", "", open(path).read(), flags=re.M))

@@ -4,6 +4,7 @@ Hertz (1882): F = 4/3 E / (1 - nu^2) sqrt(R) d^1.5. Without units: R = 1, E = 10
 contact radius a = 0.1.
 CalculiX has a quarter of the lower half of the ball and drives its middle plane by d. riprap has the whole ball and drives its
 mean displacement by d. The two differ by terms of a / R that Hertz's half-space leaves out.
+ipctk has CalculiX's quarter as tet4, a barrier's distance above the plane.
 """
 
 import math
@@ -11,7 +12,7 @@ import math
 import numpy
 
 import meshes
-from codes import calculix, riprap
+from codes import calculix, potential, riprap
 
 RADIUS, MODULUS, POISSON, APPROACH = 1.0, 1000.0, 0.3, 0.01
 CONTACT = math.sqrt(RADIUS * APPROACH)
@@ -23,6 +24,11 @@ CALCULIX = [
     ("coarse, K=2e6", 0.4, 4, 4, 2e6),
     ("middle, K=2e5", 0.25, 6, 5, 2e5),
     ("middle, K=2e6", 0.25, 6, 5, 2e6),
+]
+IPC = [
+    ("tet4, coarse, barrier 1e-4", 0.4, 4, 4, 1e-4),
+    ("tet4, middle, barrier 1e-4", 0.25, 6, 5, 1e-4),
+    ("tet4, fine, barrier 1e-4", 0.15, 9, 8, 1e-4),
 ]
 RIPRAP = [
     ("rigid, by its contact spring", "rigid", None, 5),
@@ -43,8 +49,8 @@ def stations(fine):
     return numpy.array(at) / at[-1]
 
 
-def quarter(fine, across, around):
-    """Mesh of the quarter x, y >= 0 of the lower half ball, pole at the origin: fans from axis to surface, turned by 90 degrees."""
+def linear(fine, across, around):
+    """tet4 mesh of the quarter x, y >= 0 of the lower half ball, pole at the origin: fans from axis to surface, turned by 90 degrees."""
     along = stations(fine)
     places = numpy.empty((len(along), across + 1, around + 1, 3))
     for i, s in enumerate(along):
@@ -56,7 +62,12 @@ def quarter(fine, across, around):
                 turn = math.pi / 2 * k / around
                 places[i, j, k] = r * math.cos(turn), r * math.sin(turn), z
     number, points = meshes.merged(places.reshape(-1, 3), RADIUS)
-    cells = meshes.tetrahedra(number.reshape(places.shape[:3]), points)
+    return points, meshes.tetrahedra(number.reshape(places.shape[:3]), points)
+
+
+def quarter(fine, across, around):
+    """The same as tet10, its surface on the ball."""
+    points, cells = linear(fine, across, around)
     centre = numpy.array([0.0, 0.0, RADIUS])
 
     def curve(a, b, middle):
@@ -94,6 +105,27 @@ def deck(fine, across, around, penalty):
     return text, 3 * n
 
 
+def barrier_problem(fine, across, around, barrier):
+    """The quarter for ipc.py, a barrier's distance above the plane; its equator goes down as in CalculiX."""
+    points, cells = linear(fine, across, around)
+    points = points + [0, 0, barrier]
+    count = len(points)
+    plane = meshes.box_points((-0.5, -0.5, -0.5), (1.5, 1.5, 0.0))
+    sides = [3 * numpy.flatnonzero(numpy.abs(points[:, axis]) < 1e-6) + axis for axis in (0, 1)]
+    held = 3 * numpy.flatnonzero(points[:, 2] > RADIUS + barrier - 1e-6) + 2
+    return {
+        "points": numpy.vstack([points, plane]),
+        "cells": cells,
+        "faces": numpy.vstack([meshes.triangles(cells), meshes.box_triangles(count)]),
+        "bodies": numpy.array([1] * count + [0] * 8),
+        "fixed": numpy.concatenate([*sides, 3 * count + numpy.arange(24)]),
+        "held": held,
+        "targets": numpy.array([points.ravel()[held] - APPROACH * k / 5 for k in range(1, 6)]),
+        "modulus": MODULUS, "poisson": POISSON, "friction": 0.0,
+        "barrier": barrier, "stiffness": MODULUS, "slip": 1e-5, "drag": 0.0,
+    }, 3 * count
+
+
 def case(fidelity, cells, increments):
     ball = {"name": "ball", "shape": {"sphere": RADIUS}, "position": [0, 0, RADIUS], "fidelity": fidelity}
     if cells:
@@ -112,7 +144,7 @@ def case(fidelity, cells, increments):
 
 def rows(program, folder, limit, has):
     """One row a run: code, setting, unknowns, cost, value, answer."""
-    for setting, fidelity, cells, increments in RIPRAP:
+    for setting, fidelity, cells, increments in RIPRAP if has["riprap"] else []:
         cost = riprap(program, folder, "hertz", case(fidelity, cells, increments), limit)
         forces = cost["bodies"].get("ball", {}).get("force", [])
         yield "riprap", setting, "", cost, forces[-1][2] if len(forces) and not cost["trouble"] else None, ANSWER, "Hertz"
@@ -121,3 +153,8 @@ def rows(program, folder, limit, has):
         cost = calculix(folder, "hertz", text, limit)
         force = 4 * abs(cost["reactions"][-1][2][2]) if cost["reactions"] and not cost["trouble"] else None
         yield "CalculiX", setting, unknowns, cost, force, ANSWER, "Hertz"
+    for setting, fine, across, around, barrier in IPC if has["ipctk"] else []:
+        problem, unknowns = barrier_problem(fine, across, around, barrier)
+        cost = potential(folder, "hertz", problem, limit)
+        force = 4 * abs(cost["rows"][-1]["force"][2]) if cost["rows"] and not cost["trouble"] else None
+        yield "ipctk", setting, unknowns, cost, force, ANSWER, "Hertz"

@@ -63,6 +63,17 @@ def outer_faces(cells):
     return [places[0] for places in seen.values() if len(places) == 1]
 
 
+def box_triangles(first=0):
+    """The surface of box_points as triangles, normals outward."""
+    quads = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    return first + numpy.array([(a, b, c) for a, b, c, _ in quads] + [(a, c, d) for a, _, c, d in quads])
+
+
+def triangles(cells):
+    """The outer triangles of tetrahedra, normals outward."""
+    return numpy.array([[cells[c][k] for k in reversed(FACES[f - 1])] for c, f in outer_faces(cells)])
+
+
 def nodes_text(points, first=1):
     return "".join(f"{first + n},{x:.12g},{y:.12g},{z:.12g}\n" for n, (x, y, z) in enumerate(points))
 

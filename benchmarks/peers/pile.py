@@ -5,15 +5,18 @@ CalculiX has the meshes that riprap makes of the grains, as tet4 (corner nodes a
 with the stiffest penalty in the table. The force of a run that stops is compared with the reference's at that share of the way.
 Sticking is a hundred times softer than the penalty: as stiff as it, the closed pile's first increment did not converge and was cut.
 In the gapped pile soft springs to ground hold each grain in CalculiX until it is touched. riprap needs none.
+ipctk has the same tet4, and a drag as soft as those springs. Its barrier acts from a distance: in the gapped pile gaps are
+shorter by that, in the closed one grains and plates are drawn apart by it.
 """
 
 import itertools
 import os
 
 import numpy
+import scipy.optimize
 
 import meshes
-from codes import calculix, read_case, riprap, riprap_meshes
+from codes import calculix, potential, read_case, riprap, riprap_meshes
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SPRING = 0.03  # stiffness of each of nine springs a grain
@@ -32,6 +35,12 @@ CALCULIX = {
     "closed": [("tet4, K=2e5", 2e5), ("tet4, K=2e4", 2e4)],
     "gapped": [("tet4, K=2e5, soft springs", 2e5), ("tet4, K=2e4, soft springs", 2e4)],
 }
+# Barrier distances. The closed pile's grains and plates are drawn in by half of it: bodies in touch have no distance.
+IPC = {
+    "closed": [("tet4, barrier 2e-3", 2e-3), ("tet4, barrier 5e-4", 5e-4)],
+    "gapped": [("tet4, barrier 2e-3", 2e-3), ("tet4, barrier 5e-4", 5e-4)],
+}
+INCREMENTS = 12
 RIPRAP = [
     ("rigid, corners", ["--fidelity", "rigid"]),
     ("condensed, corners", ["--fidelity", "condensed"]),
@@ -87,8 +96,8 @@ def deck(case, bodies, penalty, springs):
     nodes, cells, surfaces, faces, ground, spring_nodes = "*NODE,NSET=ALL\n", "", "", {}, "", []
     node, cell, unknowns = 1, 1, 0
     for k, (name, (points, tet10)) in enumerate(bodies.items()):
-        used, local = numpy.unique(tet10[:, :4], return_inverse=True)
-        points, tet4 = points[used], local.reshape(-1, 4)
+        used, tet4 = corners(tet10)
+        points = points[used]
         nodes += meshes.nodes_text(points, node)
         cells += "*ELEMENT,TYPE=C3D4,ELSET=GRAINS\n" + meshes.cells_text(tet4, node, cell)
         faces[name] = [facing(points, tet4[c], f, cell + c) for c, f in meshes.outer_faces(tet4)]
@@ -103,8 +112,7 @@ def deck(case, bodies, penalty, springs):
         if name in bodies:
             continue
         centre, size = numpy.array(body["position"]), numpy.array(body["shape"]["box"])
-        corners = meshes.box_points(centre - size / 2, centre + size / 2)
-        nodes += meshes.nodes_text(corners, node)
+        nodes += meshes.nodes_text(meshes.box_points(centre - size / 2, centre + size / 2), node)
         cells += "*ELEMENT,TYPE=C3D8,ELSET=PLATES\n" + meshes.cells_text([range(8)], node, cell)
         surfaces += f"*SURFACE,NAME={name.upper()},TYPE=ELEMENT\n{cell},S{INWARD[name][0]}\n"
         ground += meshes.set_text(name.upper(), range(node, node + 8))
@@ -130,12 +138,69 @@ def deck(case, bodies, penalty, springs):
     return text, unknowns
 
 
+def corners(tet10):
+    """Corner nodes that cells use, and the cells as tet4 on them."""
+    used, local = numpy.unique(tet10[:, :4], return_inverse=True)
+    return used, local.reshape(-1, 4)
+
+
+def drawn_in(points, faces, depth):
+    """The points, each of the surface moved by the least way that takes all of its faces' planes inward by `depth` or more.
+
+    The least way within half spaces by Lawson and Hanson (1974), chapter 23.
+    """
+    normals = numpy.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    normals /= numpy.linalg.norm(normals, axis=1)[:, None]
+    moved, last = points.copy(), numpy.array([0.0, 0.0, 0.0, 1.0])
+    for node in numpy.unique(faces):
+        planes = normals[(faces == node).any(axis=1)]
+        system = numpy.vstack([-planes.T, numpy.ones(len(planes))])
+        residual = system @ scipy.optimize.nnls(system, last)[0] - last
+        moved[node] -= depth * residual[:3] / residual[3]
+    return moved
+
+
+def barrier_problem(case, bodies, barrier, inward):
+    """The pile for ipc.py: grains drawn in by `inward`, plates out by it, the lid driven down in equal increments."""
+    points, cells, faces, labels, count = [], [], [], [], 0
+    for number, (places, tet10) in enumerate(bodies.values(), 1):
+        used, tet4 = corners(tet10)
+        skin = meshes.triangles(tet4)
+        points.append(drawn_in(places[used], skin, inward))
+        cells.append(count + tet4)
+        faces.append(count + skin)
+        labels += [number] * len(used)
+        count += len(used)
+    grains, lid = count, []
+    for body in case["scene"]["bodies"]:
+        if body["name"] in bodies:
+            continue
+        way = -inward * numpy.array(INWARD[body["name"]][1])
+        centre, size = numpy.array(body["position"]) + way, numpy.array(body["shape"]["box"])
+        points.append(meshes.box_points(centre - size / 2, centre + size / 2))
+        faces.append(meshes.box_triangles(count))
+        labels += [0] * 8
+        lid = list(range(count, count + 8)) if body["name"] == "zh" else lid
+        count += 8
+    points, held = numpy.vstack(points), (3 * numpy.array(lid)[:, None] + numpy.arange(3)).ravel()
+    down = numpy.array([0, 0, case["stages"][0]["bodies"]["zh"]["displacement"][2]])
+    rock = case["rock"]
+    return {
+        "points": points, "cells": numpy.vstack(cells), "faces": numpy.vstack(faces), "bodies": numpy.array(labels),
+        "fixed": numpy.setdiff1d(3 * grains + numpy.arange(3 * (count - grains)), held),
+        "held": held,
+        "targets": numpy.array([(points[lid] + down * k / INCREMENTS).ravel() for k in range(1, INCREMENTS + 1)]),
+        "modulus": rock["youngs_modulus"], "poisson": rock["poissons_ratio"], "friction": case["contact"]["friction"],
+        "barrier": barrier, "stiffness": rock["youngs_modulus"], "slip": 1e-5, "drag": 9 * SPRING * len(bodies) / grains,
+    }, 3 * grains
+
+
 def rows(program, folder, limit, has, kind):
     """One row a run: code, setting, unknowns, cost, value, answer."""
     case = read_case(os.path.join(HERE, "cases", f"pile_{kind}.json"))
     by, reference = "CalculiX, " + CALCULIX[kind][0][0], None
+    meshed = {name: mesh for name, mesh in riprap_meshes(program, folder, "mesh", case).items() if name.startswith("g")}
     if has["CalculiX"]:
-        meshed = {name: mesh for name, mesh in riprap_meshes(program, folder, "mesh", case).items() if name.startswith("g")}
         for setting, penalty in CALCULIX[kind]:
             text, unknowns = deck(case, meshed, penalty, kind == "gapped")
             cost = calculix(folder, "pile", text, limit)
@@ -145,7 +210,13 @@ def rows(program, folder, limit, has, kind):
                 reference = times, forces
             answer = numpy.interp(times[-1], *reference) if reference else None
             yield "CalculiX", setting, unknowns, cost, forces[-1] if times[-1] > 0 else None, answer, by
-    for setting, options in RIPRAP:
+    for setting, barrier in IPC[kind] if has["ipctk"] else []:
+        problem, unknowns = barrier_problem(case, meshed, barrier, barrier / 2 if kind == "closed" else 0.0)
+        cost = potential(folder, "pile", problem, limit)
+        last = cost["rows"][-1] if cost["rows"] else {"share": 0.0, "force": (0.0, 0.0, 0.0)}
+        answer = numpy.interp(last["share"], *reference) if reference else None
+        yield "ipctk", setting, unknowns, cost, abs(last["force"][2]) if cost["rows"] else None, answer, by
+    for setting, options in RIPRAP if has["riprap"] else []:
         cost = riprap(program, folder, "pile", case, limit, options)
         forces = cost["bodies"].get("zh", {}).get("reaction_force", [])
         answer = numpy.interp(cost["reached"], *reference) if reference else None

@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """The same problems by riprap and by what users would pick: CPU time, memory and error.
 
-    benchmarks/peers/run.py RIPRAP OUT [hertz block pile_closed pile_gapped]
+    benchmarks/peers/run.py RIPRAP OUT [hertz block pile_closed pile_gapped triaxial]
 
-Needs numpy and h5py, and CalculiX's `ccx` in the path; codes that are not there are left out, and named in OUT/versions.txt.
+Needs numpy, scipy and h5py. CalculiX (`ccx`) and YADE (`yade`) are taken from the path, ipctk from python's modules.
+Codes that are not there are left out, and named in OUT/versions.txt.
 Runs go one after the other, each on one thread and for at most LIMIT seconds (environment, 300), REPEAT times (3).
+CODES (environment, names with commas between) leaves out all others.
 OUT/runs.csv has a row a run, appended to where it exists. chart.py draws it. Each problem's module says what is asked and how
 its error is meant.
 """
 
 import csv
+import importlib.metadata
 import os
 import subprocess
 import sys
@@ -19,6 +22,7 @@ import block
 import codes
 import hertz
 import pile
+import triaxial
 
 HEAD = ["problem", "code", "setting", "unknowns", "repetition", "cpu_s", "memory_MB", "value", "answer", "answer_by", "error", "status"]
 PROBLEMS = {
@@ -26,6 +30,7 @@ PROBLEMS = {
     "block": block.rows,
     "pile_closed": lambda *all: pile.rows(*all, "closed"),
     "pile_gapped": lambda *all: pile.rows(*all, "gapped"),
+    "triaxial": triaxial.rows,
 }
 
 
@@ -33,6 +38,13 @@ def said(command):
     try:
         return subprocess.run(command, capture_output=True, text=True).stdout.strip()
     except OSError:
+        return "not installed"
+
+
+def version(module):
+    try:
+        return importlib.metadata.version(module)
+    except importlib.metadata.PackageNotFoundError:
         return "not installed"
 
 
@@ -44,11 +56,16 @@ def main():
     with open(os.path.join(out, "versions.txt"), "w") as stream:
         stream.write(said([program, "--version"]) + "\n")
         stream.write("CalculiX: " + (said(["ccx", "-v"]) if has["CalculiX"] else "not installed") + "\n")
+        stream.write((said(["yade", "--version"]) if has["YADE"] else "YADE: not installed") + "\n")
+        for module in ("ipctk", "numpy", "scipy"):
+            stream.write(f"{module}: {version(module)}\n")
         stream.write("not installed: " + ", ".join(name for name, here in has.items() if not here) + "\n")
     path = os.path.join(out, "runs.csv")
     if not os.path.exists(path):
         with open(path, "w", newline="") as stream:
             csv.writer(stream).writerow(HEAD)
+    chosen = os.environ.get("CODES", ",".join(has)).split(",")
+    has = {name: here and name in chosen for name, here in has.items()}
     for problem in wanted or PROBLEMS:
         for repetition in range(1, repeat + 1):
             with tempfile.TemporaryDirectory() as folder:
