@@ -87,7 +87,10 @@ impl Export<'_> {
             let datasets = self.datasets(&place)?;
             let Some(first) = datasets.first() else { continue };
             let rows = self.reader.shape(&format!("{place}/{first}"))?.first().copied().unwrap_or(0);
-            parts.push((name, place, datasets, rows));
+            // Where there is nothing yet, columns may be missing too.
+            if rows > 0 {
+                parts.push((name, place, datasets, rows));
+            }
         }
         if parts.is_empty() {
             return Ok(());
@@ -124,6 +127,8 @@ impl Export<'_> {
         names.retain(|name| {
             !AXES.contains(&name.as_str()) && !self.reader.is_group(&format!("{group}/{name}"))
         });
+        // HDF5 lists members as it likes.
+        names.sort();
         Ok(names)
     }
 
