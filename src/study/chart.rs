@@ -92,7 +92,7 @@ pub fn speed_and_accuracy(
 /// Error of each figure over the size that goes to zero: from its value at size zero where an order is observed, else from
 /// that of the finest. `None` where no figure has two such points.
 pub fn convergence(heading: &str, settings: &[Setting], compared: &[Figure]) -> Option<Chart> {
-    let x = Axis::new(heading).logarithmic();
+    let x = Axis::new(size_name(heading, settings)).logarithmic();
     let mut panel = Panel::new(x, Axis::new("relative error [1]").logarithmic());
     for (number, figure) in compared.iter().enumerate() {
         let series = series(settings, figure);
@@ -117,9 +117,26 @@ pub fn convergence(heading: &str, settings: &[Setting], compared: &[Figure]) -> 
     if panel.layers.is_empty() {
         return None;
     }
-    let mut chart = Chart::new(format!("Error against {heading}"), vec![panel], Arrangement::Stacked);
+    let mut chart = Chart::new("Error against what is refined", vec![panel], Arrangement::Stacked);
     chart.size = [640.0, 420.0];
     Some(chart)
+}
+
+/// What goes to zero: the value that is varied, its inverse where that is a number of increments, or something that follows from it.
+fn size_name(heading: &str, settings: &[Setting]) -> String {
+    let is = |of: fn(f64) -> f64| {
+        let same = |setting: &Setting| match (setting.label.parse::<f64>(), setting.size) {
+            (Ok(value), Some(size)) => (of(value) / size - 1.0).abs() < 1e-6,
+            (Err(_), _) | (_, None) => false,
+        };
+        settings.iter().all(same)
+    };
+    let name = heading.split(" [").next().unwrap_or(heading);
+    match (is(|value| value), is(|value| 1.0 / value)) {
+        (true, _) => heading.to_string(),
+        (false, true) => format!("1 / {name} [1]"),
+        (false, false) => format!("size that follows from {name}"),
+    }
 }
 
 /// All members' curves q(strain) and volume strain, with mean and standard deviation; `None` without strains.
@@ -216,6 +233,9 @@ mod tests {
         };
         assert!(label == "q: order 2.0" && (points[0][1] / points[1][1] - 4.0).abs() < 1e-4, "{points:?}");
         assert!(other == "e: no order; from the finest" && two.len() == 2, "{other} {two:?}");
+        assert_eq!(chart.panels[0].x.label, "increment");
+        let counted = |n: f64| Setting { label: n.to_string(), size: Some(1.0 / n), overrides: vec![] };
+        assert_eq!(size_name("increments [1]", &[20.0, 40.0].map(counted)), "1 / increments [1]");
     }
 
     #[test]
