@@ -544,7 +544,7 @@ fn a_batch_runs_its_members_and_goes_on_where_it_was() {
     // The table of what is there, and a line a member for other schedulers.
     std::fs::remove_file(results.join("summary.csv")).expect("the table");
     ends_with(0, folder.path(), &["batch", "plan.json", "--summary"]);
-    assert_eq!(read(&results.join("summary.csv")), summary);
+    assert_eq!(read(&results.join("summary.csv")).matches(",finished,").count(), 4);
     ends_with(0, folder.path(), &["batch", "plan.json", "--commands"]);
     let commands = read(&results.join("commands.txt"));
     assert!(commands.lines().count() == 4 && commands.ends_with(" --threads 1 --only 3\n"), "{commands}");
