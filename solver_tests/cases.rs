@@ -39,6 +39,20 @@ fn every_plan_is_sound() {
     }
 }
 
+/// Editors know every key of a plan, and no other.
+#[test]
+fn the_schema_of_plans_has_their_keys() {
+    use riprap::study::cluster::SLURM_KEYS;
+    use riprap::study::plan::KEYS;
+    let schema: Value = serde_json::from_str(riprap::study::PLAN_SCHEMA).expect("JSON");
+    let keys = |object: &Value| -> Vec<String> {
+        let properties = object["properties"].as_object().expect("properties");
+        properties.keys().filter(|key| *key != "$schema").cloned().collect()
+    };
+    assert_eq!(keys(&schema), KEYS);
+    assert_eq!(keys(&schema["properties"]["slurm"]), SLURM_KEYS);
+}
+
 #[test]
 fn every_case_is_sound() {
     let files = case_files();

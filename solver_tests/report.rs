@@ -82,6 +82,9 @@ fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
             axial_strain: if increment == 1 { 0.012 } else { strain },
             volumetric_strain: if increment == 1 { 0.03 } else { 0.2 * strain },
             deviatoric_stress: stress(strain),
+            confining_pressure: 0.8e6,
+            mean_stress: 0.8e6 + stress(strain) / 3.0,
+            void_ratio: 0.4,
             factorisations: 3,
             augmentations: 2,
             cuts: i64::from(increment == 7),
@@ -105,6 +108,10 @@ fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
     ];
     writer.write_table("breakage", &[Column::floats("hardin", "1", "B_r", vec![0.125])]).expect("indices");
     writer.write_table("breakage/grading", &grading).expect("grading");
+    // Of the stage behind the consolidation.
+    let numbers = [("peak_friction_angle", "rad", 0.75), ("half_modulus", "Pa", 2.5e8)];
+    let numbers = numbers.map(|(name, units, value)| Column::floats(name, units, name, vec![value]));
+    writer.write_table("stages/1", &numbers).expect("a stage");
     writer
         .finish(outcome, if outcome == Outcome::Stopped { "no convergence" } else { "" }, 51)
         .expect("an end");
@@ -220,6 +227,10 @@ fn the_page_needs_nothing_but_itself() {
     assert!(html.contains("stopped after increment 51 (no convergence)"));
     assert!(html.contains("3.2 MPa at 4 % axial strain") && html.contains("laboratory, lab"));
     assert!(html.contains("source: peak"), "a table names its curves");
+    // q = 3.2 MPa at 0.8 MPa: sin(phi) = 3.2 / 4.8.
+    for part in ["<td>43°</td>", "E50", "250 MPa", "<td>0.8 MPa</td>", "without cohesion: φ = 41.8°"] {
+        assert!(html.contains(part), "the page lacks {part}");
+    }
     assert!(html.contains("Hardin") && html.contains("0.125"));
     for part in
         ["<svg", "Where the work goes", "Grading: ", "after the test", "Contact normals", "damage at the end"]
@@ -229,6 +240,8 @@ fn the_page_needs_nothing_but_itself() {
     // A picture of every kind is a PNG beside it.
     for stem in [
         "stress_strain",
+        "strength",
+        "stress_path",
         "energy",
         "specimen_one",
         "damage_two",
@@ -239,6 +252,22 @@ fn the_page_needs_nothing_but_itself() {
         let bytes = std::fs::read(out.join(format!("{stem}.png"))).unwrap_or_else(|e| panic!("{stem}: {e}"));
         assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n", "{stem}");
     }
+}
+
+/// A chart for a column of 84 mm: its SVG is as wide, its PNG in print.
+#[test]
+fn charts_are_as_wide_as_a_column() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("made.vtkhdf");
+    write_made_run(&file, Outcome::Finished);
+    ends_with(0, folder.path(), &["report", "made.vtkhdf", "--width", "84"]);
+    let out = folder.path().join("made_report");
+    assert!(read(&out.join("stress_strain.svg")).contains("width=\"318\""));
+    let png = std::fs::read(out.join("stress_strain.png")).expect("a picture");
+    let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes"));
+    let physical = png.windows(4).position(|name| name == b"pHYs").expect("its pixels a metre");
+    let millimetres = 1e3 * f64::from(number(16)) / f64::from(number(physical + 4));
+    assert!((millimetres - 84.0).abs() < 0.5, "{millimetres}");
 }
 
 /// Strains of a run without a stage behind the consolidation, or without one, count from its start.
@@ -376,7 +405,11 @@ fn a_study_finds_the_order_and_goes_on_where_it_was() {
     // First order; three values that are not small see it within a quarter.
     assert!((order - 1.0).abs() < 0.25, "{row}");
     assert!(stdout.contains("| 160 "), "{stdout}");
-    for file in ["study.csv", "speed_accuracy.svg", "speed_accuracy.png", "increment_40.vtkhdf"] {
+    let page = read(&folder.path().join("study/study.html"));
+    assert!(page.contains("its GCI [%]") && page.contains("Error against "), "{page:.2000}");
+    for file in
+        ["study.csv", "convergence.png", "speed_accuracy.svg", "speed_accuracy.png", "increment_40.vtkhdf"]
+    {
         assert!(folder.path().join("study").join(file).exists(), "{file}");
     }
     // Again: nothing is run, and one that was lost alone is.
@@ -389,6 +422,43 @@ fn a_study_finds_the_order_and_goes_on_where_it_was() {
     let changed = [&study[..], &["--set", "/contact/friction=0.5"]].concat();
     let (_, stderr) = ends_with(2, folder.path(), &changed);
     assert!(stderr.contains("holds another case") && stderr.contains("--force"), "{stderr}");
+}
+
+/// The specimen is generated once, and the members are what runs by themselves would be.
+#[test]
+fn a_study_of_tolerances_has_one_specimen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let case = r#"{"title": "Sixteen grains", "seed": 4,
+        "specimen": {"grains": 16, "aspect": 1.5, "grading": [["60 mm", 1.0], ["40 mm", 0.0]], "void_ratio": 0.9,
+                     "unreachable": "nearest", "cells_per_grain": 24},
+        "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.5},
+        "stages": [{"kind": "consolidate", "pressure": "0.4 MPa"},
+                   {"kind": "shear", "axial_strain": 0.001, "increment": 1e-4}]}"#;
+    std::fs::write(folder.path().join("tiny.json"), case).expect("a case");
+    let study = ["study", "tiny.json", "--vary", "tolerance", "--values", "1e-2,1e-3", "--out", "study"];
+    let (_, stderr) = ends_with(0, folder.path(), &study);
+    assert!(stderr.contains("one specimen for all"), "{stderr}");
+    let alone =
+        ["run", "tiny.json", "--set", "/solver/force_tolerance=1e-2", "--out", "alone.vtkhdf", "--quiet"];
+    ends_with(0, folder.path(), &alone);
+    let stress = |file: &str| {
+        let reader = riprap::results::Reader::open(&folder.path().join(file)).expect("a run");
+        reader.history("deviatoric_stress").expect("stresses")
+    };
+    assert_eq!(stress("study/tolerance_1e-2.vtkhdf"), stress("alone.vtkhdf"));
+    let (_, stderr) = ends_with(0, folder.path(), &study);
+    assert_eq!(stderr.matches("is finished: left as it is").count(), 2, "{stderr}");
+}
+
+#[test]
+fn shells_and_man_know_the_commands() {
+    let folder = scene();
+    for shell in ["bash", "zsh", "fish"] {
+        let (script, _) = ends_with(0, folder.path(), &["completions", shell]);
+        assert!(script.contains("resume"), "{shell}: {script:.200}");
+    }
+    ends_with(0, folder.path(), &["man", "man1"]);
+    assert!(read(&folder.path().join("man1/riprap-run.1")).contains("resume"));
 }
 
 #[test]
@@ -469,6 +539,15 @@ fn a_batch_runs_its_members_and_goes_on_where_it_was() {
     let (_, stderr) = ends_with(0, folder.path(), &["batch", "plan.json", "--only", "2", "--force"]);
     assert!(stderr.contains("[1/1] push_friction=0.65_residual_friction=0.1"), "{stderr}");
     ends_with(2, folder.path(), &["batch", "plan.json", "--only", "4"]);
+    let (_, stderr) = ends_with(0, folder.path(), &["batch", "plan.json", "--only", "3-9"]);
+    assert_eq!(stderr.matches("left as it is").count(), 1, "{stderr}");
+    // The table of what is there, and a line a member for other schedulers.
+    std::fs::remove_file(results.join("summary.csv")).expect("the table");
+    ends_with(0, folder.path(), &["batch", "plan.json", "--summary"]);
+    assert_eq!(read(&results.join("summary.csv")).matches(",finished,").count(), 4);
+    ends_with(0, folder.path(), &["batch", "plan.json", "--commands"]);
+    let commands = read(&results.join("commands.txt"));
+    assert!(commands.lines().count() == 4 && commands.ends_with(" --threads 1 --only 3\n"), "{commands}");
     let mut command = Command::new(env!("CARGO_BIN_EXE_riprap"));
     // A cluster's sbatch must not be found by a test.
     let output = command

@@ -230,6 +230,27 @@ fn case_file_page_has_every_key() {
     }
 }
 
+/// A format is read or written if a test says so: each that the table names is there.
+#[test]
+fn every_format_has_its_test() {
+    let sources: String =
+        ["src", "solver_tests"].iter().flat_map(|folder| files(folder, ".rs")).map(|f| read(&f)).collect();
+    let page = read("docs/install.md");
+    let (_, tables) = page.split_once("## Formats").expect("the tables");
+    let (tables, _) = tables.split_once("\n## ").expect("their end");
+    let rows: Vec<&str> =
+        tables.lines().filter(|line| line.starts_with("| ") && line.contains('`')).collect();
+    assert!(rows.len() > 10, "only {} formats", rows.len());
+    for row in rows {
+        let cell = row.trim_end_matches([' ', '|']).rsplit(" | ").next().unwrap_or_default();
+        let tests: Vec<&str> = cell.split('`').skip(1).step_by(2).collect();
+        assert!(!tests.is_empty(), "no test: {row}");
+        for test in tests {
+            assert!(sources.contains(&format!("fn {test}()")), "there is no test {test}");
+        }
+    }
+}
+
 /// The case in the first tutorial is the file that its commands run.
 #[test]
 fn tutorial_shows_the_case_that_it_runs() {

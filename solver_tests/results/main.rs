@@ -9,5 +9,6 @@ mod names;
 mod package;
 mod resumed;
 mod scripts;
+mod tables;
 mod two_grains;
 mod vtk;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 
 use crate::results::{COMMIT, VERSION};
 use crate::study::vary::Vary;
@@ -45,7 +46,8 @@ pub enum Command {
     Specimen(Specimen),
     /// Say what is in a results file
     Info(Info),
-    /// Export a results file
+    /// Export a results file: tables, fields, contacts, grains
+    #[command(after_help = EXPORT_EXAMPLES)]
     Export(Export),
     /// Run a case several times with one thing varied: table, order of convergence, speed against accuracy
     #[command(after_help = STUDY_EXAMPLES)]
@@ -59,8 +61,35 @@ pub enum Command {
     /// Run the verification ladder and print its table; exit code 1 if a rung fails
     Verify(Verify),
     /// Print the JSON Schema of case files
-    Schema,
+    Schema {
+        /// Of plans of batches instead
+        #[arg(long)]
+        plan: bool,
+    },
+    /// Print what completes commands and options in a shell
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions { shell: Shell },
+    /// Write manual pages, one a command, into a folder
+    #[command(after_help = MAN_EXAMPLES)]
+    Man {
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+    },
 }
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  riprap completions bash > ~/.local/share/bash-completion/completions/riprap
+  riprap completions zsh > _riprap                  in a folder of $fpath";
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  riprap man ~/.local/share/man/man1 && man riprap-run";
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  riprap export run.vtkhdf --csv tables             history, grains, contacts, breakage
+  riprap export run.vtkhdf --vtu states --vtp contacts --stl grains";
 
 const RUN_EXAMPLES: &str = "\
 Examples:
@@ -83,6 +112,7 @@ const REPORT_EXAMPLES: &str = "\
 Examples:
   riprap report run.vtkhdf --out report                 charts (SVG, PNG) and report/report.html
   riprap report p0400.vtkhdf p0800.vtkhdf --out report --lab measured.csv
+  riprap report run.vtkhdf --width 84               charts for a column of a journal, letters of 9 points
 
 The table of --lab has a header line that names its columns, each with its unit:
   curve, axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]
@@ -103,6 +133,8 @@ const BATCH_EXAMPLES: &str = "\
 Examples:
   riprap batch plan.json --jobs 4
   riprap batch plan.json --slurm                    writes a job array and submits it where there is sbatch
+  riprap batch plan.json --commands                 writes commands.txt: parallel -j 4 < commands.txt
+  riprap batch plan.json --summary                  the table of what has been run so far
 
 A plan names a case (or a list \"cases\") and what to change in it:
   {\"case\": \"quick_start.json\",
@@ -201,8 +233,9 @@ pub struct Export {
     /// The results file
     #[arg(value_name = "FILE.vtkhdf")]
     pub file: PathBuf,
-    /// Writes the history, and that of a scene's bodies, as CSV, units in the header, into this directory
-    #[arg(long, value_name = "DIR", required_unless_present_any = ["vtu", "vtp", "stl"])]
+    /// Writes the history, and what there is of bodies, grains, stages, contacts, gradings and breakage, as CSV, units in
+    /// the header, into this directory
+    #[arg(long, value_name = "DIR")]
     pub csv: Option<PathBuf>,
     /// Writes the saved states as .vtu files and a .pvd that lists them into this directory; points are moved
     #[arg(long, value_name = "DIR")]
@@ -252,6 +285,15 @@ fn number(text: &str) -> Result<usize, String> {
         .ok_or_else(|| "a whole number from 1 to 1024".to_string())
 }
 
+/// The first and the last of some members.
+fn members(text: &str) -> Result<(usize, usize), String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (first.parse(), last.parse()) {
+        (Ok(first), Ok(last)) if first <= last => Ok((first, last)),
+        _ => Err("a member's number, or two of them: 3, 10-19".to_string()),
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct Batch {
     /// The plan (JSON; comments allowed)
@@ -269,15 +311,21 @@ pub struct Batch {
     /// Runs again what is finished, and replaces files of other cases
     #[arg(long)]
     pub force: bool,
-    /// Writes a Slurm job array instead, and submits it where there is sbatch
+    /// Writes a Slurm job array instead, and submits it where there is sbatch; a job behind it writes the table
     #[arg(long)]
     pub slurm: bool,
-    /// Lists the members instead
+    /// Writes the members' commands instead, one a line, for GNU parallel, PBS and LSF
     #[arg(long, conflicts_with = "slurm")]
+    pub commands: bool,
+    /// Writes the table of what there is instead, and runs nothing
+    #[arg(long, conflicts_with_all = ["slurm", "commands", "force"])]
+    pub summary: bool,
+    /// Lists the members instead
+    #[arg(long, conflicts_with_all = ["slurm", "commands", "summary"])]
     pub list: bool,
-    /// Runs this member alone, counted from 0
-    #[arg(long, value_name = "K", conflicts_with = "slurm")]
-    pub only: Option<usize>,
+    /// Runs these members alone, counted from 0
+    #[arg(long, value_name = "K|K-L", value_parser = members, conflicts_with_all = ["slurm", "commands", "summary"])]
+    pub only: Option<(usize, usize)>,
 }
 
 #[derive(Debug, Args)]
@@ -298,12 +346,15 @@ pub struct Report {
     /// Results files; several are overlaid
     #[arg(value_name = "FILE.vtkhdf", required = true)]
     pub files: Vec<PathBuf>,
-    /// Where charts and report.html go
+    /// Where charts and report.html go (default: <name of the first file>_report beside it)
     #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    pub out: Option<PathBuf>,
     /// Measured curves to overlay; may be given more than once
     #[arg(long = "lab", value_name = "CURVES.csv")]
     pub laboratory: Vec<PathBuf>,
+    /// Width of the charts in files of their own, in millimetres: 84 or 174 for the columns of many journals
+    #[arg(long, value_name = "MM", value_parser = clap::value_parser!(u16).range(60..=400))]
+    pub width: Option<u16>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -7,13 +7,14 @@ use std::time::Instant;
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::linalg;
-use crate::report::{duration, write_report};
+use crate::report::{duration, write_printed_report};
 use crate::results::{
     Existing, Reader, Summary, results_file, write_bodies_csv, write_history_csv, write_network, write_stl,
-    write_vtu_series,
+    write_tables, write_vtu_series,
 };
 use crate::setup::rock_samples;
 use crate::simulation::{self, End, Options, Outcome, generate_specimen, missing_start};
+use crate::study::PLAN_SCHEMA;
 use crate::verification::{Finding, PROBLEMS, Problem};
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
@@ -126,6 +127,10 @@ pub fn info(arguments: &Info) -> Ended {
 }
 
 pub fn export(arguments: &Export) -> Ended {
+    if [&arguments.csv, &arguments.vtu, &arguments.vtp, &arguments.stl].iter().all(|wish| wish.is_none()) {
+        let message = "nothing to export: one or more of --csv DIR, --vtu DIR, --vtp DIR, --stl DIR";
+        return Err(Error::Usage(message.into()).into());
+    }
     let reader = Reader::open(&arguments.file)?;
     let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
     if let Some(folder) = &arguments.csv {
@@ -140,6 +145,9 @@ pub fn export(arguments: &Export) -> Ended {
         write(format!("{stem}.csv"), write_history_csv)?;
         if !reader.members("bodies")?.is_empty() {
             write(format!("{stem}_bodies.csv"), write_bodies_csv)?;
+        }
+        for table in write_tables(&reader, folder, &stem)? {
+            say(&table.display().to_string());
         }
     }
     if let Some(folder) = &arguments.vtu {
@@ -156,7 +164,14 @@ pub fn export(arguments: &Export) -> Ended {
 }
 
 pub fn report(arguments: &Report) -> Ended {
-    let written = write_report(&arguments.files, &arguments.laboratory, &arguments.out)?;
+    let beside = || {
+        let mut name = arguments.files[0].with_extension("").into_os_string();
+        name.push("_report");
+        PathBuf::from(name)
+    };
+    let folder = arguments.out.clone().unwrap_or_else(beside);
+    let width = arguments.width.map(|width| 1e-3 * f64::from(width));
+    let written = write_printed_report(&arguments.files, &arguments.laboratory, &folder, width)?;
     for remark in &written.remarks {
         note(&format!("riprap: {remark}"));
     }
@@ -193,8 +208,11 @@ pub fn verify(arguments: &Verify) -> Ended {
     Ok(if failed == 0 { Ending::Done } else { Ending::CheckFailed })
 }
 
-pub fn schema() -> Ended {
-    say(&format!("{:#}", case::schema()));
+pub fn schema(of_plans: bool) -> Ended {
+    match of_plans {
+        true => say(PLAN_SCHEMA.trim_end()),
+        false => say(&format!("{:#}", case::schema())),
+    }
     Ok(Ending::Done)
 }
 

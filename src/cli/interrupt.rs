@@ -1,9 +1,9 @@
 //! Ctrl-C: the first asks for an end after the increment at hand, which is given up if it takes too long; the second
-//! ends the process. While nothing is written, because a specimen is generated or bodies are built, the first ends it too.
+//! ends the process. One within a second of the first is the same request: `timeout` and terminals signal a process and its
+//! group. While nothing is written, because a specimen is generated or bodies are built, the first ends it too.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{LazyLock, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{LazyLock, Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 
 use crate::solver::StopSignal;
 
@@ -13,8 +13,11 @@ use super::terminal::note;
 /// How long the increment at hand may go on, and how long it may take to hear that it is given up: a large body can be solved for in one piece.
 const PATIENCE: Duration = Duration::from_secs(2);
 const DEAF: Duration = Duration::from_secs(6);
+/// Requests closer to the first than this are that one, heard again.
+const ECHO: Duration = Duration::from_secs(1);
 
-static REQUESTS: AtomicUsize = AtomicUsize::new(0);
+/// When the first request came.
+static REQUESTED: OnceLock<Instant> = OnceLock::new();
 static PHASE: Mutex<Phase> = Mutex::new(Phase::Other);
 static SIGNAL: LazyLock<StopSignal> = LazyLock::new(StopSignal::new);
 
@@ -40,8 +43,13 @@ pub fn listen() {
             Phase::Solving | Phase::Other => None,
         };
         said.iter().for_each(|text| note(text));
-        if REQUESTS.fetch_add(1, Ordering::SeqCst) > 0 || said.is_some() {
+        if said.is_some() {
             std::process::exit(Ending::Interrupted as i32);
+        }
+        match REQUESTED.get() {
+            None => _ = REQUESTED.set(Instant::now()),
+            Some(first) if first.elapsed() < ECHO => return,
+            Some(_) => std::process::exit(Ending::Interrupted as i32),
         }
         // In a thread of its own, so that a second Ctrl-C is heard meanwhile.
         std::thread::spawn(|| {
@@ -70,7 +78,7 @@ fn phase() -> Phase {
 
 /// Whether to stop; who asks ends the run if so.
 pub fn requested() -> bool {
-    let requested = REQUESTS.load(Ordering::SeqCst) > 0;
+    let requested = REQUESTED.get().is_some();
     if requested {
         set_phase(Phase::Other);
     }

@@ -10,6 +10,7 @@ mod interrupt;
 mod machine;
 mod progress;
 mod series;
+mod shells;
 mod terminal;
 
 use std::io::ErrorKind;
@@ -45,7 +46,9 @@ pub fn main() -> ExitCode {
         Command::Study(study) => series::study(study),
         Command::Batch(batch) => series::batch(batch),
         Command::Verify(verify) => commands::verify(verify),
-        Command::Schema => commands::schema(),
+        Command::Schema { plan } => commands::schema(*plan),
+        Command::Completions { shell } => shells::completions(*shell),
+        Command::Man { folder } => shells::manual(folder),
     };
     match (ended, unsaid()) {
         // Whoever read it has seen enough.

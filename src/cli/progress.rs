@@ -138,6 +138,7 @@ impl Observer for Progress {
         if let Display::Bar(bar) = &self.display {
             if new {
                 bar.set_prefix(format!("specimen, {name}"));
+                set_style(bar, COUNTING);
                 bar.reset();
             }
             bar.set_length(1000);
@@ -156,6 +157,11 @@ impl Observer for Progress {
     fn specimen_ready(&mut self, report: &SpecimenReport) {
         interrupt::set_phase(interrupt::Phase::Other);
         self.tell(|| specimen_lines(report), || specimen_json(report));
+        if let Display::Bar(bar) = &self.display {
+            bar.set_prefix("seating");
+            set_style(bar, WAITING);
+            bar.reset();
+        }
     }
 
     fn rock_drawn(&mut self, drawn: &[Drawn]) {
@@ -196,6 +202,7 @@ impl Observer for Progress {
         interrupt::set_phase(interrupt::Phase::Solving);
         if let Display::Bar(bar) = &self.display {
             bar.set_prefix(stage.kind);
+            set_style(bar, COUNTING);
             if stage.index == 0 {
                 bar.reset();
             }
@@ -240,10 +247,10 @@ impl Observer for Progress {
                 }
                 let poor = match work.poorly_closed {
                     0 => String::new(),
-                    count => format!(", {count} increments worse than solver.energy_tolerance"),
+                    count => format!("; {count} increments by themselves to worse than solver.energy_tolerance"),
                 };
                 format!(
-                    "{kind:<15} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e}{poor}",
+                    "{kind:<15} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e} of the work{poor}",
                     work.increments,
                     work.factorisations as f64 / work.increments as f64,
                     work.energy_error.abs(),
@@ -319,15 +326,22 @@ impl Observer for Progress {
     }
 }
 
+/// How far something is, in 80 columns with strain and q behind it; and that something goes on whose end nobody knows.
+const COUNTING: &str = "{prefix:<20} [{bar:12}] {percent:>3} %  {eta:>4} left  {wide_msg}";
+const WAITING: &str = "{prefix:<20} {spinner} {elapsed}";
+
 fn bar() -> ProgressBar {
     let bar = ProgressBar::new(1000);
-    let template =
-        "{prefix:<22} [{bar:32}] {percent:>3} %  {elapsed_precise}, {eta_precise} left  {wide_msg}";
+    bar.set_prefix("start");
+    set_style(&bar, WAITING);
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
+}
+
+fn set_style(bar: &ProgressBar, template: &str) {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("=> "));
     }
-    bar.enable_steady_tick(Duration::from_millis(500));
-    bar
 }
 
 fn bar_message(row: &HistoryRow) -> String {

@@ -1,12 +1,13 @@
 //! `riprap study` and `riprap batch`: series of runs, each a process of its own.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use crate::case::parse_override;
+use crate::case::{Case, Geometry, StageCase, parse_override};
 use crate::error::Error;
 use crate::report::chart::Chart;
-use crate::report::write_chart;
-use crate::study::launch::{Event, Launch, Standing};
+use crate::report::{Section, duration, write_chart, write_page};
+use crate::study::launch::{Event, Launch, Standing, generate};
 use crate::study::outcome::{Figures, compared};
 use crate::study::plan::read_plan;
 use crate::study::vary::{Setting, Vary};
@@ -28,10 +29,18 @@ pub fn study(arguments: &Study) -> Ended {
         arguments.input.overrides.iter().filter_map(|text| parse_override(text).ok()).collect();
     let (mut members, mut kept): (Vec<Member>, Vec<Setting>) = Default::default();
     let mut faults = Vec::new();
+    let specimen = match shares_specimen(&case, arguments.vary) && settings.len() > 1 {
+        true => Member::new("specimen", &source, given.clone(), &folder).ok(),
+        false => None,
+    };
     for setting in settings {
         let name = format!("{}_{}", arguments.vary.word(), setting.label);
         let mut overrides = given.clone();
         overrides.extend(setting.overrides.iter().cloned());
+        if let Some(specimen) = &specimen {
+            let file = std::path::absolute(&specimen.results).unwrap_or_else(|_| specimen.results.clone());
+            overrides.push(("/start_from".into(), file.to_string_lossy().into()));
+        }
         match Member::new(&name, &source, overrides, &folder) {
             Ok(member) => {
                 members.push(member);
@@ -55,6 +64,10 @@ pub fn study(arguments: &Study) -> Ended {
         let message = format!("--vary {}: nothing is left to run", arguments.vary.word());
         return Err(Error::Usage(message).into());
     }
+    if let Some(specimen) = &specimen {
+        note(&format!("one specimen for all: {}", specimen.results.display()));
+        generate(&program()?, specimen, arguments.threads)?;
+    }
     let whole = launch(&members, arguments.jobs, arguments.threads, arguments.force)?;
 
     let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
@@ -65,29 +78,54 @@ pub fn study(arguments: &Study) -> Ended {
     if let Some(built) = built {
         values.insert_column(1, "as built [1]", &built);
     }
-    say(&format!("{}\n\n{}", case.title, values.to_markdown()));
+    let turned = values.turned();
+    say(&format!("{}\n\n{}", case.title, turned.to_markdown()));
     values.write_csv(&folder.join("study.csv"))?;
+    let mut sections = vec![Section::Table(turned.header, turned.rows)];
     let ensemble = arguments.vary == Vary::Seed;
     let second = match ensemble {
         true => table::scatter(&quantities),
         false => table::orders(&kept, &quantities),
     };
     if ensemble || kept.iter().any(|setting| setting.size.is_some()) {
-        say(&format!("\n{}", second.to_markdown()));
+        say(&format!("\n{}", second.turned().to_markdown()));
         second.write_csv(&folder.join(if ensemble { "scatter.csv" } else { "order.csv" }))?;
+        sections.push(Section::Table(second.header, second.rows));
     }
-    let draw = |stem: &str, chart: Option<Chart>| -> Result<(), Error> {
+    let mut draw = |stem: &str, chart: Option<Chart>, caption: &str| -> Result<(), Error> {
         if let Some(chart) = chart {
-            write_chart(&folder, stem, &chart)?;
+            sections.push(Section::Chart(write_chart(&folder, stem, &chart)?, caption.into()));
             note(&folder.join(format!("{stem}.png")).display().to_string());
         }
         Ok(())
     };
-    draw("curves", chart::curves(&kept, &figures, ensemble))?;
+    draw(
+        "curves",
+        chart::curves(&kept, &figures, ensemble),
+        "Strains count from the end of the consolidation.",
+    )?;
     if !ensemble {
-        draw("speed_accuracy", chart::speed_and_accuracy(heading, &kept, &figures, &quantities))?;
+        let caption =
+            "Orders after Roache (1994), from the three finest values; from one triple an order is a hint.";
+        draw("convergence", chart::convergence(heading, &kept, &quantities), caption)?;
+        let chart = chart::speed_and_accuracy(heading, &kept, &figures, &quantities);
+        draw("speed_accuracy", chart, "Further down is better, further left is faster.")?;
     }
+    let page = folder.join("study.html");
+    write_page(&page, &format!("{}: {heading} varied", case.title), sections)?;
+    say(&format!("\n{}", page.display()));
     Ok(conclude(whole, &members, &figures))
+}
+
+/// Whether all members of a study begin with the specimen as generated, which is made once then. Their bits are those of runs by themselves.
+fn shares_specimen(case: &Case, vary: Vary) -> bool {
+    let consolidates = matches!(case.stages.first(), Some(StageCase::Consolidate { .. }));
+    let is_specimen = matches!(case.geometry, Geometry::Specimen(_));
+    let same = match vary {
+        Vary::Increment | Vary::Tolerance | Vary::Stabilisation | Vary::Fidelity | Vary::Penalty => true,
+        Vary::Mesh | Vary::Seed => false,
+    };
+    same && is_specimen && consolidates && case.start_from.is_none()
 }
 
 pub fn batch(arguments: &Batch) -> Ended {
@@ -105,13 +143,20 @@ pub fn batch(arguments: &Batch) -> Ended {
         say(&script.display().to_string());
         return Ok(Ending::Done);
     }
+    if arguments.commands {
+        let path = slurm::write_commands(&plan, &program()?, arguments.force)?;
+        say(&path.display().to_string());
+        return Ok(Ending::Done);
+    }
     let members = match arguments.only {
         None => plan.members,
-        Some(number) => match plan.members.get(number) {
-            Some(member) => vec![member.clone()],
-            None => {
+        // A job array's last task may have fewer than the others.
+        Some((first, last)) => match plan.members.get(first..=last.min(plan.members.len().saturating_sub(1)))
+        {
+            Some(members) if !members.is_empty() => members.to_vec(),
+            _ => {
                 let last = plan.members.len().saturating_sub(1);
-                let message = format!("--only {number}: the plan has members 0 to {last}");
+                let message = format!("--only {first}: the plan has members 0 to {last}");
                 return Err(Error::Usage(message).into());
             }
         },
@@ -120,7 +165,12 @@ pub fn batch(arguments: &Batch) -> Ended {
         members.iter().for_each(|member| say(&member.name));
         return Ok(Ending::Done);
     }
-    let whole = launch(&members, jobs.unwrap_or(1), plan.threads, arguments.force)?;
+    // A task of a job array has the cores of one member.
+    let jobs = if arguments.only.is_some() { arguments.jobs.map(usize::from) } else { jobs };
+    let whole = match arguments.summary {
+        true => true,
+        false => launch(&members, jobs.unwrap_or(1), plan.threads, arguments.force)?,
+    };
     let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
     if arguments.only.is_none() {
         let summary = table::batch(&members, &figures);
@@ -140,10 +190,12 @@ fn launch(members: &[Member], jobs: usize, threads: usize, force: bool) -> Resul
     let program = program()?;
     let launch = Launch { program: &program, jobs, threads, force, stop: &interrupt::requested };
     let all = members.len();
-    let mut begun = 0;
+    let (mut begun, mut skipped, mut ended) = (0, 0, 0);
+    let start = Instant::now();
     launch.run(members, &mut |event| match event {
         Event::Skipped(member, standing) => {
             begun += 1;
+            skipped += 1;
             let how = match standing {
                 Standing::Finished => "is finished",
                 Standing::Stopped(_) => "stopped short before and would again",
@@ -158,11 +210,19 @@ fn launch(members: &[Member], jobs: usize, threads: usize, force: bool) -> Resul
             begun += 1;
             note(&format!("[{begun}/{all}] {}", member.name));
         }
-        Event::Ended(_, Some(0), _) => {}
-        Event::Ended(member, Some(130), _) => note(&format!("{}: interrupted", member.name)),
         Event::Ended(member, code, line) => {
-            let code = code.map_or("a signal".to_string(), |code| format!("exit code {code}"));
-            note(&format!("{}: {code}: {line}", member.name));
+            ended += 1;
+            let how = match code {
+                Some(0) => "finished".to_string(),
+                Some(130) => "interrupted".to_string(),
+                Some(code) => format!("exit code {code}: {line}"),
+                None => format!("a signal: {line}"),
+            };
+            let left = all - skipped - ended;
+            let time = start.elapsed().as_secs_f64() * left as f64 / ended as f64;
+            let time =
+                if left > 0 { format!("; {left} left, about {}", duration(time)) } else { String::new() };
+            note(&format!("{}: {how}{time}", member.name));
         }
     })
 }

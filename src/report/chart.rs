@@ -70,7 +70,14 @@ pub struct Chart {
     pub arrangement: Arrangement,
     /// Width and height of the panels with their labels [px]; title and legend come on top.
     pub size: [f64; 2],
+    /// Where a unit has to be as long on both axes: what of the size is beside the axes [px].
+    pub beside: Option<[f64; 2]>,
 }
+
+/// Panels beside each other are no narrower than this [px].
+const NARROWEST: f64 = 290.0;
+/// A narrow chart is not lower than this share of its height.
+const LOWEST: f64 = 0.6;
 
 /// Where a panel's axes are [px].
 #[derive(Debug, Clone, Copy)]
@@ -83,7 +90,26 @@ struct Frame {
 
 impl Chart {
     pub fn new(title: impl Into<String>, panels: Vec<Panel>, arrangement: Arrangement) -> Self {
-        Chart { title: title.into(), panels, arrangement, size: [WIDTH, 460.0] }
+        Chart { title: title.into(), panels, arrangement, size: [WIDTH, 460.0], beside: None }
+    }
+
+    /// The same for a page's column so wide [px], its letters as large; panels that would be too narrow stand below each other.
+    pub fn of_width(&self, width: f64) -> Chart {
+        let share = width / self.size[0];
+        let mut chart = self.clone();
+        let mut height = self.size[1] * share.max(LOWEST);
+        if let Arrangement::Beside(columns) = self.arrangement {
+            let columns = columns.clamp(1, self.panels.len().max(1));
+            let fit = ((width / NARROWEST) as usize).clamp(1, columns);
+            let rows = |columns: usize| self.panels.len().div_ceil(columns) as f64;
+            height = self.size[1] * share.clamp(LOWEST, 1.0) / rows(columns).max(1.0) * rows(fit);
+            chart.arrangement = Arrangement::Beside(fit);
+        }
+        if let Some([x, y]) = self.beside {
+            height = y + (self.size[1] - y) * (width - x) / (self.size[0] - x);
+        }
+        chart.size = [width, height];
+        chart
     }
 
     /// Lays the chart out.
@@ -585,5 +611,25 @@ mod tests {
         assert!(labels.iter().all(|label| entry_width(label) <= WIDTH - 16.0), "{labels:?}");
         labels.dedup();
         assert_eq!(labels.len(), 3, "{labels:?}");
+    }
+
+    #[test]
+    fn in_a_column_circles_are_round_and_panels_below_each_other() {
+        let arc = |k: usize| (std::f64::consts::PI * k as f64 / 60.0).sin_cos();
+        let circle: Vec<[f64; 2]> = (0..=60).map(arc).map(|(sine, cosine)| [1.0 - cosine, sine]).collect();
+        let (x, y) = (Axis::new("x").from(0.0).to(2.2), Axis::new("y").from(0.0).to(2.2 * 316.0 / 628.0));
+        let panel = Panel { layers: vec![curve(&circle)], ..Panel::new(x, y) };
+        let mut chart = Chart::new("", vec![panel.clone()], Arrangement::Stacked);
+        (chart.size, chart.beside) = ([720.0, 384.0], Some([92.0, 68.0]));
+        for width in [720.0, 317.0] {
+            let drawn = lines(&chart.of_width(width).draw(), BLUE);
+            let reach = |axis: usize| {
+                let all = drawn.iter().flatten().map(|p| p[axis]);
+                all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
+            };
+            assert!((reach(0) / reach(1) / 2.0 - 1.0).abs() < 0.08, "{width}: {} {}", reach(0), reach(1));
+        }
+        let pair = Chart::new("", vec![panel.clone(), panel], Arrangement::Beside(2)).of_width(317.0);
+        assert!(pair.arrangement == Arrangement::Beside(1) && pair.size[1] > 500.0, "{:?}", pair.size);
     }
 }

@@ -5,13 +5,15 @@ use crate::error::Result;
 
 use super::axis::{Axis, short};
 use super::chart::{Arrangement, Chart, Layer, Panel};
-use super::palette::{AXIS, BLUE, Colour, DASHED, GREY, ORANGE, SKY, Stroke, VERMILLION};
+use super::palette::{AXIS, BLUE, Colour, DASHED, GREY, ORANGE, PURPLE, SKY, Stroke, VERMILLION};
 use super::run::Run;
 
 /// Dataset, name and colour from the bottom of the stack to its top; neighbours differ in lightness.
-pub const PARTS: [(&str, &str, Colour); 5] = [
+pub const PARTS: [(&str, &str, Colour); 6] = [
     ("energy_elastic", "elastic", BLUE),
     ("energy_friction", "friction", ORANGE),
+    ("energy_crushing_contacts", "crushing at contacts", PURPLE),
+    // Without the part before, which `/history` counts in.
     ("energy_damage", "damage", VERMILLION),
     ("energy_stabilisation", "stabilisation", GREY),
     ("energy_membrane", "membrane", SKY),
@@ -28,7 +30,7 @@ pub struct Stack {
     /// Whether strains of unloading count as well, since the strain itself goes back there.
     pub travelled: bool,
     /// Upper ends of the parts [%], in the order of [`PARTS`]: each adds to the one below.
-    pub tops: [Vec<f64>; 5],
+    pub tops: [Vec<f64>; PARTS.len()],
     /// What negative parts would take away and the stack does not show [%], at worst.
     pub hidden: f64,
     /// Largest energy error over the largest external work.
@@ -49,8 +51,12 @@ pub fn stack(run: &Run) -> Result<Stack> {
     };
     let external = run.column("energy_external")?;
     let parts = PARTS.map(|(name, ..)| run.column(name));
-    let [elastic, friction, damage, stabilisation, membrane] = parts;
-    let parts = [elastic?, friction?, damage?, stabilisation?, membrane?];
+    let [elastic, friction, crushing, damage, stabilisation, membrane] = parts;
+    let (crushing, mut damage) = (crushing?, damage?);
+    for (damage, crushing) in damage.iter_mut().zip(&crushing).filter(|(_, crushing)| crushing.is_finite()) {
+        *damage -= crushing;
+    }
+    let parts = [elastic?, friction?, crushing, damage, stabilisation?, membrane?];
     let error = run.column("energy_error")?;
     Ok(Stack { travelled, ..stacked(&rows, &abscissa, &external, &parts, &error) })
 }
@@ -76,7 +82,7 @@ fn stacked(
     rows: &[usize],
     abscissa: &[f64],
     external: &[f64],
-    parts: &[Vec<f64>; 5],
+    parts: &[Vec<f64>; PARTS.len()],
     error: &[f64],
 ) -> Stack {
     let largest =
@@ -184,8 +190,8 @@ mod tests {
 
     #[test]
     fn shares_add_up_to_what_is_booked() {
-        let parts =
-            [vec![1.0, 2.0, 3.0], vec![0.0, 1.0, 5.0], vec![0.0; 3], vec![0.0, 0.5, -1.0], vec![f64::NAN; 3]];
+        let [rises, falls] = [vec![0.0, 1.0, 5.0], vec![0.0, 0.5, -1.0]];
+        let parts = [vec![1.0, 2.0, 3.0], rises, vec![f64::NAN; 3], vec![0.0; 3], falls, vec![f64::NAN; 3]];
         let external = [1e-9, 4.0, 8.0];
         let error = [0.0, 0.4, 0.2];
         let stack = stacked(&[0, 1, 2], &[0.0, 0.5, 1.0], &external, &parts, &error);
@@ -193,7 +199,7 @@ mod tests {
         assert_eq!(stack.abscissa, [0.5, 1.0]);
         assert_eq!(stack.tops[0], [50.0, 37.5]);
         assert_eq!(stack.tops[1], [75.0, 100.0]);
-        assert_eq!(stack.tops[4], [87.5, 100.0]);
+        assert_eq!(stack.tops[5], [87.5, 100.0]);
         assert_eq!((stack.hidden, stack.error, stack.external), (12.5, 0.05, 8.0));
     }
 }

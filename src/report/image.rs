@@ -6,6 +6,9 @@ use crate::error::{Error, Result};
 
 use super::palette::Colour;
 
+/// 192 an inch, twice those of the page: a PNG is as large in print as its SVG.
+const PIXELS_PER_METRE: u32 = 7559;
+
 /// Eight bits a channel, row after row from the upper left corner.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
@@ -71,6 +74,8 @@ impl Image {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Balanced);
+        let (xppu, yppu) = (PIXELS_PER_METRE, PIXELS_PER_METRE);
+        encoder.set_pixel_dims(Some(png::PixelDimensions { xppu, yppu, unit: png::Unit::Meter }));
         let mut writer = encoder.write_header().map_err(fault)?;
         writer.write_image_data(&self.pixels).map_err(fault)?;
         writer.finish().map_err(fault)?;

@@ -1,8 +1,8 @@
 //! The report of one or several results files: charts as SVG and PNG, pictures as PNG, and one HTML page that holds all of
 //! them and the specimen to be turned, and needs nothing else.
 //!
-//! [`write_report`] is the whole of it. What is drawn is worked out by one file a subject (`curves`, `energy`, `grading`, `fabric`,
-//! `cost`, `bodies`, `picture`), laid out by `chart` into a `drawing`, and painted by plotters; pictures are rasterised in
+//! [`write_report`] is the whole of it. What is drawn is worked out by one file a subject (`curves`, `strength`, `energy`,
+//! `grading`, `fabric`, `cost`, `bodies`, `picture`), laid out by `chart` into a `drawing`, and painted by plotters; pictures are rasterised in
 //! `raster`. SI units inside; strains and stresses count compression positive, as in `/history`.
 
 mod axis;
@@ -23,6 +23,7 @@ pub mod palette;
 mod picture;
 mod raster;
 mod run;
+mod strength;
 mod surface;
 mod viewer;
 
@@ -37,7 +38,9 @@ use crate::error::{Error, Result};
 
 use chart::Chart;
 use drawing::Drawing;
-use page::{Page, Section};
+pub use page::Section;
+
+use page::Page;
 
 /// What a report came to.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -55,11 +58,25 @@ pub struct Report {
 /// # Errors
 /// Files that cannot be read or written; a laboratory table at fault.
 pub fn write_report(files: &[PathBuf], laboratory: &[PathBuf], folder: &Path) -> Result<Report> {
+    write_printed_report(files, laboratory, folder, None)
+}
+
+/// The same; charts beside the page are so wide [m], for the column of a paper, with letters of 9 points.
+///
+/// # Errors
+/// As [`write_report`].
+pub fn write_printed_report(
+    files: &[PathBuf],
+    laboratory: &[PathBuf],
+    folder: &Path,
+    width: Option<f64>,
+) -> Result<Report> {
     let runs = Run::open_all(files)?;
     let labels: Vec<String> = runs.iter().map(|run| run.label.clone()).collect();
     let curves = read_laboratories(laboratory, &labels)?;
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
-    let mut output = Output { folder, report: Report::default() };
+    let width = width.map(|width| width * PIXELS_PER_METRE);
+    let mut output = Output { folder, width, report: Report::default() };
     let mut page = Page::new(&runs)?;
 
     let overlay = curves::chart(&runs, &curves)?;
@@ -69,6 +86,13 @@ pub fn write_report(files: &[PathBuf], laboratory: &[PathBuf], folder: &Path) ->
     if let Some(chart) = overlay {
         let caption = curves::caption(&runs)?;
         page.sections.push(Section::Chart(output.chart("stress_strain", &chart)?, caption));
+    }
+    if let Some((chart, caption)) = strength::circles(&runs)? {
+        page.sections.push(Section::Chart(output.chart("strength", &chart)?, caption));
+    }
+    if let Some(chart) = strength::paths(&runs)? {
+        let caption = "From the start of the run; void ratio inside the cover.";
+        page.sections.push(Section::Chart(output.chart("stress_path", &chart)?, caption.into()));
     }
     let all: Vec<&Run> = runs.iter().collect();
     if let Some(chart) = energy::chart(&all)? {
@@ -91,12 +115,26 @@ pub fn write_report(files: &[PathBuf], laboratory: &[PathBuf], folder: &Path) ->
 
 /// Writes a chart as `<stem>.svg` and `<stem>.png` into `folder`, and returns the SVG.
 pub fn write_chart(folder: &Path, stem: &str, chart: &Chart) -> Result<String> {
-    Output { folder, report: Report::default() }.chart(stem, chart)
+    Output { folder, width: None, report: Report::default() }.chart(stem, chart)
 }
+
+/// Writes a page of tables and charts.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_page(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
+    let page = Page::of(title.to_string(), sections).to_html();
+    std::fs::write(path, page).map_err(|e| Error::io("write", path, e))
+}
+
+/// A pixel of charts and pages is 1/96 of an inch.
+const PIXELS_PER_METRE: f64 = 96.0 / 0.0254;
 
 /// Where things go.
 struct Output<'a> {
     folder: &'a Path,
+    /// Of charts in files of their own [px].
+    width: Option<f64>,
     report: Report,
 }
 
@@ -108,7 +146,10 @@ impl Output<'_> {
     }
 
     fn chart(&mut self, stem: &str, chart: &Chart) -> Result<String> {
-        self.drawing(stem, &chart.draw())
+        let drawing = chart.draw();
+        let Some(width) = self.width else { return self.drawing(stem, &drawing) };
+        self.drawing(stem, &chart.of_width(width).draw())?;
+        drawing.to_svg()
     }
 
     fn drawing(&mut self, stem: &str, drawing: &Drawing) -> Result<String> {

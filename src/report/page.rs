@@ -11,6 +11,7 @@ use super::axis::{duration, short};
 use super::cost::Cost;
 use super::grading;
 use super::run::{Largest, Run};
+use super::strength;
 use super::viewer::{SCRIPT, View};
 
 /// A part of the page.
@@ -18,6 +19,8 @@ pub enum Section {
     Heading(String),
     /// An SVG and its caption.
     Chart(String, String),
+    /// The names of its columns, and its rows.
+    Table(Vec<String>, Vec<Vec<String>>),
     /// A PNG, its width on the page [px] and its caption.
     Picture(Vec<u8>, usize, String),
     /// The specimen or scene, to be turned.
@@ -95,6 +98,11 @@ impl Page {
         Ok(Page { title, overview: (labels, rows), warnings, sections: Vec::new() })
     }
 
+    /// A page of tables and charts without runs of its own.
+    pub fn of(title: String, sections: Vec<Section>) -> Page {
+        Page { title, overview: (Vec::new(), Vec::new()), warnings: Vec::new(), sections }
+    }
+
     pub fn to_html(&self) -> String {
         let mut html = String::new();
         // Writing into a text does not fail.
@@ -146,6 +154,7 @@ impl Section {
             Section::Chart(svg, caption) => {
                 writeln!(html, "<figure>\n{}{}</figure>", svg.trim_start(), figcaption(caption))
             }
+            Section::Table(header, rows) => writeln!(html, "{}", table(header, rows)),
             Section::Picture(png, width, caption) => writeln!(
                 html,
                 "<figure><img width=\"{width}\" alt=\"{}\" src=\"data:image/png;base64,{}\">{}</figure>",
@@ -161,6 +170,14 @@ impl Section {
             ),
         };
     }
+}
+
+fn table(header: &[String], rows: &[Vec<String>]) -> String {
+    let cells = |row: &[String], tag: &str| -> String {
+        row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
+    };
+    let body: String = rows.iter().map(|row| format!("<tr>{}</tr>\n", cells(row, "td"))).collect();
+    format!("<table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{body}</tbody>\n</table>", cells(header, "th"))
 }
 
 /// The controls, the canvas and the data of a view; without scripts its caption alone.
@@ -220,7 +237,9 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
             line("volume strain there", format!("{} %", of(&curve.volumetric_strain, 100.0)));
             line("q there", format!("{} MPa", of(&curve.deviatoric_stress, 1e-6)));
         }
+        lines.extend(strength::overview(run)?);
     }
+    let mut line = |name: &str, value: String| lines.push((name.into(), value));
     for (name, value) in grading::indices(run)? {
         line(name, short(value));
     }
@@ -256,7 +275,11 @@ mod tests {
             title: title.clone(),
             overview: (vec![title.clone(); 2], vec![(title.clone(), vec![title.clone(); 2])]),
             warnings: vec![title.clone()],
-            sections: vec![Section::Heading(title.clone()), Section::Case(title.clone())],
+            sections: vec![
+                Section::Heading(title.clone()),
+                Section::Case(title.clone()),
+                Section::Table(vec![title.clone()], vec![vec![title.clone()]]),
+            ],
         };
         assert!(!page.to_html().contains("<script"));
     }

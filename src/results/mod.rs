@@ -4,7 +4,7 @@
 //! - [`Writer`] takes plain data (no solver types), keeps `/VTKHDF` valid after every saved state
 //!   and makes every [`Writer::commit`] all or nothing, whatever kills the process (see [`journal`]).
 //! - [`Reader`] opens a finished, killed or still growing file; [`Summary`] is what `riprap info` prints.
-//! - [`write_history_csv`] exports the history, [`write_vtu_series`] the saved states, [`write_network`] their contacts, [`write_stl`] the bodies.
+//! - [`write_history_csv`] exports the history, [`write_tables`] the other tables, [`write_vtu_series`] the saved states, [`write_network`] their contacts, [`write_stl`] the bodies.
 //!
 //! SI units. Strains, `deviatoric_stress` and `mean_stress` in `/history` count compression positive;
 //! stresses in `/VTKHDF` count tension positive.
@@ -29,6 +29,7 @@ mod states;
 mod store;
 mod summary;
 mod table;
+mod tables;
 mod verify;
 mod vtkhdf;
 mod vtu;
@@ -47,6 +48,7 @@ pub use record::{COMMIT, CaseRecord, ENDINGS, Outcome, Status, VERSION, host, re
 pub use states::{SavedCells, SavedState};
 pub use summary::{Named, Summary};
 pub use table::{Column, ColumnData};
+pub use tables::write_tables;
 pub use verify::Verified;
 pub use vtu::write_vtu_series;
 pub use writer::{Existing, Writer};

@@ -6,7 +6,7 @@ use crate::report::{Axis, short};
 
 use super::order::{Order, observed};
 use super::outcome::{Figure, Figures, at_strain, common_strain, curve_difference};
-use super::table::mean_and_deviation;
+use super::table::{mean_and_deviation, series};
 use super::vary::Setting;
 
 /// How far each member is from the best there is, and what that is. For specimens the difference of the curves q(strain) from
@@ -25,8 +25,7 @@ pub fn errors(settings: &[Setting], all: &[Figures], compared: &[Figure]) -> (Ve
         return (all.iter().enumerate().map(each).collect(), name);
     }
     let Some(figure) = compared.first() else { return (vec![f64::NAN; all.len()], String::new()) };
-    let sized = settings.iter().zip(&figure.values);
-    let series: Vec<(f64, f64)> = sized.filter_map(|(s, v)| Some((s.size?, *v))).collect();
+    let series = series(settings, figure);
     let last = figure.values.iter().rposition(|value| value.is_finite());
     let (limit, of) = match (observed(&series), last) {
         (Order::Observed { limit, .. }, _) if limit.is_finite() && limit != 0.0 => {
@@ -88,6 +87,56 @@ pub fn speed_and_accuracy(
         Chart::new(format!("Speed against accuracy: {heading}"), vec![panel], Arrangement::Stacked);
     chart.size = [640.0, 420.0];
     Some(chart)
+}
+
+/// Error of each figure over the size that goes to zero: from its value at size zero where an order is observed, else from
+/// that of the finest. `None` where no figure has two such points.
+pub fn convergence(heading: &str, settings: &[Setting], compared: &[Figure]) -> Option<Chart> {
+    let x = Axis::new(size_name(heading, settings)).logarithmic();
+    let mut panel = Panel::new(x, Axis::new("relative error [1]").logarithmic());
+    for (number, figure) in compared.iter().enumerate() {
+        let series = series(settings, figure);
+        let finest = series.iter().filter(|(_, value)| value.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some(&(_, finest)) = finest else { continue };
+        let (limit, how) = match observed(&series) {
+            Order::Observed { order, limit } if order.is_finite() => (limit, format!("order {order:.1}")),
+            _ => (finest, "no order; from the finest".to_string()),
+        };
+        let error = |(size, value): &(f64, f64)| [*size, ((value - limit) / limit).abs()];
+        let points: Vec<[f64; 2]> =
+            series.iter().map(error).filter(|p| p.iter().all(|x| x.is_finite() && *x > 0.0)).collect();
+        if points.len() < 2 {
+            continue;
+        }
+        let name = figure.name.split(" [").next().unwrap_or(&figure.name);
+        let stroke = Stroke::of(number);
+        panel.layers.push(Layer::Curve { label: format!("{name}: {how}"), points: points.clone(), stroke });
+        let label = String::new();
+        panel.layers.push(Layer::Points { label, points, colour: stroke.colour, radius: 4.0 });
+    }
+    if panel.layers.is_empty() {
+        return None;
+    }
+    let mut chart = Chart::new("Error against what is refined", vec![panel], Arrangement::Stacked);
+    chart.size = [640.0, 420.0];
+    Some(chart)
+}
+
+/// What goes to zero: the value that is varied, its inverse where that is a number of increments, or something that follows from it.
+fn size_name(heading: &str, settings: &[Setting]) -> String {
+    let is = |of: fn(f64) -> f64| {
+        let same = |setting: &Setting| match (setting.label.parse::<f64>(), setting.size) {
+            (Ok(value), Some(size)) => (of(value) / size - 1.0).abs() < 1e-6,
+            (Err(_), _) | (_, None) => false,
+        };
+        settings.iter().all(same)
+    };
+    let name = heading.split(" [").next().unwrap_or(heading);
+    match (is(|value| value), is(|value| 1.0 / value)) {
+        (true, _) => heading.to_string(),
+        (false, true) => format!("1 / {name} [1]"),
+        (false, false) => format!("size that follows from {name}"),
+    }
 }
 
 /// All members' curves q(strain) and volume strain, with mean and standard deviation; `None` without strains.
@@ -168,6 +217,25 @@ mod tests {
         let all = [figures(61.0, 1.0), figures(62.0, 2.0), figures(64.0, last_solving_time)];
         let compared = [Figure { name: "force [N]".into(), values: vec![1.1, 1.01, 1.0] }];
         speed_and_accuracy("x", &["a", "b", "c"].map(setting), &all, &compared).expect("a chart")
+    }
+
+    #[test]
+    fn errors_of_second_order_fall_by_four() {
+        let setting = |size: f64| Setting { label: size.to_string(), size: Some(size), overrides: vec![] };
+        let sizes = [4e-4, 2e-4, 1e-4];
+        let clean = Figure { name: "q [Pa]".into(), values: sizes.map(|h| 5.0 + 1e6 * h * h).to_vec() };
+        let ragged = Figure { name: "e [1]".into(), values: vec![1.0, 2.0, 1.5] };
+        let chart = convergence("increment", &sizes.map(setting), &[clean, ragged]).expect("a chart");
+        let [Layer::Curve { label, points, .. }, _, Layer::Curve { label: other, points: two, .. }, _] =
+            &chart.panels[0].layers[..]
+        else {
+            panic!("{:?}", chart.panels[0].layers)
+        };
+        assert!(label == "q: order 2.0" && (points[0][1] / points[1][1] - 4.0).abs() < 1e-4, "{points:?}");
+        assert!(other == "e: no order; from the finest" && two.len() == 2, "{other} {two:?}");
+        assert_eq!(chart.panels[0].x.label, "increment");
+        let counted = |n: f64| Setting { label: n.to_string(), size: Some(1.0 / n), overrides: vec![] };
+        assert_eq!(size_name("increments [1]", &[20.0, 40.0].map(counted)), "1 / increments [1]");
     }
 
     #[test]

@@ -183,6 +183,30 @@ impl Launch<'_> {
     }
 }
 
+/// Generates the specimen of a member's case into its file, in a process of its own, unless it is there.
+///
+/// # Errors
+/// A process that cannot be started; `Error::Usage` with what it said where there is no such specimen.
+pub fn generate(program: &Path, member: &Member, threads: usize) -> Result<()> {
+    if standing(member) == Standing::Finished {
+        return Ok(());
+    }
+    if let Some(folder) = member.results.parent() {
+        std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
+    }
+    let arguments = member.arguments(threads);
+    let output = Command::new(program)
+        .args(["specimen", "--force"])
+        // Behind `run`, which takes the same.
+        .args(&arguments[1..])
+        .output()
+        .map_err(|e| Error::io("start", program, e))?;
+    match output.status.success() {
+        true => Ok(()),
+        false => Err(Error::Usage(String::from_utf8_lossy(&output.stderr).trim().to_string())),
+    }
+}
+
 /// Where a member's process writes what it has to say.
 pub fn log_of(member: &Member) -> std::path::PathBuf {
     member.results.with_extension("log")

@@ -3,9 +3,11 @@
 //! Every member of a series is a process of its own (`riprap run …`) with a results file of its own, so that none takes
 //! another down and what is finished is never run again. [`launch`] starts them and says how each stands; [`vary`] makes the
 //! members of a study and [`plan`] those of a batch; [`outcome`] sums up their files, [`order`] has the order of
-//! convergence, [`table`] and [`chart`] show them, [`slurm`] hands them to a cluster.
+//! convergence, [`table`] and [`chart`] show them, [`slurm`] hands them to a cluster as [`cluster`]
+//! read from the plan.
 
 pub mod chart;
+pub mod cluster;
 pub mod launch;
 pub mod order;
 pub mod outcome;
@@ -22,6 +24,9 @@ use crate::case::{RawCase, unsupported};
 use crate::error::{Error, Fault};
 use crate::report;
 use crate::results::results_file;
+
+/// JSON Schema of plans.
+pub const PLAN_SCHEMA: &str = include_str!("../../cases/plan.schema.json");
 
 /// One run of a series.
 #[derive(Debug, Clone, PartialEq)]

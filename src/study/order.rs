@@ -64,6 +64,26 @@ pub fn observed(series: &[(f64, f64)]) -> Order {
     Order::Observed { order, limit }
 }
 
+/// The order of each three neighbours of a series that have one, coarsest first.
+pub fn of_triples(series: &[(f64, f64)]) -> Vec<f64> {
+    let mut sizes: Vec<(f64, f64)> = series.iter().copied().filter(|(_, f)| f.is_finite()).collect();
+    sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let order = |three: &[(f64, f64)]| match observed(three) {
+        Order::Observed { order, .. } => Some(order),
+        Order::Same | Order::NotMonotone | Order::NotConverging | Order::TooFew => None,
+    };
+    sizes.windows(3).filter_map(order).collect()
+}
+
+/// Roache's grid convergence index of the finest value, as a share of it: 1.25 times the difference from the value at size
+/// zero. Not a number without an order.
+pub fn convergence_index(order: Order, finest: f64) -> f64 {
+    match order {
+        Order::Observed { limit, .. } => 1.25 * ((limit - finest) / finest).abs(),
+        Order::Same | Order::NotMonotone | Order::NotConverging | Order::TooFew => f64::NAN,
+    }
+}
+
 impl std::fmt::Display for Order {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -102,6 +122,18 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn every_triple_of_a_clean_series_has_its_order() {
+        let series: Vec<(f64, f64)> =
+            [0.8, 0.4, 0.2, 0.1, 0.05].iter().map(|&h: &f64| (h, 3.0 + h * h)).collect();
+        let orders = of_triples(&series);
+        assert!(orders.len() == 3 && orders.iter().all(|order| (order - 2.0).abs() < 1e-6), "{orders:?}");
+        // 1.25 h^2 over the finest value.
+        let index = convergence_index(observed(&series), 3.0025);
+        assert!((index / (1.25 * 0.0025 / 3.0025) - 1.0).abs() < 1e-5, "{index}");
+        assert!(convergence_index(Order::NotMonotone, 1.0).is_nan());
     }
 
     #[test]

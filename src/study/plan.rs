@@ -8,7 +8,8 @@
 //!   "seeds": [1, 2, 3],                             // or {"from": 1, "count": 20}: each member with each seed
 //!   "out": "results/friction",                      // results files go there; default: results/<plan> beside the plan
 //!   "jobs": 2, "threads": 1,                        // processes at a time; threads of each
-//!   "slurm": {"time": "24:00:00", "memory": "8G", "partition": "cpu", "options": ["--account=rock"]}
+//!   "slurm": {"time": "24:00:00", "memory": "8G", "partition": "cpu", "options": ["--account=rock"],
+//!             "members_per_task": 10, "setup": ["module load gcc"], "program": "apptainer exec riprap.sif riprap"}
 //! }
 //! ```
 //!
@@ -22,6 +23,7 @@ use serde_json::{Map, Value};
 use crate::case::{RawCase, fault_of_pointer, nearest, path_of_key, read, shortened, shown};
 use crate::error::{Error, Fault, Result};
 
+use super::cluster::{self, SLURM_KEYS, Slurm};
 use super::{Member, Refusal, safe};
 
 /// More members than this are taken for a slip.
@@ -42,17 +44,8 @@ pub struct Plan {
     pub slurm: Slurm,
 }
 
-/// What a cluster is told.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Slurm {
-    pub time: Option<String>,
-    pub memory: Option<String>,
-    pub partition: Option<String>,
-    /// Further options of sbatch, as they are.
-    pub options: Vec<String>,
-}
-
-const KEYS: [&str; 9] = ["case", "cases", "set", "grid", "seeds", "out", "jobs", "threads", "slurm"];
+/// Of a plan; `cases/plan.schema.json` says more of each.
+pub const KEYS: [&str; 9] = ["case", "cases", "set", "grid", "seeds", "out", "jobs", "threads", "slurm"];
 
 /// One entry of `cases`.
 struct Entry {
@@ -140,7 +133,10 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
         },
     };
     let (jobs, threads) = (count("jobs", faults), count("threads", faults).unwrap_or(1));
-    let slurm = slurm_of(map.get("slurm"), faults);
+    if let Some(Value::Object(own)) = map.get("slurm") {
+        unknown_keys(own, &SLURM_KEYS, "$.slurm", faults);
+    }
+    let slurm = cluster::slurm_of(map.get("slurm"), faults);
     let points: usize = grid.iter().map(|(_, values)| values.len()).product();
     let number = entries.len().saturating_mul(points).saturating_mul(seeds.len().max(1));
     if number > MOST_MEMBERS {
@@ -370,43 +366,6 @@ fn seeds_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<u64> {
     }
 }
 
-fn slurm_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Slurm {
-    let keys = ["time", "memory", "partition", "options"];
-    let map = match value {
-        None => return Slurm::default(),
-        Some(Value::Object(map)) => map,
-        Some(other) => {
-            let accepted = format!("an object with the keys {}", keys.join(", "));
-            faults.push(Fault::new("$.slurm", shown(other), "is no object", accepted));
-            return Slurm::default();
-        }
-    };
-    unknown_keys(map, &keys, "$.slurm", faults);
-    // A line break would end the comment that Slurm reads.
-    let mut line = |value: &Value, place: String| match value {
-        Value::String(text) if !text.contains(['\n', '\r']) && !text.is_empty() => Some(text.clone()),
-        other => {
-            faults.push(Fault::new(place, shown(other), "is no line of text", "a text in quotes"));
-            None
-        }
-    };
-    let mut text = |key: &str| map.get(key).and_then(|value| line(value, path_of_key("$.slurm", key)));
-    let (time, memory, partition) = (text("time"), text("memory"), text("partition"));
-    let options = match map.get("options") {
-        None => Vec::new(),
-        Some(Value::Array(items)) => items
-            .iter()
-            .enumerate()
-            .filter_map(|(at, item)| line(item, format!("$.slurm.options[{at}]")))
-            .collect(),
-        Some(other) => {
-            faults.push(Fault::new("$.slurm.options", shown(other), "is no list", "a list of texts"));
-            Vec::new()
-        }
-    };
-    Slurm { time, memory, partition, options }
-}
-
 fn members_of(
     entries: &[Entry],
     common: &[(String, Value)],
@@ -589,6 +548,11 @@ mod tests {
         let unused = r#"{"case": "rock.json", "cases": ["rock.json", {"name": "b", "case": "rock.json"}]}"#;
         faulty(unused, &["$.case: is used by none of \"cases\""]);
         faulty(r#"{"case": "rock.json", "slurm": {"time": "1\n2"}}"#, &["$.slurm.time: is no line"]);
+        faulty(r#"{"case": "rock.json", "slurm": {"setup": [1]}}"#, &["$.slurm.setup[0]: is no line"]);
+        faulty(
+            r#"{"case": "rock.json", "slurm": {"members_per_task": 0}}"#,
+            &["$.slurm.members_per_task: is out of range"],
+        );
         faulty(
             r#"{"case": "rock.json", "seeds": {"count": 99999}, "grid": {"/seed": [1, 2]}}"#,
             &["are too many"],

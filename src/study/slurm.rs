@@ -1,4 +1,5 @@
-//! A batch as a job array of Slurm: one task a member, each of which runs `riprap batch PLAN --only K`.
+//! A batch on a cluster: a job array of Slurm, whose tasks each run `riprap batch PLAN --only K-L`, and a job behind it that
+//! writes the table; or the same commands one a line, for PBS, LSF and GNU parallel.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,51 +8,97 @@ use crate::error::{Error, Result};
 
 use super::plan::Plan;
 
-/// The script of the array. `program` is the riprap to run on the cluster.
+/// The words that run these members of a plan, or another part of the batch. `program` is the riprap to run on the cluster, unless
+/// the plan says how it is started there.
+fn command(plan: &Plan, program: &Path, force: bool, what: &str) -> String {
+    let own = || quoted(&program.to_string_lossy());
+    format!(
+        "{} batch {} --out {} --threads {}{} {what}",
+        plan.slurm.program.clone().unwrap_or_else(own),
+        quoted(&absolute(&plan.file).to_string_lossy()),
+        quoted(&absolute(&plan.out).to_string_lossy()),
+        plan.threads,
+        if force { " --force" } else { "" },
+    )
+}
+
+/// The script of the array.
 pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>, force: bool) -> String {
     // Without a number the cluster says how many run at a time.
     let at_a_time = jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
+    let each = plan.slurm.members_per_task.max(1);
+    let tasks = plan.members.len().div_ceil(each).max(1);
+    let mut lines = head(plan, "", "slurm-%A_%a.log");
+    lines.push(format!("#SBATCH --array=0-{}{at_a_time}", tasks - 1));
+    lines.push(format!("#SBATCH --cpus-per-task={}", plan.threads));
+    // Ctrl-C's signal two minutes before the time is up: the run ends cleanly.
+    lines.push("#SBATCH --signal=B:INT@120".to_string());
+    // A task that its node lost starts again, and goes on where its run was.
+    lines.push("#SBATCH --requeue".to_string());
+    lines.push("#SBATCH --open-mode=append".to_string());
+    if let Some(memory) = &plan.slurm.memory {
+        lines.push(format!("#SBATCH --mem={memory}"));
+    }
+    lines.push(String::new());
+    lines.extend(plan.slurm.setup.iter().cloned());
+    if each > 1 {
+        lines.push(format!("first=$((SLURM_ARRAY_TASK_ID * {each}))"));
+        lines.push(format!("last=$((first + {}))", each - 1));
+    }
+    lines.push(
+        "# exec: the signal reaches riprap itself. An array submitted again skips what is finished.".into(),
+    );
+    let members = if each > 1 { "\"$first-$last\"" } else { "\"$SLURM_ARRAY_TASK_ID\"" };
+    lines.push(format!("exec {}", command(plan, program, force, &format!("--only {members}"))));
+    lines.join("\n") + "\n"
+}
+
+/// The script of the job that writes the table when the array is done.
+pub fn summary_script(plan: &Plan, program: &Path) -> String {
+    let mut lines = head(plan, "-summary", "slurm-%j-summary.log");
+    lines.push(String::new());
+    lines.extend(plan.slurm.setup.iter().cloned());
+    lines.push(format!("exec {}", command(plan, program, false, "--summary")));
+    lines.join("\n") + "\n"
+}
+
+/// What both scripts tell Slurm.
+fn head(plan: &Plan, ending: &str, log: &str) -> Vec<String> {
     let name = plan.file.file_stem().unwrap_or(plan.file.as_os_str()).to_string_lossy().into_owned();
     let mut lines = vec![
         "#!/bin/sh".to_string(),
-        format!("#SBATCH --job-name=riprap-{}", super::safe(&name)),
-        format!("#SBATCH --array=0-{}{at_a_time}", plan.members.len().saturating_sub(1)),
+        format!("#SBATCH --job-name=riprap-{}{ending}", super::safe(&name)),
         "#SBATCH --ntasks=1".to_string(),
-        format!("#SBATCH --cpus-per-task={}", plan.threads),
-        // Ctrl-C's signal two minutes before the time is up: the run ends cleanly.
-        "#SBATCH --signal=B:INT@120".to_string(),
-        format!(
-            "#SBATCH --output={}",
-            quoted(&absolute(&plan.out).join("slurm-%A_%a.log").to_string_lossy())
-        ),
+        format!("#SBATCH --output={}", quoted(&absolute(&plan.out).join(log).to_string_lossy())),
     ];
-    for (option, value) in
-        [("time", &plan.slurm.time), ("mem", &plan.slurm.memory), ("partition", &plan.slurm.partition)]
-    {
+    for (option, value) in [("time", &plan.slurm.time), ("partition", &plan.slurm.partition)] {
         if let Some(value) = value {
             lines.push(format!("#SBATCH --{option}={value}"));
         }
     }
     lines.extend(plan.slurm.options.iter().map(|option| format!("#SBATCH {option}")));
-    lines.push(String::new());
-    lines.push(
-        "# exec: the signal reaches riprap itself. When all tasks are done, the same command without --only"
-            .into(),
-    );
-    lines.push("# writes the table; an array submitted again skips what is finished.".into());
-    let force = if force { " --force" } else { "" };
-    lines.push(format!(
-        "exec {} batch {} --out {} --threads {}{force} --only \"$SLURM_ARRAY_TASK_ID\"",
-        quoted(&program.to_string_lossy()),
-        quoted(&absolute(&plan.file).to_string_lossy()),
-        quoted(&absolute(&plan.out).to_string_lossy()),
-        plan.threads
-    ));
-    lines.join("\n") + "\n"
+    lines
 }
 
-/// Writes the script beside the results and hands it to `sbatch` where there is one: the script's path and what sbatch
-/// said, if it was there.
+/// Writes the commands of all members, one a line, beside the results: `parallel -j 4 < commands.txt`, or line N in task N of an
+/// array of PBS or LSF.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_commands(plan: &Plan, program: &Path, force: bool) -> Result<PathBuf> {
+    let line = |at: usize| command(plan, program, force, &format!("--only {at}")) + "\n";
+    write(plan, "commands.txt", &(0..plan.members.len()).map(line).collect::<String>())
+}
+
+fn write(plan: &Plan, name: &str, text: &str) -> Result<PathBuf> {
+    std::fs::create_dir_all(&plan.out).map_err(|e| Error::io("create", &plan.out, e))?;
+    let path = plan.out.join(name);
+    std::fs::write(&path, text).map_err(|e| Error::io("write", &path, e))?;
+    Ok(path)
+}
+
+/// Writes the scripts beside the results and hands them to `sbatch` where there is one, the table's to run behind the array: the
+/// array's script and what was submitted, if it was.
 ///
 /// # Errors
 /// A script that cannot be written; an sbatch that refuses.
@@ -61,18 +108,27 @@ pub fn submit(
     jobs: Option<usize>,
     force: bool,
 ) -> Result<(PathBuf, Option<String>)> {
-    std::fs::create_dir_all(&plan.out).map_err(|e| Error::io("create", &plan.out, e))?;
-    let path = plan.out.join("array.sh");
-    std::fs::write(&path, script(plan, program, jobs, force)).map_err(|e| Error::io("write", &path, e))?;
-    match Command::new("sbatch").arg(&path).output() {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok((path, None)),
+    let array = write(plan, "array.sh", &script(plan, program, jobs, force))?;
+    let summary = write(plan, "summary.sh", &summary_script(plan, program))?;
+    let Some(first) = sbatch(&array, &[])? else { return Ok((array, None)) };
+    let behind = format!("--dependency=afterany:{first}");
+    let second = sbatch(&summary, &[&behind])?.unwrap_or_default();
+    Ok((array, Some(format!("submitted job {first}; job {second} writes the table behind it"))))
+}
+
+/// Submits a script: the job's number; `None` where there is no sbatch.
+fn sbatch(script: &Path, options: &[&str]) -> Result<Option<String>> {
+    match Command::new("sbatch").arg("--parsable").args(options).arg(script).output() {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(Error::io("start", Path::new("sbatch"), e)),
+        // Number, and behind a semicolon the cluster.
         Ok(output) if output.status.success() => {
-            Ok((path, Some(String::from_utf8_lossy(&output.stdout).trim().to_string())))
+            let said = String::from_utf8_lossy(&output.stdout).trim().to_string();
+            Ok(Some(said.split(';').next().unwrap_or_default().to_string()))
         }
         Ok(output) => {
             let said = String::from_utf8_lossy(&output.stderr).trim().to_string();
-            Err(Error::Usage(format!("sbatch refused {}: {said}", path.display())))
+            Err(Error::Usage(format!("sbatch refused {}: {said}", script.display())))
         }
     }
 }
@@ -93,7 +149,7 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::Member;
-    use super::super::plan::Slurm;
+    use super::super::cluster::Slurm;
     use super::*;
 
     #[test]
@@ -137,5 +193,23 @@ mod tests {
         );
         let (_, behind) = script.split_once("\nexec ").unwrap_or_default();
         assert!(!behind.contains("#SBATCH"), "Slurm reads options up to the first command");
+        // Several members a task, and how riprap is started there.
+        let slurm = Slurm {
+            members_per_task: 2,
+            setup: vec!["module load x".into()],
+            program: Some("run.sif riprap".into()),
+            ..plan.slurm.clone()
+        };
+        let plan = Plan { slurm, out: "/x/out".into(), ..plan };
+        let script = self::script(&plan, Path::new("/bin/riprap"), None, false);
+        for part in [
+            "--array=0-1\n",
+            "\n\nmodule load x\nfirst=$((SLURM_ARRAY_TASK_ID * 2))\nlast=$((first + 1))\n",
+            "\nexec run.sif riprap batch ",
+            " --only \"$first-$last\"\n",
+        ] {
+            assert!(script.contains(part), "{script}\nhas no {part}");
+        }
+        assert!(summary_script(&plan, Path::new("/bin/riprap")).ends_with(" --threads 4 --summary\n"));
     }
 }

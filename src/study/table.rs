@@ -7,7 +7,7 @@ use crate::report::short;
 use crate::results::plain_cell;
 
 use super::Member;
-use super::order::{Order, observed};
+use super::order::{Order, convergence_index, observed, of_triples};
 use super::outcome::{Figure, Figures, common_strain};
 use super::vary::Setting;
 
@@ -43,6 +43,13 @@ impl Table {
         let mut lines = vec![line(&cells[0]), format!("| {} |", rule.join(" | "))];
         lines.extend(cells[1..].iter().map(line));
         lines.join("\n")
+    }
+
+    /// Rows for columns, so that it is as wide as it has rows.
+    pub fn turned(&self) -> Table {
+        let all: Vec<&Vec<String>> = std::iter::once(&self.header).chain(&self.rows).collect();
+        let line = |k: usize| all.iter().map(|row| row.get(k).cloned().unwrap_or_default()).collect();
+        Table { header: line(0), rows: (1..self.header.len()).map(line).collect() }
     }
 
     /// Puts a column of numbers behind the first `at`.
@@ -111,18 +118,21 @@ pub fn study(heading: &str, settings: &[Setting], all: &[Figures], compared: &[F
     Table { header, rows }
 }
 
-/// One row a figure: the order observed from the three finest values, and the value at size zero.
+/// One row a figure: the order observed from the three finest values, that of all neighbours, the value at size zero, and how far
+/// the finest may be from it.
 pub fn orders(settings: &[Setting], compared: &[Figure]) -> Table {
-    let header =
-        ["figure", "observed order", "at size zero", "error of the finest [%]"].map(String::from).to_vec();
+    let header = [
+        "figure",
+        "observed order",
+        "of all triples",
+        "at size zero",
+        "error of the finest [%]",
+        "its GCI [%]",
+    ];
     let rows = compared
         .iter()
         .map(|figure| {
-            let series: Vec<(f64, f64)> = settings
-                .iter()
-                .zip(&figure.values)
-                .filter_map(|(setting, value)| Some((setting.size?, *value)))
-                .collect();
+            let series = series(settings, figure);
             let order = observed(&series);
             let finest =
                 series.iter().rev().find(|(_, value)| value.is_finite()).map_or(f64::NAN, |(_, v)| *v);
@@ -132,10 +142,27 @@ pub fn orders(settings: &[Setting], compared: &[Figure]) -> Table {
                 }
                 Order::Same | Order::NotMonotone | Order::NotConverging | Order::TooFew => Default::default(),
             };
-            vec![figure.name.clone(), order.to_string(), limit, error]
+            let triples = of_triples(&series);
+            let least = triples.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = triples.iter().copied().fold(0.0, f64::max);
+            let possible = series.iter().filter(|(_, value)| value.is_finite()).count().saturating_sub(2);
+            let range = match (possible, triples.len()) {
+                (0 | 1, _) => String::new(),
+                (all, 0) => format!("none of {all}"),
+                (all, some) => format!("{least:.2} to {most:.2} ({some} of {all})"),
+            };
+            let index = 100.0 * convergence_index(order, finest);
+            let index = if index.is_finite() { short(index) } else { String::new() };
+            vec![figure.name.clone(), order.to_string(), range, limit, error, index]
         })
         .collect();
-    Table { header, rows }
+    Table { header: header.map(String::from).to_vec(), rows }
+}
+
+/// A figure over what goes to zero.
+pub fn series(settings: &[Setting], figure: &Figure) -> Vec<(f64, f64)> {
+    let sized = settings.iter().zip(&figure.values);
+    sized.filter_map(|(setting, value)| Some((setting.size?, *value))).collect()
 }
 
 /// One row a figure: mean and scatter over the members.
@@ -264,6 +291,14 @@ mod tests {
         table.insert_column(1, "x", &[36.25, f64::NAN]);
         assert_eq!(table.header, ["a", "x", "b"]);
         assert_eq!(table.rows, [texts(&["1", "36.25", "2"]), texts(&["3", "", "4"])]);
+    }
+
+    #[test]
+    fn a_turned_table_has_its_header_as_its_first_column() {
+        let texts = |row: &[&str]| row.iter().map(|text| text.to_string()).collect::<Vec<_>>();
+        let table = Table { header: texts(&["a", "b"]), rows: vec![texts(&["1", "2"]), texts(&["3", "4"])] };
+        let turned = table.turned();
+        assert_eq!((turned.header, turned.rows), (texts(&["a", "1", "3"]), vec![texts(&["b", "2", "4"])]));
     }
 
     #[test]

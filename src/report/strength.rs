@@ -1,0 +1,208 @@
+//! What a geotechnical reader looks for first: stresses, void ratio, angles and moduli of the shearing, Mohr's circles at
+//! the largest deviatoric stress with the line of Mohr and Coulomb, stress paths.
+//!
+//! Compression positive, SI inside. The line over several runs is the least-squares line through the tops (s, t) of their
+//! circles, t = a + s sin(phi), c = a / cos(phi) (Lambe & Whitman 1969, Soil Mechanics, ch. 11).
+
+use crate::error::Result;
+
+use super::axis::{Axis, short};
+use super::chart::{Arrangement, Chart, Layer, Panel};
+use super::palette::{DASHED, INK, Stroke};
+use super::run::{Run, Shearing};
+
+/// Confining pressures that differ by less than this share are one, and tell no cohesion.
+const SAME_PRESSURE: f64 = 0.05;
+/// Points of half a circle.
+const ARC: usize = 90;
+/// Width and height of the circles' chart [px], and what of it is beside the axes: a circle has to be round.
+const SIZE: [f64; 2] = [720.0, 384.0];
+const BESIDE: [f64; 2] = [92.0, 68.0];
+
+/// A stress circle: smallest and largest principal stress [Pa].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Circle {
+    pub minor: f64,
+    pub major: f64,
+}
+
+/// The line of Mohr and Coulomb.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Envelope {
+    /// [Pa]
+    pub cohesion: f64,
+    /// [rad]
+    pub friction_angle: f64,
+}
+
+impl Circle {
+    fn centre(self) -> f64 {
+        0.5 * (self.major + self.minor)
+    }
+
+    fn radius(self) -> f64 {
+        0.5 * (self.major - self.minor)
+    }
+}
+
+/// The line that these circles touch, or nearly: without cohesion where they are of one pressure. `None` without circles, or
+/// where no line rises.
+pub fn envelope(circles: &[Circle]) -> Option<Envelope> {
+    let count = circles.len() as f64;
+    let mean = |of: fn(Circle) -> f64| circles.iter().map(|c| of(*c)).sum::<f64>() / count;
+    let (s, t) = (mean(Circle::centre), mean(Circle::radius));
+    let least = circles.iter().map(|c| c.minor).fold(f64::INFINITY, f64::min);
+    let most = circles.iter().map(|c| c.minor).fold(0.0, f64::max);
+    let (sine, at_zero) = if most - least > SAME_PRESSURE * most {
+        let along: f64 = circles.iter().map(|c| (c.centre() - s).powi(2)).sum();
+        let across: f64 = circles.iter().map(|c| (c.centre() - s) * (c.radius() - t)).sum();
+        (across / along, t - across / along * s)
+    } else {
+        (t / s, 0.0)
+    };
+    (sine > 0.0 && sine < 1.0).then(|| {
+        let friction_angle = sine.asin();
+        Envelope { cohesion: at_zero / friction_angle.cos(), friction_angle }
+    })
+}
+
+/// The circle of a run at its largest deviatoric stress behind the consolidation.
+pub fn circle(run: &Run, shearing: &Shearing) -> Result<Option<Circle>> {
+    let Some((at, _)) = shearing.curve.largest() else { return Ok(None) };
+    let minor = run.column("confining_pressure")?[shearing.rows[at]];
+    let circle = Circle { minor, major: minor + shearing.curve.deviatoric_stress[at] };
+    Ok((minor > 0.0 && circle.major > minor).then_some(circle))
+}
+
+/// The overview's lines on the strength of a specimen: name and value.
+pub fn overview(run: &Run) -> Result<Vec<(String, String)>> {
+    let mut lines = Vec::new();
+    let shearing = run.shearing()?;
+    let mut line = |name: &str, value: f64, units: &str| {
+        if value.is_finite() {
+            lines.push((name.to_string(), format!("{}{units}", short(value))));
+        }
+    };
+    if let Some((at, _)) = shearing.curve.largest() {
+        line("confining pressure", 1e-6 * run.column("confining_pressure")?[shearing.rows[at]], " MPa");
+    }
+    let void_ratio = run.column("void_ratio")?;
+    if let (Some(&first), Some(&last)) = (shearing.rows.first(), shearing.rows.last()) {
+        let name =
+            if shearing.behind_consolidation { "void ratio, consolidated" } else { "void ratio at first" };
+        line(name, void_ratio[first], " inside the cover");
+        line("void ratio at the end", void_ratio[last], " inside the cover");
+    }
+    let stage = format!("stages/{}", run.leading_consolidations());
+    for (dataset, name, factor, units) in [
+        ("peak_friction_angle", "friction angle, largest", 1f64.to_degrees(), "°"),
+        ("residual_friction_angle", "friction angle, residual", 1f64.to_degrees(), "°"),
+        ("largest_dilatancy_angle", "dilatancy angle, largest", 1f64.to_degrees(), "°"),
+        ("initial_modulus", "initial tangent modulus", 1e-6, " MPa"),
+        ("half_modulus", "E50", 1e-6, " MPa"),
+    ] {
+        let place = format!("{stage}/{dataset}");
+        if run.reader.has(&place)
+            && let Some(&value) = run.reader.floats(&place)?.first()
+        {
+            line(name, factor * value, units);
+        }
+    }
+    Ok(lines)
+}
+
+/// The circles of all specimens and the line that they touch, with its caption; `None` where no run was sheared.
+pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
+    let mut found = Vec::new();
+    for (number, run) in runs.iter().enumerate().filter(|(_, run)| !run.is_scene()) {
+        if let Some(circle) = circle(run, &run.shearing()?)? {
+            found.push((number, run, circle));
+        }
+    }
+    let all: Vec<Circle> = found.iter().map(|(_, _, circle)| *circle).collect();
+    let reach = 1.06e-6 * all.iter().map(|circle| circle.major).fold(0.0, f64::max);
+    if !(reach > 0.0) {
+        return Ok(None);
+    }
+    let [wide, tall] = [SIZE[0] - BESIDE[0], SIZE[1] - BESIDE[1]];
+    let x = Axis::new("normal stress [MPa]").from(0.0).to(reach);
+    let mut panel = Panel::new(x, Axis::new("shear stress [MPa]").from(0.0).to(reach * tall / wide));
+    for (number, run, circle) in found {
+        let point = |k: usize| {
+            let (sine, cosine) = (std::f64::consts::PI * k as f64 / ARC as f64).sin_cos();
+            [1e-6 * (circle.centre() - circle.radius() * cosine), 1e-6 * circle.radius() * sine]
+        };
+        let points = (0..=ARC).map(point).collect();
+        panel.layers.push(Layer::Curve { label: run.label.clone(), points, stroke: Stroke::of(number) });
+    }
+    let mut caption = "Mohr's circles at the largest q of each run.".to_string();
+    if let Some(Envelope { cohesion, friction_angle }) = envelope(&all) {
+        let stress = |normal: f64| [normal, 1e-6 * cohesion + normal * friction_angle.tan()];
+        let end = (reach * tall / wide - 1e-6 * cohesion) / friction_angle.tan();
+        let start = (-1e-6 * cohesion / friction_angle.tan()).max(0.0);
+        let points = vec![stress(start), stress(end.min(reach))];
+        let stroke = Stroke { width: 1.4, dash: DASHED, ..Stroke::thin(INK) };
+        panel.layers.push(Layer::Curve { label: "Mohr-Coulomb".into(), points, stroke });
+        let angle = short(friction_angle.to_degrees());
+        caption += &if cohesion == 0.0 {
+            format!(" The line without cohesion: φ = {angle}°.")
+        } else {
+            let cohesion = short(1e-6 * cohesion);
+            format!(
+                " The line through their tops (least squares): φ = {angle}°, c = {cohesion} MPa. \
+                 Rock has no cohesion: c stands for an envelope that bends."
+            )
+        };
+    }
+    let mut chart = Chart::new("Strength", vec![panel], Arrangement::Stacked);
+    (chart.size, chart.beside) = (SIZE, Some(BESIDE));
+    Ok(Some((chart, caption)))
+}
+
+/// Stress paths q(p) and void ratio over p, from the start of the runs; `None` where no specimen has them.
+pub fn paths(runs: &[Run]) -> Result<Option<Chart>> {
+    let mean = || Axis::new("mean stress p [MPa]");
+    let mut path = Panel::new(mean(), Axis::new("q [MPa]"));
+    let mut volume = Panel::new(mean().logarithmic(), Axis::new("void ratio e [1]"));
+    let mut drawn = false;
+    for (number, run) in runs.iter().enumerate().filter(|(_, run)| !run.is_scene()) {
+        let p: Vec<f64> = run.column("mean_stress")?.iter().map(|p| 1e-6 * p).collect();
+        let (q, e) = (run.column("deviatoric_stress")?, run.column("void_ratio")?);
+        let [q, e] = [(q, 1e-6), (e, 1.0)].map(|(values, factor)| -> Vec<[f64; 2]> {
+            p.iter().zip(values).map(|(p, value)| [*p, factor * value]).collect()
+        });
+        drawn |= q.iter().filter(|point| point[0] > 0.0 && point[1].is_finite()).count() > 1;
+        let (label, stroke) = (run.label.clone(), Stroke::of(number));
+        path.layers.push(Layer::Curve { label: label.clone(), points: q, stroke });
+        volume.layers.push(Layer::Curve { label, points: e, stroke });
+    }
+    let mut chart = Chart::new("Stress path and void ratio", vec![path, volume], Arrangement::Beside(2));
+    chart.size = [720.0, 320.0];
+    Ok(drawn.then_some(chart))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The circle of pressure `minor` that touches the line of c and phi.
+    fn touching(minor: f64, c: f64, phi: f64) -> Circle {
+        let factor = (1.0 + phi.sin()) / (1.0 - phi.sin());
+        Circle { minor, major: factor * minor + 2.0 * c * factor.sqrt() }
+    }
+
+    #[test]
+    fn circles_that_touch_a_line_give_that_line() {
+        let (c, phi) = (2e4, 0.7);
+        let three = [2e5, 4e5, 8e5].map(|minor| touching(minor, c, phi));
+        let found = envelope(&three).expect("a line");
+        assert!((found.cohesion / c - 1.0).abs() < 1e-9 && (found.friction_angle - phi).abs() < 1e-12);
+    }
+
+    #[test]
+    fn one_pressure_tells_no_cohesion() {
+        let found = envelope(&[touching(4e5, 0.0, 0.6), touching(4.04e5, 0.0, 0.6)]).expect("a line");
+        assert!(found.cohesion == 0.0 && (found.friction_angle - 0.6).abs() < 1e-12);
+        assert_eq!(envelope(&[]), None);
+    }
+}
