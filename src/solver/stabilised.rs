@@ -311,11 +311,14 @@ impl Newton<'_> {
         let goes_uphill = until == Stabilisation::Rest && self.moves_what_no_drag_holds();
         let farthest =
             if until == Stabilisation::Rest && !self.is_of_a_scene() { FARTHEST } else { f64::INFINITY };
+        // What bodies that deform still miss is told after a step, and mended by iterations alone.
+        let least_iterations = usize::from(until == Stabilisation::Rest && self.model.has_elastic());
         let most_trials = if goes_uphill { 2 * USUAL_TRIALS } else { USUAL_TRIALS };
         Leave {
             largest,
             mean: mean * yardsticks.mean,
             shares_of_drag,
+            least_iterations,
             most_trials,
             farthest,
             goes_uphill,

@@ -28,6 +28,8 @@ pub(super) struct Leave {
     pub mean: f64,
     /// Or these shares of what the drag holds up.
     pub shares_of_drag: [f64; 2],
+    /// Iterations that are made in any case.
+    pub least_iterations: usize,
     /// Lengths that a line search tries, each half of the one before.
     pub most_trials: usize,
     /// How far any body may go, over the length that it may go in an iteration.
@@ -83,8 +85,8 @@ impl Newton<'_> {
         let mut held = self.held_residual();
         let first = merit(&held);
         let (mut now, mut raises, mut gained) = (first, 0, false);
-        for _ in 0..self.settings.max_newton {
-            if self.leaves_little(&held, leave) {
+        for iteration in 0..self.settings.max_newton {
+            if iteration >= leave.least_iterations && self.leaves_little(&held, leave) {
                 return StepEnd::Solved;
             }
             if self.settings.stop.is_raised() {

@@ -323,7 +323,7 @@ fn bodies_relax_dynamically_where_steps_get_nowhere() {
         let increment =
             Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
         let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
-        assert!(!report.converged() && report.augmentations < 50, "{:?}", report.history);
+        assert_eq!(report.converged(), relaxation.is_some(), "{:?}", report.history);
         let fell = committed.poses[1].position.z - report.poses[1].position.z;
         if relaxation.is_some() {
             assert!(report.counters.relaxation_steps > 100 && fell > 1e-5, "{fell}");
