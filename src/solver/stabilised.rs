@@ -313,7 +313,7 @@ impl Newton<'_> {
             if until == Stabilisation::Rest && !self.is_of_a_scene() { FARTHEST } else { f64::INFINITY };
         // What bodies that deform still miss is told after a step, and mended by iterations alone.
         let least_iterations = usize::from(until == Stabilisation::Rest && self.model.has_elastic());
-        let most_trials = if goes_uphill { 2 * USUAL_TRIALS } else { USUAL_TRIALS };
+        let most_trials = if goes_uphill || self.is_of_a_scene() { 2 * USUAL_TRIALS } else { USUAL_TRIALS };
         Leave {
             largest,
             mean: mean * yardsticks.mean,
@@ -328,7 +328,7 @@ impl Newton<'_> {
 
     /// Whether bodies are set and driven by hand. Most of a driven body's way is prescribed, and what the first step leaves slides back: friction does
     /// not act anew because bodies have gone far.
-    fn is_of_a_scene(&self) -> bool {
+    pub(super) fn is_of_a_scene(&self) -> bool {
         self.model.bodies.iter().any(|body| body.kind == BodyKind::Placed)
     }
 

@@ -14,7 +14,7 @@ const RAISE: f64 = 6.0;
 const STRONGEST: f64 = 30.0;
 /// Bodies whose held force is this share of the largest get more drag, and what touches them.
 const STUCK_SHARE: f64 = 0.2;
-/// Decrease of the merit that a step of full length has to bring; of its share, where a plate goes a shorter way.
+/// Decrease of the merit that a step of full length has to bring; of its share, where a plate, or anything in a scene, goes a shorter way.
 const DECREASE: f64 = 0.1;
 /// Drag of a body without a stiffness of its own, a plate: it moves with what it touches, and only just has a position where that is nothing.
 const PLATE_DRAG: f64 = 1e-6;
@@ -190,7 +190,7 @@ impl Newton<'_> {
     }
 
     /// Shortens the motion of each body to what it may go at once, and by the room that it has itself. Gives the least share that is left
-    /// of any plate, which no drag holds back.
+    /// of any plate, which no drag holds back, in a scene of any body.
     fn clip(&self, step: &mut [f64], room: Room) -> f64 {
         let lengths = self.settings.step_length.lengths(self.model);
         let bodies = self.model.bodies.len();
@@ -213,11 +213,12 @@ impl Newton<'_> {
                 step[*unknown as usize] *= share;
             }
         }
-        let held_by_drag = self.model.bodies.iter().map(|body| body.stiffness.is_finite());
+        let scene = self.is_of_a_scene();
+        let counts = self.model.bodies.iter().map(|body| scene || !body.stiffness.is_finite());
         shares
             .into_iter()
-            .zip(held_by_drag)
-            .filter(|(_, held)| !held)
+            .zip(counts)
+            .filter(|(_, counts)| *counts)
             .fold(1.0, |least, (share, _)| least.min(share))
     }
 }
