@@ -8,7 +8,7 @@ use crate::solver::stop::StopSignal;
 /// Most steps of a dynamic relaxation while grains are seated.
 const SEATING_STEPS: usize = 5000;
 
-/// When bodies relax dynamically ([`crate::solver::dynamic_relaxation`]), and for how long. They also do where steps get nowhere.
+/// When bodies relax dynamically (`solver::dynamic_relaxation`), and for how long. They also do where steps get nowhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relaxation {
     /// Steps before.
