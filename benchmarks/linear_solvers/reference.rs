@@ -66,74 +66,78 @@ impl Network {
         norm(&left) / norm(&self.right_side)
     }
 
-    fn by_own_lu(&self) {
+    /// An analysis, two factorisations and a solution, each timed.
+    fn timed<L>(
+        &self,
+        analyse: impl FnOnce() -> L,
+        factorise: impl Fn(&mut L),
+        solve: impl FnOnce(&mut L, &mut [f64]),
+    ) -> (Clock, L, Vec<f64>) {
         let mut clock = Clock::start();
-        let mut lu = MultifrontalLu::analyse(self.pattern.clone(), &self.first).expect("analysed");
+        let mut factor = analyse();
         clock.mark();
         for _ in 0..2 {
-            lu.factorise(&self.values).expect("factorised");
+            factorise(&mut factor);
             clock.mark();
         }
         let mut x = self.right_side.clone();
-        lu.solve_in_place(&self.values, &mut x).expect("solved");
+        solve(&mut factor, &mut x);
         clock.mark();
+        (clock, factor, x)
+    }
+
+    fn by_own_lu(&self) {
+        let (clock, lu, x) = self.timed(
+            || MultifrontalLu::analyse(self.pattern.clone(), &self.first).expect("analysed"),
+            |lu| lu.factorise(&self.values).expect("factorised"),
+            |lu, x| {
+                lu.solve_in_place(&self.values, x).expect("solved");
+            },
+        );
         self.print("riprap", "LU", &clock, self.left(&x), lu.factor_entries());
     }
 
     fn by_own_llt(&self) {
-        let mut clock = Clock::start();
-        let width = (self.first[1] - self.first[0]) as usize;
-        let ordering = Ordering::nested_dissection(&self.graph, width).expect("an ordering");
-        let mut factor = SparseCholesky::analyse(self.symmetric.pattern(), &ordering, Factorisation::Llt)
-            .expect("analysed");
-        clock.mark();
-        for _ in 0..2 {
-            factor.factorise(&self.symmetric).expect("factorised");
-            clock.mark();
-        }
-        let mut x = self.right_side.clone();
-        factor.back_substitute(&mut x, 1).expect("solved");
-        clock.mark();
+        let analyse = || {
+            let width = (self.first[1] - self.first[0]) as usize;
+            let ordering = Ordering::nested_dissection(&self.graph, width).expect("an ordering");
+            SparseCholesky::analyse(self.symmetric.pattern(), &ordering, Factorisation::Llt)
+                .expect("analysed")
+        };
+        let (clock, ..) = self.timed(
+            analyse,
+            |factor| factor.factorise(&self.symmetric).expect("factorised"),
+            |factor, x| factor.back_substitute(x, 1).expect("solved"),
+        );
         self.print("riprap", "LLT", &clock, f64::NAN, 0);
     }
 
     fn by_faer_colamd(&self) {
         let matrix = self.matrix();
-        let mut clock = Clock::start();
-        let mut lu = ByColamd::analyse(matrix.symbolic());
-        clock.mark();
-        for _ in 0..2 {
-            lu.factorise(matrix);
-            clock.mark();
-        }
-        let mut x = self.right_side.clone();
-        lu.solve(&mut x);
-        clock.mark();
+        let (clock, _, x) = self.timed(
+            || ByColamd::analyse(matrix.symbolic()),
+            |lu| lu.factorise(matrix),
+            |lu, x| lu.solve(x),
+        );
         self.print("faer", "LU (COLAMD)", &clock, self.left(&x), 0);
     }
 
     /// Nested dissection of the graph of A'A, on blocks as this crate's LU dissects the graph of A.
     fn by_faer_dissected(&self) {
         let matrix = self.matrix();
-        let mut clock = Clock::start();
-        let blocks = self.graph.len();
-        let rows: Vec<Vec<u32>> = (0..blocks)
-            .map(|node| self.graph.neighbours(node).iter().copied().chain([node as u32]).collect())
-            .collect();
-        let graph = NodeGraph::from_cliques(blocks, rows.iter().map(|row| &row[..])).expect("a graph");
-        let Ok(Ordering::Given(order)) = Ordering::nested_dissection_mixed(&graph, &self.first) else {
-            panic!("no ordering");
+        let analyse = || {
+            let blocks = self.graph.len();
+            let rows: Vec<Vec<u32>> = (0..blocks)
+                .map(|node| self.graph.neighbours(node).iter().copied().chain([node as u32]).collect())
+                .collect();
+            let graph = NodeGraph::from_cliques(blocks, rows.iter().map(|row| &row[..])).expect("a graph");
+            let Ok(Ordering::Given(order)) = Ordering::nested_dissection_mixed(&graph, &self.first) else {
+                panic!("no ordering");
+            };
+            let order: Vec<usize> = order.forward().iter().map(|&k| k as usize).collect();
+            Ordered::analyse(matrix.symbolic(), &order)
         };
-        let order: Vec<usize> = order.forward().iter().map(|&k| k as usize).collect();
-        let mut lu = Ordered::analyse(matrix.symbolic(), &order);
-        clock.mark();
-        for _ in 0..2 {
-            lu.factorise(matrix);
-            clock.mark();
-        }
-        let mut x = self.right_side.clone();
-        lu.solve(&mut x);
-        clock.mark();
+        let (clock, _, x) = self.timed(analyse, |lu| lu.factorise(matrix), |lu, x| lu.solve(x));
         self.print("faer", "LU (nested dissection of A'A)", &clock, self.left(&x), 0);
     }
 

@@ -1,6 +1,6 @@
 //! Loose grains of a compacted specimen fall into touch.
 //!
-//! Proximal augmentations alone need a factorisation for each fifty micrometres or so that something loose has to go: some thousand for a few hundred
+//! Implicit steps alone need a factorisation for each fifty micrometres or so that something loose has to go: some thousand for a few hundred
 //! grains, ever more with their number.
 
 use riprap::triaxial::{Cover, Rims, Test};

@@ -1,9 +1,8 @@
 //! A loose ball above stiff ground, beside a block that rests there, under gravity: it is to fall onto the ground.
 //!
-//! Naive methods meet a singular matrix, or hold the ball for ever. Here the proximal term lets a body that nothing bears move by its weight over
-//! `proximal_min` times the typical stiffness, the median of the bodies', in each augmentation: 0.4 um. Across 30 um that takes 75 augmentations;
-//! across 0.5 mm more than there are, and the increment is given up. The dwell that follows lets go of it geometrically, and
-//! augmentations that end because the ball went as far as it may count a tenth.
+//! Naive methods meet a singular matrix, or hold the ball for ever. Here a body that nothing bears moves by its weight over the least drag, 1e-5 of
+//! the typical stiffness, which is the median of the bodies': 0.4 um in a step. Across 10 um that takes 25 steps, beside those that the drag
+//! takes to fall so low; across 0.5 mm more than there are, and the increment is given up. The dwell that follows lets go of it geometrically.
 
 use riprap::scene::{SceneBody, SceneShape};
 use riprap::verification::bodies::{DENSITY, body, cuboid, fixed, gravity, scene};

@@ -226,7 +226,7 @@ impl Model {
         covered.or_else(|| self.wall.as_ref().map(|wall| wall.volume(poses))).unwrap_or(0.0)
     }
 
-    /// What holds a carrier near a proximal centre, over the proximal weight [N/m]: a typical contact stiffness.
+    /// What drags on a carrier, over the weight of its drag [N/m]: a typical contact stiffness.
     pub fn holding_stiffness(&self, carrier: usize, typical: f64) -> f64 {
         match &self.membrane {
             Some(membrane) if self.is_node(carrier) => membrane.contact.stiffness,

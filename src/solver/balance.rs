@@ -35,7 +35,7 @@ const ROUNDINGS: f64 = 16.0;
 const HELD: f64 = 1e-12;
 
 /// What forces out of balance are judged by.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Yardsticks {
     /// [N]
     pub(super) mean: f64,
@@ -129,11 +129,8 @@ impl Newton<'_> {
 
     /// How well the forces of the present configuration balance.
     pub fn balance(&self) -> Balance {
-        self.balance_by(&self.yardsticks())
-    }
-
-    pub(super) fn balance_by(&self, yardsticks: &Yardsticks) -> Balance {
-        let (out_of_balance, worst_body) = self.worst_of(&self.residual, yardsticks);
+        let yardsticks = self.yardsticks();
+        let (out_of_balance, worst_body) = self.worst_of(&self.residual, &yardsticks);
         Balance {
             out_of_balance,
             worst_body,

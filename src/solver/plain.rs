@@ -1,4 +1,4 @@
-//! Newton's method alone, without proximal term, cap or line search: what its steps do to the forces out of
+//! Newton's method alone, without drag, cap or line search: what its steps do to the forces out of
 //! balance tells how good the tangent is.
 
 use crate::assembly::Contacts;

@@ -100,8 +100,8 @@ const SOFT_OVERLAP: f64 = 0.05;
 const HARDENING: f64 = 30.0;
 const SOFT_TOLERANCE: f64 = 1e-2;
 
-/// The bounds of dynamic relaxations where steps get nowhere.
-const LATE_RELAXATIONS: [f64; 2] = [5e-3, 1e-3];
+/// What dynamic relaxations may leave out of balance where steps get nowhere, over the mean contact force.
+const LATE_RELAXATIONS: f64 = 1e-3;
 /// Dynamic relaxations in the search for one equilibrium; each waits twice as long as the one before.
 const MOST_RELAXATIONS: u32 = 6;
 
@@ -120,16 +120,16 @@ impl Relaxations {
         Relaxations { asked, next: asked.map_or(0, |asked| asked.after), done: 0, stuck: false }
     }
 
-    /// Where it is time for one, its bounds of what is out of balance and its steps.
-    fn due(&mut self, steps: usize, out_of_balance: f64) -> Option<([f64; 2], usize)> {
-        let Relaxation { after, bounds, most_steps } = self.asked.filter(|_| self.done < MOST_RELAXATIONS)?;
-        let bounds = if self.stuck { LATE_RELAXATIONS } else { bounds };
-        let due = self.stuck || steps > self.next && out_of_balance > bounds[0];
+    /// Where it is time for one, what it may leave out of balance and its most steps.
+    fn due(&mut self, steps: usize, out_of_balance: f64) -> Option<(f64, usize)> {
+        let Relaxation { after, bounds: [from, to], most_steps } =
+            self.asked.filter(|_| self.done < MOST_RELAXATIONS)?;
+        let stuck = std::mem::take(&mut self.stuck);
+        let due = stuck || steps > self.next && out_of_balance > from;
         due.then(|| {
             self.done += 1;
             self.next = steps + (after.max(1) << self.done);
-            self.stuck = false;
-            (bounds, most_steps)
+            (if stuck { LATE_RELAXATIONS } else { to }, most_steps)
         })
     }
 
@@ -229,7 +229,7 @@ impl Newton<'_> {
             self.counters.augmentations += 1;
             found.augmentations += 1;
             let due = relaxations.due(found.augmentations, found.balance.out_of_balance);
-            let end = if let Some(([_, enough], most_steps)) = due {
+            let end = if let Some((enough, most_steps)) = due {
                 let end = self.relax_dynamically(enough, most_steps);
                 // What the way behind took is in the books; from here on it is counted anew.
                 self.rebase();
@@ -261,10 +261,10 @@ impl Newton<'_> {
                 Stabilisation::Rest => end != StepEnd::Stalled,
             };
             fruitless = if gained { 0 } else { fruitless + 1 };
-            let mut tired = fruitless >= most_fruitless || found.augmentations >= most_steps;
             if fruitless >= most_fruitless && relaxations.hasten() {
-                (fruitless, tired) = (0, found.augmentations >= most_steps);
+                fruitless = 0;
             }
+            let tired = fruitless >= most_fruitless || found.augmentations >= most_steps;
             if tired && matches!(until, Stabilisation::Unrest(_)) {
                 found.converged |= end != StepEnd::Stalled && settled.nearly && self.control_is_met();
             }

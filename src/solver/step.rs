@@ -20,7 +20,7 @@ const DECREASE: f64 = 0.1;
 const PLATE_DRAG: f64 = 1e-6;
 
 /// What Newton's iterations may leave of forces and drag.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Leave {
     /// On any body, over what its forces are judged by.
     pub largest: f64,
@@ -54,9 +54,7 @@ pub(super) enum Room {
 pub(super) enum StepEnd {
     /// Forces and drag balance.
     Solved,
-    /// Nearer to that than it began, but a body has gone as far as it may in a step.
-    Far,
-    /// Nearer to that than it began.
+    /// Nearer to that than it began, or a body has gone as far as it may in a step.
     Reduced,
     /// It got nowhere.
     Stalled,
@@ -83,8 +81,7 @@ impl Newton<'_> {
         drag.weights.resize(self.dofs.bodies(), drag.weights.last().copied().unwrap_or(0.0));
         self.weights.clone_from(&drag.weights);
         let mut held = self.held_residual();
-        let first = merit(&held);
-        let (mut now, mut raises, mut gained) = (first, 0, false);
+        let (mut now, mut raises, mut gained) = (merit(&held), 0, false);
         for iteration in 0..self.settings.max_newton {
             if iteration >= leave.least_iterations && self.leaves_little(&held, leave) {
                 return StepEnd::Solved;
@@ -121,7 +118,7 @@ impl Newton<'_> {
             if let Some(new) = accepted {
                 (now, held, gained) = (merit(&new), new, true);
                 if self.has_gone_far(leave.farthest) {
-                    return StepEnd::Far;
+                    return StepEnd::Reduced;
                 }
                 continue;
             }
@@ -151,12 +148,14 @@ impl Newton<'_> {
 
     /// Whether any body has come this far in a step, over the length that it may go in an iteration.
     fn has_gone_far(&self, farthest: f64) -> bool {
-        let lengths = self.settings.step_length.lengths(self.model);
-        let bodies = 0..self.model.bodies.len();
-        farthest.is_finite()
-            && bodies.into_iter().any(|body| {
-                self.reach(&self.away, body) > farthest * self.settings.motion_cap * lengths[body]
-            })
+        if farthest.is_infinite() {
+            return false;
+        }
+        let most = farthest * self.settings.motion_cap;
+        let lengths = self.settings.step_length.lengths(self.model).into_iter().enumerate();
+        lengths
+            .take(self.model.bodies.len())
+            .any(|(body, length)| self.reach(&self.away, body) > most * length)
     }
 
     fn leaves_little(&self, held: &[f64], leave: &Leave) -> bool {
@@ -214,12 +213,9 @@ impl Newton<'_> {
             }
         }
         let scene = self.is_of_a_scene();
-        let counts = self.model.bodies.iter().map(|body| scene || !body.stiffness.is_finite());
-        shares
-            .into_iter()
-            .zip(counts)
-            .filter(|(_, counts)| *counts)
-            .fold(1.0, |least, (share, _)| least.min(share))
+        let counting =
+            shares.iter().zip(&self.model.bodies).filter(|(_, body)| scene || !body.stiffness.is_finite());
+        counting.fold(1.0, |least, (share, _)| least.min(*share))
     }
 }
 

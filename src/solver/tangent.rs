@@ -119,7 +119,7 @@ impl Newton<'_> {
         })
     }
 
-    /// The tangent with the proximal term, into `values`.
+    /// The tangent with the drag, into `values`.
     fn assemble(&mut self) -> Result<(), SolveFailure> {
         let start = Instant::now();
         let system = self.system.as_mut().ok_or(SolveFailure::Singular)?;
@@ -145,14 +145,14 @@ impl Newton<'_> {
                 contacts.unknown_forces.eliminated_stiffness_into(values, pattern, dofs, elimination);
             }
         }
-        let proximal = |carrier| {
+        let drag = |carrier| {
             // The forces of contacts, which come behind the carriers, are not held.
             if carrier >= dofs.carriers() {
                 return 0.0;
             }
             weight_of(&self.weights, carrier) * model.holding_stiffness(carrier, self.typical_stiffness)
         };
-        pattern.add_diagonal(values, dofs, proximal);
+        pattern.add_diagonal(values, dofs, drag);
         if self.symmetrised {
             pattern.symmetrise(values);
         }
