@@ -186,13 +186,7 @@ fn columns_of(reader: &Reader, group: &str, names: &[String], axes: usize) -> Re
         let place = format!("{group}/{name}");
         let width = reader.shape(&place)?.iter().skip(axes).product();
         let units = reader.text_attribute(&place, "units")?;
-        let part = |part: &str| format!("{name}{part} [{units}]");
-        let header = match width {
-            1 => vec![part("")],
-            3 => ["_x", "_y", "_z"].map(part).to_vec(),
-            6 => ["_xx", "_yy", "_zz", "_xy", "_yz", "_xz"].map(part).to_vec(),
-            _ => (0..width).map(|k| part(&format!("_{k}"))).collect(),
-        };
+        let header = header(name, &units, width);
         let numbers = match reader.number_kind(&place)? {
             NumberKind::Float32 | NumberKind::Float64 => Numbers::Floats(reader.floats(&place)?),
             NumberKind::UInt8 | NumberKind::Int32 | NumberKind::Int64 => {
@@ -202,6 +196,17 @@ fn columns_of(reader: &Reader, group: &str, names: &[String], axes: usize) -> Re
         Ok(Column { header, numbers })
     };
     names.iter().map(read).collect()
+}
+
+/// What the columns of a dataset of this width are called: names of a file that may be anyone's, and no formulas.
+fn header(name: &str, units: &str, width: usize) -> Vec<String> {
+    let part = |part: &str| plain_cell(&format!("{name}{part} [{units}]")).into_owned();
+    match width {
+        1 => vec![part("")],
+        3 => ["_x", "_y", "_z"].map(part).to_vec(),
+        6 => ["_xx", "_yy", "_zz", "_xy", "_yz", "_xz"].map(part).to_vec(),
+        _ => (0..width).map(|k| part(&format!("_{k}"))).collect(),
+    }
 }
 
 impl Column {
@@ -214,5 +219,18 @@ impl Column {
             Numbers::Integers(values) => values.get(place(k)).map_or("NaN".into(), i64::to_string),
         };
         (0..width).map(cell).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_named_by_their_parts_and_are_no_formulas() {
+        assert_eq!(header("position", "m", 3), ["position_x [m]", "position_y [m]", "position_z [m]"]);
+        assert_eq!(header("share", "1", 2), ["share_0 [1]", "share_1 [1]"]);
+        let hostile = header("=1+1", "1", 1);
+        assert!(!hostile[0].starts_with('='), "{hostile:?}");
     }
 }
