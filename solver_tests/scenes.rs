@@ -4,11 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use riprap::case::{Case, RawCase};
+use riprap::loading::StageEnd;
 use riprap::results::{Existing, Reader};
 use riprap::scene::Scene;
 use riprap::setup::scene_parameters;
 use riprap::simulation::{End, Observer, Options, run};
-use riprap::triaxial::StageEnd;
 use serde_json::{Value, json};
 
 fn folder() -> PathBuf {

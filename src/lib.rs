@@ -25,6 +25,7 @@ pub mod specimen;
 pub mod model;
 pub mod assembly;
 pub mod solver;
+pub mod loading;
 pub mod triaxial;
 pub mod scene;
 pub mod results;

@@ -9,11 +9,12 @@ use std::sync::Arc;
 
 use riprap::contact::NormalLaw;
 use riprap::grain::CondensedGrain;
+use riprap::loading::StageEnd;
 use riprap::material::Elastic;
 use riprap::mesh::grain_mesh;
 use riprap::solver::Stabilisation;
 use riprap::solver::fidelity::change;
-use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, StageEnd, Test};
+use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Test};
 
 use crate::ready::{PRESSURE, consolidate_seated, drive, rig, run};
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use riprap::assembly::{ContactPoint, PairWork};
 use riprap::contact::memory::PairKey;
 use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
+use riprap::loading::StageEnd;
 use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
 use riprap::mesh::{CellId, grain_mesh};
 use riprap::model::fracture::Fracture;
@@ -14,7 +15,7 @@ use riprap::model::{BodyKind, DamageCounts};
 use riprap::solver::audit;
 use riprap::solver::fidelity::change;
 use riprap::tensor::Vec3;
-use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, StageEnd, Test};
+use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, Test};
 
 use crate::behind::with_asperities;
 use crate::ready::{

@@ -8,10 +8,11 @@ use std::sync::Arc;
 
 use riprap::contact::law::Friction;
 use riprap::grain::CondensedGrain;
+use riprap::loading::StageEnd;
 use riprap::material::Elastic;
 use riprap::mesh::grain_mesh;
 use riprap::solver::Stabilisation;
-use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Stage, StageEnd, Steps, Test};
+use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Stage, Steps, Test};
 
 use crate::ready::{PRESSURE, consolidate_seated, drive, finished, rig, run};
 

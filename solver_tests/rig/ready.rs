@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use riprap::contact::NormalLaw;
 use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
+use riprap::loading::StageEnd;
 use riprap::material::{Rubber, RubberLaw};
 use riprap::model::Thickness;
 use riprap::solver::Settings;
@@ -12,7 +13,7 @@ use riprap::specimen::{
     SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, WithinClass, generate,
 };
 use riprap::triaxial::{
-    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, RubberSheet, Stage, StageEnd, Steps, Test, Until,
+    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, RubberSheet, Stage, Steps, Test, Until,
 };
 
 pub const PRESSURE: f64 = 4e5;

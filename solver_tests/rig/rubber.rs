@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use riprap::triaxial::{EnergyGate, Lateral, Path, Rig, Row, Stage, StageEnd, Steps, Test, Until};
+use riprap::loading::{EnergyGate, StageEnd};
+use riprap::triaxial::{Lateral, Path, Rig, Row, Stage, Steps, Test, Until};
 
 use crate::ready::{HELD, PRESSURE, consolidate, drive, finished, rig, rubber, run, steps};
 

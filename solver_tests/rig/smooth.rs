@@ -3,8 +3,9 @@
 //! Nothing but the pressure then holds the specimen sideways, and that has no resultant: so it stays where it is, and the radial stress
 //! from contact forces is the confining pressure itself.
 
+use riprap::loading::StageEnd;
 use riprap::tensor::Vec3;
-use riprap::triaxial::{Cover, Lateral, Path, Rig, Rims, Stage, StageEnd, Steps, Until};
+use riprap::triaxial::{Cover, Lateral, Path, Rig, Rims, Stage, Steps, Until};
 
 use crate::ready::{PRESSURE, consolidate, rig_on, run};
 

@@ -1,9 +1,8 @@
 //! Every quantity that a stage prescribes is held to 1e-3 in every accepted increment, stages end where they say, and what
 //! is measured in different ways agrees.
 
-use riprap::triaxial::{
-    Cover, EnergyGate, Lateral, Path, Rig, Rims, Row, Stage, StageEnd, Steps, Test, Until,
-};
+use riprap::loading::{EnergyGate, StageEnd};
+use riprap::triaxial::{Cover, Lateral, Path, Rig, Rims, Row, Stage, Steps, Test, Until};
 use riprap::verification::rig::{TALL, column, prism};
 
 use crate::ready::{HELD, PRESSURE, drive, finished, run, steps};

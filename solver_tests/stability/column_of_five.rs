@@ -4,7 +4,7 @@
 //! equilibrium (the balls pop out of line, the force drops), its energy booked as stabilisation, or a stop
 //! with a reason; never a state out of balance or an overlap (each run is audited).
 
-use riprap::triaxial::StageEnd;
+use riprap::loading::StageEnd;
 use riprap::verification::standing::column;
 
 use crate::audited::{audited, tell};

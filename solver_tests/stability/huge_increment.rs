@@ -3,8 +3,8 @@
 //! Naive codes accept an interpenetrated state, or a small body has passed through a thin one.
 
 use riprap::contact::law::Friction;
+use riprap::loading::StageEnd;
 use riprap::scene::{SceneBody, SceneParameters, SceneShape};
-use riprap::triaxial::StageEnd;
 
 use riprap::verification::bodies::{HELD, body, cuboid, drive, fixed, gravity, ground, load, scene};
 

@@ -4,8 +4,8 @@
 //! balance" wherever it hangs. Statics: each body's contacts carry what lies on them. Tolerance: the force tolerance, 1e-3 of what the body
 //! carries itself, here its weight.
 
+use riprap::loading::StageEnd;
 use riprap::scene::{LoadStage, SceneBody, SceneParameters};
-use riprap::triaxial::StageEnd;
 use riprap::verification::bodies::{DENSITY, body, cuboid, drive, fixed, gravity, load, push, scene};
 
 use crate::audited::{audited, last};

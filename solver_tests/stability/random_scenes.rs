@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 use rand_mt::Mt64;
 use riprap::contact::law::Friction;
 use riprap::geometry::separation::{feature_distance, separating_axis};
+use riprap::loading::StageEnd;
 use riprap::scene::{LoadStage, Scene, SceneBody, SceneParameters, SceneShape};
 use riprap::solver::audit::deepest_overlap;
-use riprap::triaxial::StageEnd;
 use riprap::verification::bodies::{HELD, body, cuboid, drive, fixed, gravity, ground, hull, push, scene};
 
 use crate::audited::audited;

@@ -11,10 +11,10 @@ use std::path::Path;
 use crate::scene_rows::{rows, scene};
 use riprap::assembly::Contacts;
 use riprap::case::{Case, RawCase};
+use riprap::loading::StageEnd;
 use riprap::scene::{Row, SceneState};
 use riprap::solver::{Increment, advance};
 use riprap::tensor::Vec3;
-use riprap::triaxial::StageEnd;
 
 /// The case of the bar with other values in `rock`, pushed by so many of its increments.
 fn case(rock: &str, increments: f64) -> Case {

@@ -14,11 +14,11 @@ use std::sync::Arc;
 
 use riprap::assembly::Contacts;
 use riprap::grain::CondensedGrain;
+use riprap::loading::StageEnd;
 use riprap::model::Loads;
 use riprap::scene::{Row, Scene, SceneBody, SceneParameters};
 use riprap::solver::fidelity::change;
 use riprap::solver::{Increment, advance};
-use riprap::triaxial::StageEnd;
 
 use riprap::verification::bodies::DENSITY;
 

@@ -11,9 +11,9 @@ use std::sync::Arc;
 
 use riprap::element::Strains;
 use riprap::grain::{CondensedGrain, FullGrain};
+use riprap::loading::StageEnd;
 use riprap::scene::{Scene, SceneBody};
 use riprap::tensor::Vec3;
-use riprap::triaxial::StageEnd;
 
 use riprap::verification::bodies::DENSITY;
 

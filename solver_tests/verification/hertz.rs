@@ -8,8 +8,8 @@
 //! `g = 2 h^2 / (8 R) + onset / 2` of the approach closes a gap: F may be low by 1.5 g / d to first
 //! order. Linear interpolation of the pressure over an area of few cells adds about half as much.
 
+use riprap::loading::StageEnd;
 use riprap::scene::Scene;
-use riprap::triaxial::StageEnd;
 use riprap::verification::Tolerance;
 use riprap::verification::bodies::{HELD, drive, fixed, load, scene};
 use riprap::verification::spheres::{self, RADIUS, SHARES, compared, sphere};

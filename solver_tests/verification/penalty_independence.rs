@@ -10,8 +10,8 @@
 //! trapezoidal rule's error, which falls with the square of the increment, and to what the gap tolerance
 //! leaves of each force (1 % of what a contact yields).
 
+use riprap::loading::StageEnd;
 use riprap::scene::Scene;
-use riprap::triaxial::StageEnd;
 use riprap::verification::penalties;
 
 fn squeezed(first_penalty: f64, increments: usize, friction: f64, sharp: bool) -> (f64, f64, f64, usize) {

@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 
 use crate::scene_rows::{rows, scene};
 use riprap::case::{Case, RawCase};
+use riprap::loading::StageEnd;
 use riprap::scene::{Row, SceneState};
-use riprap::triaxial::StageEnd;
 
 fn case(text: &str, changes: &[(&str, Value)]) -> Case {
     let mut raw = RawCase::parse(Path::new("press.json"), text).expect("JSON");

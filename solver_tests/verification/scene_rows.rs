@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use riprap::case::Case;
+use riprap::loading::StageEnd;
 use riprap::scene::{Row, Scene};
 use riprap::setup::scene_parameters;
-use riprap::triaxial::StageEnd;
 
 pub fn scene(case: &Case) -> Scene {
     Scene::new(&scene_parameters(case, Path::new("")).expect("parameters")).expect("a sound scene")

@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Map, Value, json};
 
 use crate::case::Case;
+use crate::loading::StageEnd;
 use crate::material::Drawn;
 use crate::report::{duration, short};
 use crate::results::{HISTORY, HistoryRow, Value as Number};
@@ -17,7 +18,7 @@ use crate::simulation::{
 use crate::solver::StopSignal;
 use crate::specimen::Phase;
 use crate::specimen::statistics::ClassStatistics;
-use crate::triaxial::{Path, Stage, StageEnd, Steps, Until};
+use crate::triaxial::{Path, Stage, Steps, Until};
 
 use super::arguments::{ProgressKind, Target};
 use super::interrupt;

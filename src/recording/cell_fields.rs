@@ -184,7 +184,7 @@ mod tests {
                 }
                 true
             });
-            assert_eq!(end, crate::triaxial::StageEnd::Finished);
+            assert_eq!(end, crate::loading::StageEnd::Finished);
             assert_eq!(blocks, 2, "{fidelity}");
         }
     }

@@ -238,7 +238,7 @@ impl Recorder {
         let begun = self.end_solving();
         let mut row = row_of_test(self.at.stage, self.sums.increments + 1, report, self.times());
         breakage_meter::note(&mut row, &rig.model, &mut self.breakage);
-        self.curve.push(&report.row);
+        self.curve.push(report.row);
         let poses = &rig.committed.poses;
         let state = State {
             time: row.time,

@@ -20,6 +20,28 @@ pub(super) struct Drive {
     pub(super) gravity: [Vec3; 2],
 }
 
+/// What a scene adds to the progress of a stage.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct StageState {
+    pub(super) drive: Drive,
+    pub(super) last: Option<Last>,
+    /// Whether bodies broke and are not in balance yet.
+    pub(super) dwells: bool,
+}
+
+/// What the last increment came from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Last {
+    pub(super) poses: Vec<Pose>,
+    pub(super) share: f64,
+}
+
+impl StageState {
+    pub(super) fn new(drive: Drive) -> Self {
+        StageState { drive, last: None, dwells: false }
+    }
+}
+
 impl Drive {
     /// Takes in bodies behind those it knows, free, and reference points that moved from `before` to `poses`.
     pub(super) fn grow(&mut self, before: &[Pose], poses: &[Pose]) {

@@ -6,9 +6,11 @@
 //! body's reference point. Forces on a body are positive along the axes.
 
 mod drive;
+mod increments;
 pub mod parameters;
 mod placed;
 pub mod press;
+mod pressed;
 pub mod row;
 pub mod run;
 pub mod uniqueness;

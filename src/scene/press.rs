@@ -6,16 +6,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::crushing::{Bench, Grip, Kept, Limits, Memory, Part, Plate, Push, Settled};
+use crate::crushing::{Bench, Grip, Limits, Memory, Part, Plate, Push, Settled};
 use crate::error::{Error, Result};
 use crate::grain::DamagedGrain;
-use crate::model::{Body, Counters, Deformation};
-use crate::scene::parameters::LoadStage;
-use crate::scene::row::{BodyState, Row};
-use crate::scene::run::{Scene, StageProgress};
-use crate::solver::{Balance, ContactMeasures, motion_between};
-use crate::tensor::{Mat3, Pose, Rotation, Vec3, Vector6, symmetric};
-use crate::triaxial::{FidelityCounts, Ledger, StageEnd};
+use crate::loading::Ledger;
+use crate::model::Body;
+use crate::tensor::{Mat3, Pose, Rotation, Vector6, symmetric};
 
 /// Who is pressed by whom, by number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,27 +25,29 @@ pub struct PressParameters {
 }
 
 /// Damage has settled when no point changes by more than this.
-const SETTLED: f64 = 1e-3;
+pub(super) const SETTLED: f64 = 1e-3;
 /// Rounds of contact and damage before an increment is cut.
-const MOST_ROUNDS: usize = 400;
+pub(super) const MOST_ROUNDS: usize = 400;
 /// Energy that an increment may hold beyond what it had to spend, over its work or [`WORK_SHARE`] of all work so far, whichever is more:
 /// else it is cut. The trapezoid of the work is second order in the increment.
 const CREATED: f64 = 1e-3;
 const WORK_SHARE: f64 = 0.2;
-/// An increment that takes more rounds is a snap.
-const SNAP_ROUNDS: usize = 8;
-/// Where nothing is left to cut, damage moves by this share of its limit, with as many more rounds.
-const CAREFUL: f64 = 0.2;
-
 /// A press in progress.
 #[derive(Debug, Clone)]
 pub struct Pressing {
-    parameters: PressParameters,
-    bench: Bench,
+    pub(super) parameters: PressParameters,
+    pub(super) bench: Bench,
     /// What is left of the body: the number of each part's body, and the part.
-    parts: Vec<(usize, Part)>,
+    pub(super) parts: Vec<(usize, Part)>,
     /// Forces of the plates on the parts in the last accepted state; not stored.
-    pushes: Vec<(usize, Push)>,
+    pub(super) pushes: Vec<(usize, Push)>,
+}
+
+/// An increment of a press in balance, not committed.
+pub struct Pressed {
+    pub(super) settled: Vec<Settled>,
+    /// With the plates where they were driven to.
+    pub(super) poses: Vec<Pose>,
 }
 
 /// What of it is stored: the parts' bodies and memories.
@@ -162,8 +160,20 @@ impl Pressing {
         means
     }
 
+    /// Brings the plates to where `poses` have them.
+    pub(super) fn move_plates(&mut self, bodies: &[Body], poses: &[Pose]) {
+        let [bottom, top] = self.plates();
+        self.bench.plates =
+            [face(&bodies[bottom], &poses[bottom], false), face(&bodies[top], &poses[top], true)];
+    }
+
+    /// Forgets a settled state.
+    pub(super) fn reject(&mut self) {
+        self.parts.iter_mut().for_each(|(_, part)| part.grain.reject());
+    }
+
     /// All parts at rest between the plates where these are now, or why one is not.
-    fn settle(
+    pub(super) fn settle(
         &mut self,
         limits: &Limits,
         stopped: &dyn Fn() -> bool,
@@ -175,7 +185,7 @@ impl Pressing {
             match settled {
                 Ok(settled) => all.push(settled),
                 Err(reason) => {
-                    self.parts.iter_mut().for_each(|(_, part)| part.grain.reject());
+                    self.reject();
                     return Err(reason);
                 }
             }
@@ -185,7 +195,7 @@ impl Pressing {
 
     /// Whether this increment would hold more energy than it had to spend: the way of the upper plate [m, closing positive], its force before [N],
     /// the ledger before.
-    fn creates(&self, settled: &[Settled], way: f64, before: f64, ledger: &Ledger) -> bool {
+    pub(super) fn creates(&self, settled: &[Settled], way: f64, before: f64, ledger: &Ledger) -> bool {
         let after: f64 = settled.iter().map(|settled| settled.contact.force()).sum();
         let work = 0.5 * (before + after) * way;
         let (mut elastic, mut freed) = (0.0, 0.0);
@@ -199,240 +209,10 @@ impl Pressing {
     }
 
     /// Where a body is whose part has moved like this.
-    fn pose_of(&self, settled: &Settled) -> Pose {
+    pub(super) fn pose_of(&self, settled: &Settled) -> Pose {
         let [translation, turn, centre] = settled.contact.motion;
         let turn = Rotation::from_scaled_axis(turn);
         let frame = &self.bench.frame;
         Pose::new(centre + translation + turn * (frame.position - centre), turn * frame.rotation)
-    }
-}
-
-impl Scene {
-    /// Takes a stage of a press through its increments.
-    pub(super) fn run_press(
-        &mut self,
-        mut pressing: Pressing,
-        index: usize,
-        stage: &LoadStage,
-        observe: &mut impl FnMut(&Scene, &Row) -> bool,
-    ) -> StageEnd {
-        let StageProgress { mut drive, mut pace, mut dwells, mut lost, .. } =
-            self.progress.take().unwrap_or_else(|| self.begin(stage));
-        let stop = self.settings.stop.clone();
-        let gentle = self.settings.damage.max_change;
-        let end = loop {
-            let Some(share) = (if dwells { Some(0.0) } else { pace.next() }) else {
-                break StageEnd::Finished;
-            };
-            let to = if share < 1.0 - pace.done() { pace.done() + share } else { 1.0 };
-            let poses = drive.driven(&self.committed.poses, &self.committed.poses, share, to);
-            let PressParameters { bottom, top, .. } = pressing.parameters;
-            pressing.bench.plates = [
-                face(&self.model.bodies[bottom], &poses[bottom], false),
-                face(&self.model.bodies[top], &poses[top], true),
-            ];
-            let mut limits = Limits { max_change: gentle, tolerance: SETTLED, most_rounds: MOST_ROUNDS };
-            let mut settled = pressing.settle(&limits, &|| stop.is_raised());
-            if settled.is_err() && !stop.is_raised() {
-                if !dwells && pace.cut(share) {
-                    lost.add(&Counters { augmentations: MOST_ROUNDS, ..Counters::default() });
-                    continue;
-                }
-                limits.max_change *= CAREFUL;
-                limits.most_rounds = (MOST_ROUNDS as f64 / CAREFUL) as usize;
-                settled = pressing.settle(&limits, &|| stop.is_raised());
-            }
-            let settled = match settled {
-                Ok(settled) => settled,
-                Err(_) if stop.is_raised() => {
-                    self.progress = Some(StageProgress { drive, pace, last: None, dwells, lost });
-                    break StageEnd::Interrupted;
-                }
-                Err(reason) => {
-                    let at = format!("after {:.4} of the stage: ", pace.done());
-                    break StageEnd::Stopped { reason: at + &reason };
-                }
-            };
-            let way = self.committed.poses[top].position.z - poses[top].position.z;
-            if !dwells && pressing.creates(&settled, way, self.last_push, &self.ledger) && pace.cut(share) {
-                pressing.parts.iter_mut().for_each(|(_, part)| part.grain.reject());
-                lost.add(&Counters {
-                    augmentations: settled.iter().map(|s| s.rounds).sum(),
-                    ..Counters::default()
-                });
-                continue;
-            }
-            let mut counters = std::mem::take(&mut lost);
-            for settled in &settled {
-                counters.augmentations += settled.rounds;
-                counters.newton_iterations += settled.contact.solutions;
-                counters.factorisations += settled.factorisations;
-            }
-            if !dwells {
-                counters.cuts = pace.accept(share, counters.augmentations <= 8);
-            }
-            let before = self.committed.poses.clone();
-            let (row, broke) = match self.commit_press(
-                &mut pressing,
-                (index, pace.done(), dwells),
-                &settled,
-                poses,
-                counters,
-            ) {
-                Ok(committed) => committed,
-                Err(error) => break StageEnd::Stopped { reason: error.to_string() },
-            };
-            self.loads.prescribed.clone_from(&drive.held);
-            let poses = &self.committed.poses;
-            if poses.len() > before.len() {
-                self.loads.applied.resize(poses.len(), Vector6::zeros());
-                self.loads.prescribed.resize(poses.len(), [false; 6]);
-                self.reaction.resize(poses.len(), Vector6::zeros());
-                drive.grow(poses, poses);
-            }
-            dwells = broke;
-            let last = None;
-            self.progress =
-                Some(StageProgress { drive: drive.clone(), pace: pace.clone(), last, dwells, lost });
-            self.pressing = Some(pressing);
-            let all_done = pace.next().is_none() && !dwells && index + 1 == self.stages.len();
-            let goes_on = observe(self, &row) || all_done;
-            match self.pressing.take() {
-                Some(back) => pressing = back,
-                None => return StageEnd::Interrupted,
-            }
-            if !goes_on {
-                break StageEnd::Interrupted;
-            }
-        };
-        self.pressing = Some(pressing);
-        end
-    }
-
-    /// Makes a settled state the committed one: damage, energies, poses, what broke. Says whether anything did.
-    fn commit_press(
-        &mut self,
-        pressing: &mut Pressing,
-        (stage, progress, dwelt): (usize, f64, bool),
-        settled: &[Settled],
-        mut poses: Vec<Pose>,
-        counters: Counters,
-    ) -> Result<(Row, bool)> {
-        let PressParameters { bottom, top, body, .. } = pressing.parameters;
-        let error_before = self.ledger.error();
-        let least = self.settings.damage.least_share
-            * self.model.bodies[body].damaged().map_or(0.0, |g| g.origin_volume());
-        let (mut elastic, mut freed, mut failed, mut broke) = (0.0, 0.0, 0, false);
-        let mut wrenches = vec![Vector6::zeros(); poses.len()];
-        pressing.pushes.clear();
-        for ((number, _), settled) in pressing.parts.iter().zip(settled) {
-            poses[*number] = pressing.pose_of(settled);
-            pressing.pushes.extend(settled.contact.pushes.iter().map(|push| (*number, *push)));
-        }
-        for (number, push) in &pressing.pushes {
-            for (on, sign) in [(*number, 1.0), (if push.upper { top } else { bottom }, -1.0)] {
-                let force = push.force * sign;
-                let moment = (push.at - poses[on].position).cross(&force);
-                wrenches[on] += Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z);
-            }
-        }
-        for plate in [bottom, top] {
-            let (shift, turn) = motion_between(&self.committed.poses[plate], &poses[plate]);
-            let motion = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
-            let reaction = -wrenches[plate];
-            self.ledger.external += 0.5 * (self.reaction[plate] + reaction).dot(&motion);
-            self.reaction[plate] = reaction;
-        }
-        self.committed.poses.clone_from(&poses);
-        let mut parts = Vec::with_capacity(pressing.parts.len());
-        for ((number, mut part), settled) in std::mem::take(&mut pressing.parts).into_iter().zip(settled) {
-            let Kept { commit, broken } = part.keep(settled, pressing.bench.grip, number as u32, least)?;
-            elastic += commit.elastic + settled.contact.patch_energy;
-            freed += commit.dissipated;
-            failed += commit.newly_failed;
-            match broken {
-                None => {
-                    let body = &mut self.model.bodies[number];
-                    body.deformation = Deformation::Condensed(part.grain.condensed().clone());
-                    body.breakage = body.breakage.of(std::sync::Arc::new(part.grain.clone()));
-                    parts.push((number, part));
-                }
-                Some(broken) => {
-                    broke = true;
-                    elastic -= broken.lost_energy;
-                    freed += broken.lost_energy;
-                    let pieces = part.pieces(broken);
-                    let grains = pieces.iter().map(|piece| piece.grain.clone()).collect();
-                    let numbers = self.model.put_pieces(&mut self.committed, number, grains);
-                    parts.extend(numbers.into_iter().zip(pieces));
-                }
-            }
-        }
-        pressing.parts = parts;
-        self.ledger.elastic = elastic;
-        self.ledger.damage += freed;
-        let force = -self.reaction[top][2];
-        let fell = force.abs() < self.last_push.abs();
-        self.last_push = force;
-        if !dwelt {
-            self.stabilised = self.ledger.stabilisation;
-        }
-        let hesitated = settled.iter().any(|settled| settled.rounds > SNAP_ROUNDS);
-        let snapped = dwelt || failed > 0 || fell || hesitated;
-        if snapped {
-            // Softening outran the plates: what that leaves over is a snap's, and what the dwells behind it spend comes out of that.
-            let change = self.ledger.error() - error_before;
-            self.ledger.stabilisation = (self.ledger.stabilisation + change).max(self.stabilised);
-        }
-        self.increments += 1;
-        let vector = |w: &Vector6<f64>, first: usize| Vec3::new(w[first], w[first + 1], w[first + 2]);
-        let state = |(number, start): (usize, &Pose)| {
-            let pose = &poses[number];
-            let reaction =
-                if number == top || number == bottom { self.reaction[number] } else { Vector6::zeros() };
-            BodyState {
-                position: pose.position,
-                rotation: pose.rotation.scaled_axis(),
-                displacement: pose.position - start.position,
-                contact_force: vector(&wrenches[number], 0),
-                contact_moment: vector(&wrenches[number], 3),
-                reaction_force: vector(&reaction, 0),
-                reaction_moment: vector(&reaction, 3),
-            }
-        };
-        let bodies = self.start.iter().enumerate().map(state).collect();
-        let (count, total) =
-            (pressing.pushes.len(), pressing.pushes.iter().map(|(_, push)| push.force.norm()).sum::<f64>());
-        let mean_force = if count > 0 { total / count as f64 } else { 0.0 };
-        let touched = |upper: bool| pressing.pushes.iter().any(|(_, push)| push.upper == upper);
-        let row = Row {
-            stage,
-            increment: self.increments,
-            progress,
-            bodies,
-            ledger: self.ledger,
-            damage: self.model.damage_counts(),
-            fidelity: FidelityCounts::default(),
-            gravity: Vec3::zeros(),
-            balance: Balance {
-                out_of_balance: settled
-                    .iter()
-                    .map(|settled| settled.contact.out_of_balance())
-                    .fold(0.0, f64::max),
-                worst_body: body,
-                reference_force: mean_force,
-                least_force: mean_force,
-                unrest: 0.0,
-            },
-            measures: ContactMeasures {
-                points: count,
-                pairs: usize::from(touched(false)) + usize::from(touched(true)),
-                mean_force,
-                ..ContactMeasures::default()
-            },
-            counters,
-            snapped,
-        };
-        Ok((row, broke))
     }
 }

@@ -1,9 +1,9 @@
 //! What is known of a scene after an accepted increment.
 
+use crate::loading::{FidelityCounts, Ledger};
 use crate::model::{Counters, DamageCounts};
 use crate::solver::{Balance, ContactMeasures};
 use crate::tensor::Vec3;
-use crate::triaxial::{FidelityCounts, Ledger};
 
 /// An accepted increment.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
 //! Solver settings and the energy gate of a case.
 
 use crate::case::{Case, GateCase, SolverCase};
+use crate::loading::EnergyGate;
 use crate::solver::{DamageSettings, Settings, Stabilisation};
-use crate::triaxial::EnergyGate;
 
 /// What is done about an increment whose energy closes badly.
 pub fn energy_gate(solver: &SolverCase) -> EnergyGate {

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use crate::case::Case;
 use crate::error::Result;
+use crate::loading::StageEnd;
 use crate::recording::{Profile, Recorder};
 use crate::results::{Existing, Outcome as FileOutcome};
 use crate::solver::Dossier;
-use crate::triaxial::StageEnd;
 
 use super::options::Options;
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::loading::StageEnd;
 use crate::material::Drawn;
 use crate::mesh::{Mesh, QualityReport};
 use crate::recording::StageWork;
@@ -11,7 +12,6 @@ use crate::setup::PlannedStage;
 use crate::solver::StopSignal;
 use crate::specimen::statistics::ClassStatistics;
 use crate::specimen::{Phase, Specimen, VOID_RATIO_TOLERANCE};
-use crate::triaxial::StageEnd;
 
 use super::seating::Seating;
 

@@ -5,12 +5,13 @@ use std::time::Instant;
 
 use crate::case::{Case, RawCase};
 use crate::error::Result;
+use crate::loading::StageEnd;
 use crate::recording::{Profile, Recorder, ScenePoint, restart};
 use crate::results::Reader;
 use crate::scene::{Scene, SceneParameters, other_equilibrium};
 use crate::setup::{PlannedStage, body_meshes, planned_stages, rock_samples, scene_parameters};
 use crate::solver::audit;
-use crate::triaxial::{StageCurve, StageEnd};
+use crate::triaxial::StageCurve;
 
 use super::ending::{Outcome, close};
 use super::observer::{Observer, Step};

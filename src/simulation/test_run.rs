@@ -4,10 +4,11 @@ use std::time::{Duration, Instant};
 
 use crate::case::{Case, RawCase, SpecimenCase};
 use crate::error::Result;
+use crate::loading::StageEnd;
 use crate::recording::Profile;
 use crate::setup::{PlannedStage, energy_gate, planned_stages};
 use crate::solver::audit;
-use crate::triaxial::{Path, Stage, StageEnd};
+use crate::triaxial::{Path, Stage};
 
 use super::beginning::{Beginning, Begun};
 use super::ending::{Outcome, close};

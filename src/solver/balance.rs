@@ -6,7 +6,6 @@
 
 use crate::assembly::{Contacts, Dofs};
 use crate::model::{Body, BodyKind, Loads, Model};
-use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// How well the forces balance.
@@ -47,7 +46,13 @@ pub(super) struct Yardsticks {
 }
 
 impl Yardsticks {
-    fn new(model: &Model, dofs: &Dofs, contacts: &Contacts, loads: &Loads, poses: &[Pose]) -> Self {
+    pub(super) fn new(
+        model: &Model,
+        dofs: &Dofs,
+        contacts: &Contacts,
+        loads: &Loads,
+        poses: &[Pose],
+    ) -> Self {
         let bodies = model.bodies.len();
         let (mut strongest, mut touching) = (vec![0.0_f64; bodies], vec![0_usize; bodies]);
         for (pair, point) in contacts.active() {
@@ -88,6 +93,33 @@ impl Yardsticks {
         carriers.iter().filter_map(|body| self.own.get(*body)).fold(self.mean, |least, own| least.min(*own))
     }
 
+    /// The least force that any body is judged by [N].
+    pub(super) fn least(&self) -> f64 {
+        self.own.iter().copied().fold(self.mean, f64::min)
+    }
+
+    /// The largest of these forces on any body over what it is judged by, and that body.
+    pub(super) fn worst_of(&self, forces: &[f64], dofs: &Dofs, contacts: &Contacts) -> (f64, usize) {
+        let first_contact = dofs.contact_block(0);
+        let pairs: Vec<[usize; 2]> = contacts.unknown_forces.pairs().collect();
+        let mut worst = (0.0, 0);
+        for block in 0..dofs.bodies() {
+            let owner = [dofs.owner(block)];
+            // The force of a contact is on both of its bodies.
+            let pair = block.checked_sub(first_contact).and_then(|k| pairs.get(k));
+            let carriers = pair.map_or(&owner[..], |pair| &pair[..]);
+            let force = self.unexplained(dofs.force_on(forces, block), carriers);
+            let over = force / self.of(carriers);
+            if over.is_nan() {
+                return (over, owner[0]);
+            }
+            if over > worst.0 {
+                worst = (over, owner[0]);
+            }
+        }
+        worst
+    }
+
     /// What is left of a force of this size on these carriers that rounding does not explain [N].
     fn unexplained(&self, force: f64, carriers: &[usize]) -> f64 {
         let rounding = carriers.iter().map(|body| self.rounding.get(*body).copied().unwrap_or(0.0));
@@ -119,46 +151,4 @@ fn dead_load(model: &Model, dofs: &Dofs, loads: &Loads, pose: &Pose, body: usize
         if there > 0.0 { here.min(there) } else { here }
     };
     carried(&weight).max(carried(&loads.applied[body]))
-}
-
-impl Newton<'_> {
-    /// What forces are judged by in the present configuration.
-    pub(super) fn yardsticks(&self) -> Yardsticks {
-        Yardsticks::new(self.model, &self.dofs, &self.contacts, &self.loads, &self.poses)
-    }
-
-    /// How well the forces of the present configuration balance.
-    pub fn balance(&self) -> Balance {
-        let yardsticks = self.yardsticks();
-        let (out_of_balance, worst_body) = self.worst_of(&self.residual, &yardsticks);
-        Balance {
-            out_of_balance,
-            worst_body,
-            reference_force: yardsticks.mean,
-            unrest: self.mean_imbalance() / yardsticks.mean,
-            least_force: yardsticks.own.iter().copied().fold(yardsticks.mean, f64::min),
-        }
-    }
-
-    /// The largest of these forces on any body over what it is judged by, and that body.
-    pub(super) fn worst_of(&self, forces: &[f64], yardsticks: &Yardsticks) -> (f64, usize) {
-        let first_contact = self.dofs.contact_block(0);
-        let pairs: Vec<[usize; 2]> = self.contacts.unknown_forces.pairs().collect();
-        let mut worst = (0.0, 0);
-        for block in 0..self.dofs.bodies() {
-            let owner = [self.dofs.owner(block)];
-            // The force of a contact is on both of its bodies.
-            let pair = block.checked_sub(first_contact).and_then(|k| pairs.get(k));
-            let carriers = pair.map_or(&owner[..], |pair| &pair[..]);
-            let force = yardsticks.unexplained(self.dofs.force_on(forces, block), carriers);
-            let over = force / yardsticks.of(carriers);
-            if over.is_nan() {
-                return (over, owner[0]);
-            }
-            if over > worst.0 {
-                worst = (over, owner[0]);
-            }
-        }
-        worst
-    }
 }

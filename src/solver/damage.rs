@@ -6,38 +6,7 @@
 use crate::assembly::Contacts;
 use crate::error::Result;
 use crate::model::Model;
-use crate::solver::Settings;
-
-/// How damage is followed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DamageSettings {
-    /// Whether damage moves at all.
-    pub moves: bool,
-    /// Largest change of d at a point between two augmentations: keeps the path from depending on their order. In a brittle body it limits each of
-    /// the steps that it takes by itself, and between two augmentations what rock under a force may soften by.
-    pub max_change: f64,
-    /// An increment is accepted when no d changes by more than this.
-    pub tolerance: f64,
-    /// Damage moves where forces and gaps miss their tolerances by no more than this factor.
-    pub readiness: f64,
-    /// Moves in an increment before it is given up.
-    pub max_moves: usize,
-    /// Parts below this share of the grain as generated are given up.
-    pub least_share: f64,
-}
-
-impl Default for DamageSettings {
-    fn default() -> Self {
-        DamageSettings {
-            moves: true,
-            max_change: 0.2,
-            tolerance: 1e-3,
-            readiness: 10.0,
-            max_moves: 1000,
-            least_share: 0.02,
-        }
-    }
-}
+use crate::solver::settings::{DamageSettings, Settings};
 
 /// A point keeps its damage where less than this share of the tolerance is asked for: its grain needs no new factor.
 const UNMOVED: f64 = 0.5;

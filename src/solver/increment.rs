@@ -77,6 +77,20 @@ pub struct IncrementReport {
 }
 
 impl IncrementReport {
+    /// Makes where it ended the committed state.
+    pub fn commit_to(&self, committed: &mut Committed) {
+        committed.poses.clone_from(&self.poses);
+        committed.memory.clone_from(&self.memory);
+        committed.fields.clone_from(&self.fields);
+        committed.forces.clone_from(&self.forces);
+    }
+
+    /// The state where it ended, without the forces of bodies that are held there.
+    pub fn as_committed(&self) -> Committed {
+        let (poses, memory, fields) = (self.poses.clone(), self.memory.clone(), self.fields.clone());
+        Committed { memory, fields, ..Committed::new(poses) }
+    }
+
     pub fn converged(&self) -> bool {
         self.status == StepStatus::Converged
     }

@@ -1,5 +1,5 @@
-//! From one accepted state to the next: implicit steps against a drag, each solved by Newton's iterations, and the control of increments. Every
-//! increment ends in a status; nothing here is an error.
+//! From one accepted state to the next: implicit steps against a drag, each solved by Newton's iterations. Every increment ends in a status;
+//! nothing here is an error.
 
 pub mod audit;
 pub mod balance;
@@ -11,8 +11,8 @@ mod dynamic_relaxation;
 pub mod equilibrium;
 pub mod fidelity;
 pub mod increment;
+mod motion;
 pub mod newton;
-pub mod pace;
 mod path;
 pub mod plain;
 pub mod settings;
@@ -20,19 +20,18 @@ mod stabilised;
 mod step;
 pub mod stop;
 pub mod sweep;
+mod system;
 mod tangent;
 
 pub use balance::Balance;
-pub use damage::DamageSettings;
 pub use dossier::{ContactReport, Dossier};
 pub use drape::{Drape, drape};
 pub use equilibrium::Equilibrium;
 pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
-pub use pace::{Pace, continued_poses, motion_between, work_between};
+pub use motion::{continued_poses, motion_between, work_between};
 pub use plain::{TangentPart, plain_newton};
-pub use settings::{Relaxation, Settings};
-pub use stabilised::Stabilisation;
+pub use settings::{DamageSettings, Relaxation, Settings, Stabilisation};
 pub use stop::StopSignal;
 
 #[cfg(test)]

@@ -4,9 +4,10 @@
 
 use crate::assembly::{self, Contacts, Dofs, Kernel, PairWork, TooClose};
 use crate::model::{Committed, Counters, Loads, Model, StepLength};
-use crate::solver::Settings;
+use crate::solver::balance::{Balance, Yardsticks};
 use crate::solver::control::Steering;
-use crate::solver::tangent::System;
+use crate::solver::settings::Settings;
+use crate::solver::system::System;
 use crate::tensor::Pose;
 use std::borrow::Cow;
 use std::time::Instant;
@@ -132,6 +133,37 @@ impl<'a> Newton<'a> {
             self.residual.push(steering.residual(self.model, &self.poses));
         }
         self.contacts.timings.book(Kernel::Residual, start);
+    }
+
+    /// What forces are judged by in the present configuration.
+    pub(super) fn yardsticks(&self) -> Yardsticks {
+        Yardsticks::new(self.model, &self.dofs, &self.contacts, &self.loads, &self.poses)
+    }
+
+    /// How well the forces of the present configuration balance.
+    pub fn balance(&self) -> Balance {
+        let yardsticks = self.yardsticks();
+        let (out_of_balance, worst_body) = yardsticks.worst_of(&self.residual, &self.dofs, &self.contacts);
+        Balance {
+            out_of_balance,
+            worst_body,
+            reference_force: yardsticks.mean,
+            unrest: self.mean_imbalance() / yardsticks.mean,
+            least_force: yardsticks.least(),
+        }
+    }
+
+    /// Mean over the free carriers of the force out of balance [N].
+    pub(super) fn mean_imbalance(&self) -> f64 {
+        self.mean_force(&self.residual)
+    }
+
+    /// Mean over the free carriers of these forces [N].
+    pub(super) fn mean_force(&self, forces: &[f64]) -> f64 {
+        let free = (0..self.dofs.carriers()).filter(|carrier| self.dofs.is_free(*carrier));
+        let (sum, count) = free
+            .fold((0.0, 0), |(sum, count), carrier| (sum + self.dofs.force_on(forces, carrier), count + 1));
+        sum / f64::from(count.max(1))
     }
 
     /// Whether the loads' control has reached its target.

@@ -9,8 +9,8 @@
 
 use crate::assembly::place::SurfaceField;
 use crate::assembly::{self, PairWork};
+use crate::solver::motion::motion_between;
 use crate::solver::newton::Newton;
-use crate::solver::pace::motion_between;
 use crate::tensor::{Pose, Vector6};
 use std::collections::BTreeSet;
 

@@ -1,8 +1,7 @@
 //! Tolerances and limits of the solver.
 
-use crate::model::StepLength;
-use crate::solver::damage::DamageSettings;
-use crate::solver::stabilised::Stabilisation;
+use crate::model::{Model, StepLength};
+use crate::solver::balance::Balance;
 use crate::solver::stop::StopSignal;
 
 /// Most steps of a dynamic relaxation while grains are seated.
@@ -16,6 +15,61 @@ pub struct Relaxation {
     /// Where they are out of balance by more than the first, over the mean contact force, until they are by less than the second.
     pub bounds: [f64; 2],
     pub most_steps: usize,
+}
+
+/// How far an increment has to come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stabilisation {
+    /// Until the mean force out of balance on a body is this over the mean contact force; after forty steps all the same.
+    Unrest(f64),
+    /// Until the largest is below [`Settings::force_tolerance`].
+    Rest,
+}
+
+impl Stabilisation {
+    /// Whether what a step leaves is made up for in the next: where all is to come to rest, or displacements wait for augmentations, it is not.
+    pub(super) fn goes_on(self, model: &Model) -> bool {
+        matches!(self, Stabilisation::Unrest(_)) && !model.waits_for_augmentations()
+    }
+
+    /// Whether no more moves than is asked for.
+    pub(super) fn is_met(self, balance: &Balance, tolerance: f64) -> bool {
+        match self {
+            Stabilisation::Unrest(unrest) => balance.unrest < unrest,
+            Stabilisation::Rest => balance.out_of_balance < tolerance,
+        }
+    }
+}
+
+/// How damage is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DamageSettings {
+    /// Whether damage moves at all.
+    pub moves: bool,
+    /// Largest change of d at a point between two augmentations: keeps the path from depending on their order. In a brittle body it limits each of
+    /// the steps that it takes by itself, and between two augmentations what rock under a force may soften by.
+    pub max_change: f64,
+    /// An increment is accepted when no d changes by more than this.
+    pub tolerance: f64,
+    /// Damage moves where forces and gaps miss their tolerances by no more than this factor.
+    pub readiness: f64,
+    /// Moves in an increment before it is given up.
+    pub max_moves: usize,
+    /// Parts below this share of the grain as generated are given up.
+    pub least_share: f64,
+}
+
+impl Default for DamageSettings {
+    fn default() -> Self {
+        DamageSettings {
+            moves: true,
+            max_change: 0.2,
+            tolerance: 1e-3,
+            readiness: 10.0,
+            max_moves: 1000,
+            least_share: 0.02,
+        }
+    }
 }
 
 /// Everything that can be set; docs/decisions/0001-implicit-steps-against-a-drag.md to 0009 have what the defaults were measured against.

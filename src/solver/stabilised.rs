@@ -4,13 +4,12 @@
 //! still moves, and goes on moving in the next increment. In increments of many steps friction acts along the way.
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
-use crate::model::{BodyKind, Model};
-use crate::solver::balance::Balance;
+use crate::model::BodyKind;
 use crate::solver::damage::DamageWatch;
 use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
 use crate::solver::path::{Cut, Path};
-use crate::solver::settings::{Relaxation, Settings};
+use crate::solver::settings::{Relaxation, Settings, Stabilisation};
 use crate::solver::step::{Leave, Room, StepEnd};
 use crate::tensor;
 
@@ -35,30 +34,6 @@ const FARTHEST: f64 = 1.0;
 const USUAL_TRIALS: usize = 4;
 /// Gaps of bodies that bend may miss their tolerance by this factor while something moves.
 const LOOSE_GAPS: f64 = 10.0;
-
-/// How far an increment has to come.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Stabilisation {
-    /// Until the mean force out of balance on a body is this over the mean contact force; after forty steps all the same.
-    Unrest(f64),
-    /// Until the largest is below [`crate::solver::Settings::force_tolerance`].
-    Rest,
-}
-
-impl Stabilisation {
-    /// Whether what a step leaves is made up for in the next: where all is to come to rest, or displacements wait for augmentations, it is not.
-    pub(super) fn goes_on(self, model: &Model) -> bool {
-        matches!(self, Stabilisation::Unrest(_)) && !model.waits_for_augmentations()
-    }
-
-    /// Whether no more moves than is asked for.
-    pub(super) fn is_met(self, balance: &Balance, tolerance: f64) -> bool {
-        match self {
-            Stabilisation::Unrest(unrest) => balance.unrest < unrest,
-            Stabilisation::Rest => balance.out_of_balance < tolerance,
-        }
-    }
-}
 
 /// How the steps of an increment go.
 struct Course {
@@ -149,19 +124,6 @@ struct Settled {
 }
 
 impl Newton<'_> {
-    /// Mean over the free carriers of the force out of balance [N].
-    pub(super) fn mean_imbalance(&self) -> f64 {
-        self.mean_force(&self.residual)
-    }
-
-    /// Mean over the free carriers of these forces [N].
-    pub(super) fn mean_force(&self, forces: &[f64]) -> f64 {
-        let free = (0..self.dofs.carriers()).filter(|carrier| self.dofs.is_free(*carrier));
-        let (sum, count) = free
-            .fold((0.0, 0), |(sum, count), carrier| (sum + self.dofs.force_on(forces, carrier), count + 1));
-        sum / f64::from(count.max(1))
-    }
-
     /// Brings the model into balance, or near enough to go on from, beginning in its present configuration.
     pub fn equilibrate(&mut self) -> Equilibrium {
         if self.settings.begins_soft && !self.model.has_elastic() {
@@ -303,7 +265,7 @@ impl Newton<'_> {
                 ([LOCALLY * unrest, SHARE_OF_UNREST * unrest], shares)
             }
             Stabilisation::Rest => {
-                let (begun, _) = self.worst_of(&self.residual, &yardsticks);
+                let (begun, _) = yardsticks.worst_of(&self.residual, &self.dofs, &self.contacts);
                 let least = SHARE_OF_TOLERANCE * self.tolerance;
                 ([(SHARE_OF_START * begun).max(least), f64::INFINITY], [0.0; 2])
             }

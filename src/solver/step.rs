@@ -159,7 +159,7 @@ impl Newton<'_> {
     }
 
     fn leaves_little(&self, held: &[f64], leave: &Leave) -> bool {
-        let largest = |forces: &[f64]| self.worst_of(forces, &leave.yardsticks).0;
+        let largest = |forces: &[f64]| leave.yardsticks.worst_of(forces, &self.dofs, &self.contacts).0;
         let [most, mean] = leave.shares_of_drag;
         let on_any =
             if most > 0.0 { leave.largest.max(most * largest(&self.residual)) } else { leave.largest };

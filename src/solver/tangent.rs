@@ -6,32 +6,10 @@
 
 use std::time::Instant;
 
-use crate::assembly::contact_forces::PairElimination;
-use crate::assembly::{self, BlockPattern, ContactForces, Dofs, Kernel};
+use crate::assembly::{self, BlockPattern, Kernel};
 use crate::linalg::lu::SolveFailure;
-use crate::linalg::{MultifrontalLu, gmres, norm};
 use crate::solver::newton::{Newton, weight_of};
-
-/// 2-norm of the residual over that of the right side to which the forces are iterated, in so many iterations at most.
-const LINEAR_TOLERANCE: f64 = 1e-6;
-const ITERATIONS: usize = 60;
-
-/// A pattern with its factor.
-pub(super) struct System {
-    unknowns: Unknowns,
-    pattern: BlockPattern,
-    lu: MultifrontalLu,
-    elimination: PairElimination,
-}
-
-/// Which unknowns are factorised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Unknowns {
-    /// All, with this generation of contact forces.
-    All(u64),
-    /// Those of bodies, with the forces of contacts eliminated.
-    Bodies,
-}
+use crate::solver::system::{System, Unknowns};
 
 impl Newton<'_> {
     /// The Newton step for `held`, or `None` where the matrix is singular.
@@ -83,8 +61,7 @@ impl Newton<'_> {
     fn analyse(&mut self, unknowns: Unknowns) -> Result<(), SolveFailure> {
         let start = Instant::now();
         if let Some(pattern) = self.new_pattern(unknowns) {
-            let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first)?;
-            self.system = Some(System { unknowns, pattern, lu, elimination: PairElimination::default() });
+            self.system = Some(System::new(unknowns, pattern)?);
             self.contacts.timings.book(Kernel::Ordering, start);
         }
         Ok(())
@@ -164,62 +141,5 @@ impl Newton<'_> {
     pub(super) fn respond(&mut self, forces: &mut [f64]) -> Option<()> {
         let system = self.system.as_mut()?;
         system.solve_in_place(&self.values, &self.contacts.unknown_forces, &self.dofs, forces).ok()
-    }
-}
-
-impl System {
-    /// Overwrites `right`, a right side of all unknowns, with the solution for the matrix of `values`, which was factorised last.
-    ///
-    /// Where the forces of contacts are eliminated the whole matrix is `P + E`: `(I + E P^-1) z = -E P^-1 b` is iterated in the forces' rows, and the
-    /// solution is `P^-1 (b + z)`.
-    fn solve_in_place(
-        &mut self,
-        values: &[f64],
-        unknown_forces: &ContactForces,
-        dofs: &Dofs,
-        right: &mut [f64],
-    ) -> Result<(), SolveFailure> {
-        if self.unknowns != Unknowns::Bodies {
-            return self.lu.solve_in_place(values, right).map(|_| ());
-        }
-        let System { lu, elimination, .. } = self;
-        let scale = norm(right);
-        if scale == 0.0 {
-            return Ok(());
-        }
-        let (bodies, rows) = right.split_at_mut(lu.size());
-        let (mut motion, mut forces) = (vec![0.0; bodies.len()], vec![0.0; rows.len()]);
-        // P^-1 of rows of forces, and of bodies where `motion` holds these.
-        let mut split =
-            |elimination: &mut PairElimination, motion: &mut [f64], forces: &mut [f64], rows: &[f64]| {
-                elimination.forces_into(forces, rows);
-                elimination.lift_into(motion, unknown_forces, dofs, forces);
-                lu.substitute(motion);
-                elimination.follow(forces, dofs, motion);
-            };
-        motion.copy_from_slice(bodies);
-        split(elimination, &mut motion, &mut forces, rows);
-        let mut across = vec![0.0; rows.len()];
-        elimination.across_into(&mut across, unknown_forces, &forces);
-        across.iter_mut().for_each(|row| *row = -*row);
-        let mut correction = vec![0.0; rows.len()];
-        let target = 0.5 * LINEAR_TOLERANCE * scale;
-        let found = gmres(&across, &mut correction, target, ITERATIONS, |rows, product| {
-            motion.fill(0.0);
-            split(elimination, &mut motion, &mut forces, rows);
-            elimination.across_into(product, unknown_forces, &forces);
-            product.iter_mut().zip(rows).for_each(|(product, row)| *product += row);
-        });
-        tracing::trace!(iterations = found.iterations, left = found.left / scale, "contact forces iterated");
-        // The solution by a refined solve, and what it leaves of the forces' rows.
-        rows.iter_mut().zip(&correction).for_each(|(row, z)| *row += z);
-        elimination.forces_into(&mut forces, rows);
-        elimination.lift_into(bodies, unknown_forces, dofs, &forces);
-        lu.solve_in_place(values, bodies)?;
-        elimination.follow(&mut forces, dofs, bodies);
-        elimination.across_into(&mut across, unknown_forces, &forces);
-        across.iter_mut().zip(&correction).for_each(|(row, z)| *row += z);
-        rows.copy_from_slice(&forces);
-        if norm(&across) <= LINEAR_TOLERANCE * scale { Ok(()) } else { Err(SolveFailure::NotFinite) }
     }
 }

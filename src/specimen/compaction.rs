@@ -15,7 +15,6 @@
 //! times in s: only the packing matters, not the time that the engine took to reach it.
 
 use crate::error::{Error, Result};
-use crate::specimen::VOID_RATIO_TOLERANCE;
 use crate::specimen::engine_contacts::FreshContacts;
 use crate::specimen::placement::Placement;
 use crate::specimen::shape::GrainShape;
@@ -31,6 +30,9 @@ use std::f64::consts::{PI, TAU};
 
 /// Panels of the wall: a regular polygon around the specimen.
 pub const WALL_PANELS: usize = 24;
+
+/// The void ratio reached may differ from the one asked by this.
+pub const VOID_RATIO_TOLERANCE: f64 = 0.01;
 
 /// Half the thickness of a panel or plate [unit].
 const PANEL: f64 = 3.0;

@@ -15,6 +15,7 @@ pub mod shape;
 pub mod size;
 pub mod statistics;
 
+pub use compaction::VOID_RATIO_TOLERANCE;
 pub use grading::SievePoint;
 pub use shape::{GrainShape, WithinClass};
 pub use size::{Consistency, Plan, SpecimenSize};
@@ -26,6 +27,7 @@ use compaction::{DialEnd, Packing};
 use grading::SizeClass;
 use serde::{Deserialize, Serialize};
 use shape::ShapeLaw;
+use statistics::void_ratio;
 
 /// What to do with a void ratio that the grading cannot reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,9 +139,6 @@ impl SpecimenParameters {
     }
 }
 
-/// The void ratio reached may differ from the one asked by this.
-pub const VOID_RATIO_TOLERANCE: f64 = 0.01;
-
 /// A class's mass fraction may differ from its share in the grading by this.
 pub const GRADING_TOLERANCE: f64 = 0.01;
 
@@ -206,14 +205,10 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
     poses.iter_mut().for_each(|p| p.position *= scale);
 
     progress(Phase::Statistics, 0.0);
-    let mut specimen = Specimen {
-        grains,
-        poses,
-        diameter: diameter * scale,
-        height: walls.height * scale,
-        statistics: Statistics::default(),
-    };
-    specimen.statistics = statistics::measure(&specimen, &classes, &packing, &relaxation, scale);
+    let size = [diameter * scale, walls.height * scale];
+    let statistics = statistics::measure((&grains, &poses), size, &classes, &packing, &relaxation, scale);
+    let [diameter, height] = size;
+    let specimen = Specimen { grains, poses, diameter, height, statistics };
     progress(Phase::Statistics, 1.0);
     let [by_gjk, by_axes] = specimen.statistics.worst_overlap;
     if by_gjk.max(by_axes) > relaxation::OVERLAP_TOLERANCE {
@@ -223,12 +218,6 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
         )));
     }
     Ok(specimen)
-}
-
-/// Volume of voids over volume of the nominal grains in a cylinder [m].
-fn void_ratio(grains: &[GrainShape], diameter: f64, height: f64) -> f64 {
-    let solid: f64 = grains.iter().map(|g| g.nominal.volume()).sum();
-    placement::cylinder_volume(diameter, height) / solid - 1.0
 }
 
 fn check_grading(classes: &[SizeClass], grains: &[GrainShape]) -> Result<()> {

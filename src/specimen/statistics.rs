@@ -4,9 +4,10 @@ use crate::geometry::neighbours::{Ball, near_pairs};
 use crate::geometry::separation::{GjkShape, feature_distance, gjk_closest_points, separating_axis};
 use crate::specimen::compaction::{DialEnd, Packing};
 use crate::specimen::grading::{SizeClass, mass_fractions};
+use crate::specimen::placement::cylinder_volume;
 use crate::specimen::relaxation::Relaxation;
-use crate::specimen::shape::square_opening;
-use crate::specimen::{Specimen, void_ratio};
+use crate::specimen::shape::{GrainShape, square_opening};
+use crate::tensor::Pose;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -95,15 +96,21 @@ pub struct Statistics {
     pub square_opening: Histogram,
 }
 
-/// Measures a specimen.
+/// Volume of voids over volume of the nominal grains in a cylinder [m].
+pub(super) fn void_ratio(grains: &[GrainShape], diameter: f64, height: f64) -> f64 {
+    let solid: f64 = grains.iter().map(|g| g.nominal.volume()).sum();
+    cylinder_volume(diameter, height) / solid - 1.0
+}
+
+/// Measures a specimen of this diameter and height [m].
 pub fn measure(
-    specimen: &Specimen,
+    (grains, poses): (&[GrainShape], &[Pose]),
+    [diameter, height]: [f64; 2],
     classes: &[SizeClass],
     packing: &Packing,
     relaxation: &Relaxation,
     grain_scale: f64,
 ) -> Statistics {
-    let Specimen { grains, poses, diameter, height, .. } = specimen;
     let solid_volume: f64 = grains.iter().map(|g| g.nominal.volume()).sum();
     let class_statistics = classes
         .iter()
@@ -116,7 +123,7 @@ pub fn measure(
         })
         .collect();
 
-    let gaps = pair_gaps(specimen);
+    let gaps = pair_gaps(grains, poses);
     let mut touching = vec![0usize; grains.len()];
     let mut bearing = vec![0usize; grains.len()];
     let mut worst_overlap = [0.0f64; 2];
@@ -168,7 +175,7 @@ pub fn measure(
     };
     Statistics {
         classes: class_statistics,
-        void_ratio: void_ratio(grains, *diameter, *height),
+        void_ratio: void_ratio(grains, diameter, height),
         loosest_void_ratio: packing.loosest,
         compaction_end: Some(packing.end),
         compaction_friction: packing.friction,
@@ -193,8 +200,7 @@ pub fn measure(
 }
 
 /// Pairs near contact with their gap [m] by GJK and by an independent way.
-pub fn pair_gaps(specimen: &Specimen) -> Vec<(usize, usize, f64, f64)> {
-    let Specimen { grains, poses, .. } = specimen;
+pub fn pair_gaps(grains: &[GrainShape], poses: &[Pose]) -> Vec<(usize, usize, f64, f64)> {
     let unit = grains.iter().map(|g| g.sieve_size).fold(0.0, f64::max);
     let shapes: Vec<GjkShape> = grains.iter().map(|g| GjkShape::new(&g.rounded.core, unit)).collect();
     let balls: Vec<Ball> = grains

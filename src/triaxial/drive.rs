@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::loading::{Pace, Portion};
 use crate::model::{Control, Controlled, Loads};
-use crate::solver::Pace;
 use crate::tensor::Vector6;
 use crate::triaxial::rig::Rig;
 use crate::triaxial::stage::{Lateral, Path, Stage, Steps};
@@ -139,8 +139,8 @@ impl Drive {
         }
     }
 
-    /// Loads at the share `to` of the stage, in an increment of `share`.
-    pub fn loads(&self, rig: &Rig, share: f64, to: f64, guess: &Guess) -> Loads {
+    /// Loads at the end of an increment.
+    pub fn loads(&self, rig: &Rig, Portion { share, to }: Portion, guess: &Guess) -> Loads {
         let up = |force: f64| Vector6::new(0.0, 0.0, force, 0.0, 0.0, 0.0);
         let origin = &self.origin;
         match self.kind {
@@ -209,7 +209,7 @@ impl Drive {
     /// By how much what the stage prescribes is missed at the share `to`, relative: stresses to the
     /// larger of their value and the pressure, the volume to the volume that an increment of `share`
     /// sweeps, the position of the plate to its travel in it. `state` is what was measured.
-    pub fn miss(&self, share: f64, to: f64, state: &Origin) -> f64 {
+    pub fn miss(&self, Portion { share, to }: Portion, state: &Origin) -> f64 {
         let origin = &self.origin;
         let relative = |is: f64, should: f64, to: f64| (is - should).abs() / to.max(f64::MIN_POSITIVE);
         let position = |travel: f64| relative(state.top, origin.top + to * travel, share * travel.abs());

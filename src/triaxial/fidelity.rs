@@ -1,44 +1,9 @@
 //! The fidelity of the grains of a test: judged in every balanced state, changed in committed ones.
 
-use crate::model::{Body, Committed, Model};
+use crate::model::Body;
 use crate::solver::fidelity::{change, judge};
 use crate::solver::{IncrementReport, Transition, Verdict};
 use crate::triaxial::rig::Rig;
-
-/// Fidelities after an increment, and what became of them in it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct FidelityCounts {
-    /// Bodies that are condensed.
-    pub condensed: usize,
-    /// Made condensed behind the increment, or in it before it was repeated.
-    pub promoted: usize,
-    /// Let go back to rest behind it.
-    pub demoted: usize,
-    /// Times that the increment was repeated with more condensed grains.
-    pub repeats: usize,
-    /// Estimated relative error of the contact forces by bodies at rest in it, where fidelity is chosen.
-    pub error: Option<f64>,
-    /// Largest effective strain of a grain at rest over its damage threshold.
-    pub utilisation: f64,
-    /// Largest change of a contact force by the change of fidelities, over the mean contact force.
-    pub jump: f64,
-}
-
-impl FidelityCounts {
-    /// `early`: times that the increment was repeated, and grains that were made condensed for that.
-    pub fn of(model: &Model, verdict: &Verdict, transition: &Transition, early: [usize; 2]) -> Self {
-        let [repeats, woken] = early;
-        FidelityCounts {
-            condensed: model.bodies.iter().filter(|body| body.is_elastic()).count(),
-            promoted: woken + transition.woken,
-            demoted: transition.rested,
-            repeats,
-            error: Some(verdict.error).filter(|error| !error.is_nan()),
-            utilisation: verdict.utilisation,
-            jump: transition.jump,
-        }
-    }
-}
 
 impl Rig {
     /// Has all grains rest whose flexibility is known; before anything has moved.
@@ -50,14 +15,8 @@ impl Rig {
 
     /// Judges fidelities in the balanced state that `report` holds, under `pressure` [Pa] and with the plates where they are.
     pub(super) fn judge(&self, report: &IncrementReport, pressure: f64) -> Verdict {
-        let (poses, memory, fields) = (report.poses.clone(), report.memory.clone(), report.fields.clone());
-        judge(
-            &self.model,
-            &Committed { memory, fields, ..Committed::new(poses) },
-            &self.loads(false, pressure),
-            &self.settings,
-            &self.contacts,
-        )
+        let loads = self.loads(false, pressure);
+        judge(&self.model, &report.as_committed(), &loads, &self.settings, &self.contacts)
     }
 
     /// Wakes and rests grains in the committed state.

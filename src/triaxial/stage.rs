@@ -58,18 +58,6 @@ pub struct Until {
     pub must: bool,
 }
 
-/// How a stage ended.
-#[derive(Debug, Clone, PartialEq)]
-pub enum StageEnd {
-    Finished,
-    /// The smallest increment did not converge, or what should end the stage did not come.
-    Stopped {
-        reason: String,
-    },
-    /// The observer asked to stop.
-    Interrupted,
-}
-
 impl Stage {
     /// Axial strain to be added (negative: taken back), where the path says how much.
     pub fn axial_strain(&self) -> Option<f64> {

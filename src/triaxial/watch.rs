@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::loading::StageEnd;
 use crate::triaxial::measures::Measures;
-use crate::triaxial::stage::{Stage, StageEnd, Until};
+use crate::triaxial::stage::{Stage, Until};
 
 /// Trials of an increment that is to land.
 const LANDING_TRIALS: usize = 8;

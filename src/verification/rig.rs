@@ -18,6 +18,7 @@ use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::CondensedGrain;
+use crate::loading::StageEnd;
 use crate::material::Elastic;
 use crate::mesh::cuboid_mesh;
 use crate::solver::Settings;
@@ -25,9 +26,7 @@ use crate::specimen::Specimen;
 use crate::specimen::shape::GrainShape;
 use crate::specimen::statistics::Statistics;
 use crate::tensor::{Pose, Rotation, Vec3};
-use crate::triaxial::{
-    Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, StageEnd, Steps, Test, Until,
-};
+use crate::triaxial::{Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, Steps, Test, Until};
 use crate::verification::{Findings, Tolerance, timed};
 
 const E: f64 = 30e9;

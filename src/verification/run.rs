@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use crate::contact::NormalLaw;
+use crate::loading::StageEnd;
 use crate::scene::{Row, Scene, SceneParameters};
 use crate::solver::audit::{self, deepest_overlap};
-use crate::triaxial::StageEnd;
 
 /// A finished run.
 #[derive(Debug, Clone)]

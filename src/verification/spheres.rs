@@ -23,10 +23,10 @@
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 
+use crate::loading::StageEnd;
 use crate::mesh::NearPoint;
 use crate::scene::{BodyLoad, Scene, SceneBody, SceneParameters};
 use crate::tensor::Vec3;
-use crate::triaxial::StageEnd;
 use crate::verification::bodies::{HELD, condensed_sphere, drive, fixed, load, scene};
 use crate::verification::{Findings, Tolerance};
 

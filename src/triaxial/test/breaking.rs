@@ -1,21 +1,23 @@
 //! What broke in an increment is broken up behind it: failed rock is taken out, and what it held is out of balance until grains have moved.
 
 use crate::error::Result;
+use crate::loading::Portion;
 use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
 use crate::triaxial::drive::{Drive, Guess};
 use crate::triaxial::rig::Rig;
-use crate::triaxial::test::{REST_SHARE, StageProgress, Test};
+use crate::triaxial::test::Test;
+use crate::triaxial::test::increments::REST_SHARE;
 
 impl Test {
-    /// Breaks up what the last increment left to; whether anything did. Contacts store other energy on new shapes: what they lose is crushing, what
+    /// Breaks up what the last increment left to, `done` of the stage behind it; whether anything did. Contacts store other energy on new shapes: what they lose is crushing, what
     /// they gain came from nowhere and is told as such.
-    pub(super) fn break_up(&mut self, rig: &mut Rig, progress: &StageProgress) -> Result<bool> {
+    pub(super) fn break_up(&mut self, rig: &mut Rig, drive: &Drive, done: f64) -> Result<bool> {
         if rig.failing.is_empty() {
             return Ok(false);
         }
-        let before = self.forces_now(rig, progress).energy.elastic;
+        let before = self.forces_now(rig, drive, done).energy.elastic;
         let fractures = rig.break_up()?;
-        let after = self.forces_now(rig, progress);
+        let after = self.forces_now(rig, drive, done);
         let change = after.energy.elastic - before;
         rig.committed.forces = after.forces;
         let lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
@@ -30,11 +32,11 @@ impl Test {
     }
 
     /// Forces and elastic energy of the committed state, in balance or not.
-    fn forces_now(&self, rig: &mut Rig, progress: &StageProgress) -> IncrementReport {
+    fn forces_now(&self, rig: &mut Rig, drive: &Drive, done: f64) -> IncrementReport {
         let now = self.state(rig, &rig.committed.poses, rig.pressure, self.ram);
         let (area, pressure) = (now.volume / now.height, now.pressure);
         let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
-        let loads = progress.drive.loads(rig, REST_SHARE, progress.pace.done(), &guess);
+        let loads = drive.loads(rig, Portion { share: REST_SHARE, to: done }, &guess);
         let damage = DamageSettings { moves: false, ..rig.settings.damage };
         let settings = Settings { max_augmentations: 0, damage, ..rig.settings.clone() };
         let increment =

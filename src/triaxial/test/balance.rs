@@ -1,25 +1,38 @@
-//! An increment weighed: what it measures and what it leaves in the books, before anything is committed.
+//! The energy balance of an increment: what it measures and what it enters into the ledger, before anything is committed.
 
 use crate::assembly::pressure_loads_into;
+use crate::loading::{Ledger, Portion, creates_energy};
 use crate::solver::IncrementReport;
 use crate::tensor::Vector6;
-use crate::triaxial::ledger::creates_energy;
+use crate::triaxial::drive::Drive;
 use crate::triaxial::measures::Measures;
 use crate::triaxial::rig::Rig;
-use crate::triaxial::test::{StageProgress, Test, Trial};
+use crate::triaxial::test::Test;
+
+/// An increment measured, not committed.
+pub(super) struct IncrementBalance {
+    pub(super) measures: Measures,
+    /// With the increment in it.
+    pub(super) ledger: Ledger,
+    pub(super) energy_gap: f64,
+    pub(super) poorly_closed: bool,
+    /// Whether the solver has leapt to a state that bodies could not have reached.
+    pub(super) creates_energy: bool,
+    pub(super) control_error: f64,
+    pub(super) ram: f64,
+    pub(super) pressure: f64,
+}
 
 impl Test {
-    /// Measures the increment of a share to a share of the stage, and enters it into a copy of the ledger.
-    pub(super) fn weigh(
+    /// Measures an increment of a stage, and enters it into a copy of the ledger.
+    pub(super) fn balance_energy(
         &self,
         rig: &Rig,
-        progress: &StageProgress,
+        drive: &Drive,
         report: &IncrementReport,
-        share: f64,
-        to: f64,
-    ) -> Trial {
-        let drive = &progress.drive;
-        let pressure = drive.pressure(to, report.factor);
+        portion: Portion,
+    ) -> IncrementBalance {
+        let pressure = drive.pressure(portion.to, report.factor);
         let (old, new) = (&rig.committed.poses, &report.poses);
         let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
         pressure_loads_into(&mut loads, &rig.model, new, pressure);
@@ -48,7 +61,7 @@ impl Test {
         let lost = report.energy.friction + report.damage.dissipated + drag_work.abs();
         let turnover = worked.max(lost);
         let (stored, tolerance) = (report.energy.elastic, rig.settings.force_tolerance);
-        Trial {
+        IncrementBalance {
             measures: Measures::of(rig, &state, &self.zero),
             ledger,
             energy_gap: if turnover > 0.0 { gap / turnover } else { 0.0 },
@@ -58,7 +71,7 @@ impl Test {
                 ram_work + pressure_work + released,
                 report.energy.elastic,
             ),
-            control_error: drive.miss(share, to, &state),
+            control_error: drive.miss(portion, &state),
             ram,
             pressure,
         }
