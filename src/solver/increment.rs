@@ -7,6 +7,7 @@ use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::audit;
 use crate::solver::balance::Balance;
+use crate::solver::equilibrium::Equilibrium;
 use crate::solver::newton::Newton;
 use crate::solver::settings::Settings;
 use crate::tensor::{Pose, Vector6};
@@ -137,49 +138,68 @@ pub fn advance(
     starts: Vec<Vec<Pose>>,
     contacts: &mut Contacts,
 ) -> IncrementReport {
-    let Increment { model, committed, loads, settings } = *increment;
-    let mut lent = std::mem::take(contacts);
-    lent.first_scale = settings.first_penalty.recip();
-    lent.step_length = settings.step_length;
-    let searches = lent.searches;
-    let mut newton = None;
-    let mut last_start = committed.poses.clone();
-    let mut too_close = None;
-    let chooses = settings.stabilisation.goes_on(model);
-    let mut best: Option<(f64, Vec<Pose>)> = None;
-    let mut starts = VecDeque::from(starts);
-    while let Some(start) = starts.pop_front() {
-        match Newton::new(model, committed, loads, settings, lent, start.clone()) {
-            Ok(mut ready) => {
-                let off = ready.mean_imbalance();
-                let improves = best.as_ref().is_none_or(|(least, _)| off < *least);
-                if !chooses || (starts.is_empty() && improves) {
-                    newton = Some(ready);
-                    lent = Contacts::default();
-                    break;
+    let searches = contacts.searches;
+    let mut newton = match increment.begin(starts, contacts) {
+        Ok(newton) => newton,
+        Err(report) => return *report,
+    };
+    let found = newton.equilibrate();
+    let damage = increment.damage(&newton, found.converged);
+    let report = increment.report(&mut newton, found, damage, searches);
+    *contacts = newton.contacts;
+    report
+}
+
+impl<'a> Increment<'a> {
+    /// The start to go on from, its contacts evaluated; a report where bodies are too close in all.
+    fn begin(
+        &self,
+        starts: Vec<Vec<Pose>>,
+        contacts: &mut Contacts,
+    ) -> Result<Newton<'a>, Box<IncrementReport>> {
+        let Increment { model, committed, loads, settings } = *self;
+        let mut lent = std::mem::take(contacts);
+        lent.first_scale = settings.first_penalty.recip();
+        lent.step_length = settings.step_length;
+        let mut last_start = committed.poses.clone();
+        let mut too_close = None;
+        let chooses = settings.stabilisation.goes_on(model);
+        let mut best: Option<(f64, Vec<Pose>)> = None;
+        let mut starts = VecDeque::from(starts);
+        while let Some(start) = starts.pop_front() {
+            match Newton::new(model, committed, loads, settings, lent, start.clone()) {
+                Ok(mut ready) => {
+                    let off = ready.mean_imbalance();
+                    let improves = best.as_ref().is_none_or(|(least, _)| off < *least);
+                    if !chooses || (starts.is_empty() && improves) {
+                        return Ok(ready);
+                    }
+                    lent = std::mem::take(&mut ready.contacts);
+                    if improves {
+                        best = Some((off, start));
+                    }
                 }
-                lent = std::mem::take(&mut ready.contacts);
-                if improves {
-                    best = Some((off, start));
+                Err(back) => {
+                    (lent, too_close) = (back.0, Some(back.1));
+                    last_start = start;
                 }
             }
-            Err(back) => {
-                (lent, too_close) = (back.0, Some(back.1));
-                last_start = start;
+            // Tried again, now the last.
+            if starts.is_empty() {
+                starts.extend(best.take().map(|(_, start)| start));
             }
         }
-        // Tried again, now the last.
-        if starts.is_empty() {
-            starts.extend(best.take().map(|(_, start)| start));
-        }
-    }
-    let Some(mut newton) = newton else {
         *contacts = lent;
-        return IncrementReport {
+        Err(Box::new(self.without_start(last_start, too_close)))
+    }
+
+    /// What is said where bodies are too close in all configurations to start from, `poses` being the last.
+    fn without_start(&self, poses: Vec<Pose>, too_close: Option<TooClose>) -> IncrementReport {
+        IncrementReport {
             status: StepStatus::TooClose(too_close),
-            poses: last_start,
-            memory: committed.memory.clone(),
-            fields: committed.fields.clone(),
+            poses,
+            memory: self.committed.memory.clone(),
+            fields: self.committed.fields.clone(),
             balance: Balance {
                 out_of_balance: f64::INFINITY,
                 worst_body: 0,
@@ -190,7 +210,7 @@ pub fn advance(
             energy: Energies::default(),
             elastic_volume: 0.0,
             forces: Vec::new(),
-            contact_wrench: vec![Vector6::zeros(); model.bodies.len()],
+            contact_wrench: vec![Vector6::zeros(); self.model.bodies.len()],
             counters: Counters::default(),
             history: Vec::new(),
             augmentations: 0,
@@ -199,92 +219,116 @@ pub fn advance(
             factor: 0.0,
             work: Vec::new(),
             restless: false,
+        }
+    }
+
+    /// Damage of the increment, with what crushing at contacts took.
+    fn damage(&self, newton: &Newton<'_>, converged: bool) -> crate::error::Result<Damages> {
+        let takes_damage = converged && self.settings.damage.moves;
+        // What is not taken goes on being followed, but contacts stay as soft as they became.
+        let damage = if takes_damage {
+            newton.contacts.damages(self.model)?
+        } else {
+            Damages { dissipated: newton.contacts.softened(self.model), ..Damages::default() }
         };
-    };
-    let outcome = newton.equilibrate();
-    let takes_damage = outcome.converged && settings.damage.moves;
-    // What is not taken goes on being followed, but contacts stay as soft as they became.
-    let damage = if takes_damage {
-        newton.contacts.damages(model)
-    } else {
-        Ok(Damages { dissipated: newton.contacts.softened(model), ..Damages::default() })
-    };
-    let crushing = newton.crushed + newton.contacts.work_of_crushing();
-    let elsewhere = newton.softened + crushing;
-    let damage = damage.map(|found| Damages { dissipated: found.dissipated + elsewhere, crushing, ..found });
-    let state = outcome.converged.then_some(&newton.poses);
-    let overlap = state.and_then(|poses| audit::fault(model, &newton.contacts, poses));
-    let status = if let Some(problem) = overlap {
-        StepStatus::Overlapping { problem }
-    } else if outcome.converged && damage.is_ok() {
-        StepStatus::Converged
-    } else if settings.stop.is_raised() {
-        StepStatus::Abandoned
-    } else if let Some(problem) = damage.as_ref().err().map(ToString::to_string).or(outcome.broke) {
-        StepStatus::Unsolvable { problem }
-    } else {
-        StepStatus::OutOfBalance {
-            body: outcome.balance.worst_body,
-            out_of_balance: outcome.balance.out_of_balance,
+        let crushing = newton.crushed + newton.contacts.work_of_crushing();
+        let dissipated = damage.dissipated + newton.softened + crushing;
+        Ok(Damages { dissipated, crushing, ..damage })
+    }
+
+    /// What the search for an equilibrium came to; `searches` of contacts had been made before it.
+    fn report(
+        &self,
+        newton: &mut Newton<'_>,
+        found: Equilibrium,
+        damage: crate::error::Result<Damages>,
+        searches: usize,
+    ) -> IncrementReport {
+        let Increment { model, committed, settings, .. } = *self;
+        let status = self.status(newton, &found, damage.as_ref().err());
+        let damage = damage.unwrap_or_default();
+        let mut energy = Energies { friction: newton.step_dissipation(), elastic: 0.0, membrane: 0.0 };
+        let contact_wrench = self.contact_wrenches(newton);
+        if let Some(membrane) = &model.membrane {
+            energy.elastic += newton.contacts.membrane.energy();
+            energy.membrane = membrane.energy(&newton.contacts.membrane.positions);
         }
-    };
-    let mut contact_wrench = vec![Vector6::zeros(); model.bodies.len()];
-    let friction = newton.step_dissipation();
-    let mut energy = Energies { friction, elastic: 0.0, membrane: 0.0 };
-    if let Some(membrane) = &model.membrane {
-        energy.elastic += newton.contacts.membrane.energy();
-        energy.membrane = membrane.energy(&newton.contacts.membrane.positions);
-        let mut wrenches = vec![Vector6::zeros(); model.carriers()];
-        assembly::membrane_forces_into(&mut wrenches, membrane, &newton.contacts, &newton.poses);
-        contact_wrench.iter_mut().zip(&wrenches).for_each(|(total, own)| *total += own);
+        energy.elastic += newton.contacts.wall.iter().map(|contact| contact.energy).sum::<f64>();
+        for (_, point) in newton.contacts.active() {
+            energy.elastic += point.evaluation.energy + point.evaluation.tangential_energy;
+        }
+        energy.elastic += found.surface_energy - damage.removed;
+        let mut counters = newton.counters;
+        counters.searches = newton.contacts.searches - searches;
+        IncrementReport {
+            status,
+            poses: newton.poses.clone(),
+            memory: newton.contacts.memory(model),
+            fields: newton.contacts.fields.clone(),
+            balance: found.balance,
+            energy,
+            elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
+            forces: newton.forces(),
+            contact_wrench,
+            counters,
+            history: found.history,
+            augmentations: found.augmentations,
+            measures: ContactMeasures::of(&newton.contacts),
+            damage,
+            factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
+            restless: !settings.stabilisation.is_met(&found.balance, settings.force_tolerance),
+            work: found.work,
+        }
     }
-    let mut measures = ContactMeasures::default();
-    for contact in &newton.contacts.wall {
-        energy.elastic += contact.energy;
-        measures.max_penetration = measures.max_penetration.max(contact.overlap);
-    }
-    let mut sliding = 0;
-    for pair in &newton.contacts.pairs {
-        let mut touching = false;
-        for point in pair.active() {
-            let e = &point.evaluation;
-            touching = true;
-            for k in 0..6 {
-                contact_wrench[pair.a()][k] += e.wrench[k];
-                contact_wrench[pair.b()][k] += e.wrench[6 + k];
+
+    fn status(
+        &self,
+        newton: &Newton<'_>,
+        found: &Equilibrium,
+        unsolvable: Option<&crate::error::Error>,
+    ) -> StepStatus {
+        let state = found.converged.then_some(&newton.poses);
+        let overlap = state.and_then(|poses| audit::fault(self.model, &newton.contacts, poses));
+        if let Some(problem) = overlap {
+            StepStatus::Overlapping { problem }
+        } else if found.converged && unsolvable.is_none() {
+            StepStatus::Converged
+        } else if self.settings.stop.is_raised() {
+            StepStatus::Abandoned
+        } else if let Some(problem) = unsolvable.map(ToString::to_string).or_else(|| found.broke.clone()) {
+            StepStatus::Unsolvable { problem }
+        } else {
+            StepStatus::OutOfBalance {
+                body: found.balance.worst_body,
+                out_of_balance: found.balance.out_of_balance,
             }
-            energy.elastic += e.energy + e.tangential_energy;
-            measures.points += 1;
-            measures.max_penetration = measures.max_penetration.max(-e.gap);
-            sliding += usize::from(e.slides());
         }
-        measures.pairs += usize::from(touching);
     }
-    energy.elastic += outcome.surface_energy - damage.as_ref().map_or(0.0, |damage| damage.removed);
-    measures.sliding_fraction =
-        if measures.points == 0 { 0.0 } else { sliding as f64 / measures.points as f64 };
-    measures.mean_force = newton.contacts.mean_force();
-    let mut counters = newton.counters;
-    counters.searches = newton.contacts.searches - searches;
-    let report = IncrementReport {
-        status,
-        poses: newton.poses.clone(),
-        memory: newton.contacts.memory(model),
-        fields: newton.contacts.fields.clone(),
-        balance: outcome.balance,
-        energy,
-        elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
-        forces: newton.forces(),
-        contact_wrench,
-        counters,
-        history: outcome.history,
-        augmentations: outcome.augmentations,
-        measures,
-        damage: damage.unwrap_or_default(),
-        factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
-        restless: !settings.stabilisation.is_met(&outcome.balance, settings.force_tolerance),
-        work: outcome.work,
-    };
-    *contacts = newton.contacts;
-    report
+
+    /// Force and moment that contacts, and a membrane glued to it, exert on each body [N, N m].
+    fn contact_wrenches(&self, newton: &Newton<'_>) -> Vec<Vector6<f64>> {
+        let mut wrenches = vec![Vector6::zeros(); self.model.carriers()];
+        if let Some(membrane) = &self.model.membrane {
+            assembly::membrane_forces_into(&mut wrenches, membrane, &newton.contacts, &newton.poses);
+        }
+        wrenches.truncate(self.model.bodies.len());
+        assembly::add_contact_forces(&mut wrenches, &newton.contacts, |_| true);
+        wrenches
+    }
+}
+
+impl ContactMeasures {
+    fn of(contacts: &Contacts) -> Self {
+        let overlaps = contacts.active().map(|(_, point)| -point.evaluation.gap);
+        let of_wall = contacts.wall.iter().map(|contact| contact.overlap);
+        let points = contacts.active().count();
+        let sliding = contacts.active().filter(|(_, point)| point.evaluation.slides()).count();
+        ContactMeasures {
+            points,
+            pairs: contacts.pairs.iter().filter(|pair| pair.active().next().is_some()).count(),
+            sliding_fraction: if points == 0 { 0.0 } else { sliding as f64 / points as f64 },
+            max_penetration: of_wall.chain(overlaps).fold(0.0, f64::max),
+            mean_force: contacts.mean_force(),
+        }
+    }
 }
