@@ -1,6 +1,7 @@
 //! Failed writes, kills and losses of power at chosen file operations, by a library that stands between the program and the system.
 //!
-//! `RIPRAP_TEST_FAULTS` sets how many of each are tried (24), spread over all file operations of a run.
+//! `RIPRAP_TEST_FAULTS` sets which of each are tried, spread over all file operations of a run: `1000` is the first thousand, `1000..2000`
+//! the second. Without it the first 24 are.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,7 +9,7 @@ use std::sync::LazyLock;
 
 use riprap::results::{Outcome, Reader, journal};
 
-use crate::place::{Place, assert_same_bits};
+use crate::place::{Place, assert_same_bits, faults};
 
 /// The library, built once.
 static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
@@ -22,13 +23,15 @@ static LIBRARY: LazyLock<(tempfile::TempDir, PathBuf)> = LazyLock::new(|| {
     (folder, library)
 });
 
-fn tries() -> usize {
-    std::env::var("RIPRAP_TEST_FAULTS").ok().and_then(|tries| tries.parse().ok()).unwrap_or(24)
-}
-
 /// A run of the scene into `x.h5` with something done to it.
 fn run(place: &Place, settings: &[(&str, &str)]) -> Output {
-    let mut command = place.command(&["run", "scene.json", "--out", "x.h5", "--quiet", "--threads", "1"]);
+    run_case(place, &["scene.json"], settings)
+}
+
+/// As [`run`], of a case with options behind it.
+fn run_case(place: &Place, case: &[&str], settings: &[(&str, &str)]) -> Output {
+    let mut command = place.command(&["run", "--out", "x.h5", "--quiet", "--threads", "1"]);
+    command.args(case);
     command.env("LD_PRELOAD", &LIBRARY.1).env("FAULT_MATCH", "x.h5");
     command.envs(settings.iter().copied());
     command.output().expect("riprap starts")
@@ -42,10 +45,14 @@ struct Operation {
     bytes: Vec<u8>,
 }
 
-/// All file operations of an undisturbed run.
+/// All file operations of an undisturbed run of the scene.
 fn operations(place: &Place) -> Vec<Operation> {
+    operations_of(place, &["scene.json"])
+}
+
+fn operations_of(place: &Place, case: &[&str]) -> Vec<Operation> {
     let log = place.path("log");
-    let ended = run(place, &[("FAULT_LOG", &log.to_string_lossy()), ("FAULT_DATA", "1")]);
+    let ended = run_case(place, case, &[("FAULT_LOG", &log.to_string_lossy()), ("FAULT_DATA", "1")]);
     assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
     let logged = std::fs::read(&log).expect("the log");
     let (mut rest, mut operations) = (&logged[..], Vec::new());
@@ -69,10 +76,10 @@ fn operations(place: &Place) -> Vec<Operation> {
     operations
 }
 
-/// Numbers of operations, spread over all.
-fn spread(operations: usize) -> impl Iterator<Item = usize> {
-    let tries = tries();
-    (0..tries).map(move |t| 1 + t * (operations - 1) / tries)
+/// The operation that fault `t` hits: multiples of the golden ratio leave no gap, wherever a range of faults begins and ends.
+fn spread(t: usize, operations: usize) -> usize {
+    let share = (t as f64 * 0.618_033_988_749_894_8).fract();
+    1 + (share * (operations - 1) as f64) as usize
 }
 
 fn clear(place: &Place) {
@@ -86,52 +93,139 @@ fn clear(place: &Place) {
 
 /// That nothing is lost: what is there can be read, and the run goes on from it to its end, to the same bits.
 #[track_caller]
-fn goes_on(place: &Place, reference: &Reader, what: &str) {
+fn goes_on(place: &Place, case: &str, reference: &Reader, what: &str) {
     if place.path("x.h5").exists() {
         let reader = Reader::open(&place.path("x.h5")).unwrap_or_else(|e| panic!("{what}: {e}"));
         reader.verify().unwrap_or_else(|e| panic!("{what}: {e}"));
         assert_ne!(reader.status().expect("a status").outcome, Outcome::Stopped, "{what}");
     }
-    place.ends_with(0, &["run", "scene.json", "--out", "x.h5", "--resume", "--quiet"]);
+    place.ends_with(0, &["run", case, "--out", "x.h5", "--resume", "--quiet"]);
     let finished = place.open("x.h5");
     assert!(finished.verify().unwrap_or_else(|e| panic!("{what}: {e}")).whole, "{what}");
     assert_same_bits(reference, &finished);
 }
 
+/// What stands under a run's name when it begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Before {
+    Nothing,
+    /// The same run, killed half way, with its journal if there is one: it is resumed.
+    Begun,
+    /// Another run's whole file: it is written over (`--force`).
+    Another,
+}
+
+/// A run that faults are injected into.
+struct Target {
+    case: &'static str,
+    arguments: Vec<&'static str>,
+    before: Before,
+    /// The files that stand there, by name.
+    files: Vec<(PathBuf, Vec<u8>)>,
+    /// Fewest of three runs: one that takes longer commits more often.
+    operations: usize,
+}
+
+impl Target {
+    fn new(place: &Place, case: &'static str, before: Before) -> Self {
+        let path = place.path("x.h5");
+        clear(place);
+        let (mut arguments, mut files) = (vec![case], vec![]);
+        match before {
+            Before::Nothing => {}
+            Before::Begun => {
+                arguments.push("--resume");
+                let half = operations_of(place, &[case]).len() / 2;
+                clear(place);
+                run_case(place, &[case], &[("FAULT_AT", &half.to_string()), ("FAULT_KIND", "kill_half")]);
+                files = [path.clone(), journal::path_of(&path)].into_iter().filter(|f| f.exists()).collect();
+            }
+            Before::Another => {
+                arguments.push("--force");
+                std::fs::copy(place.path("scene.h5"), &path).expect("a copy");
+                files = vec![path];
+            }
+        }
+        let files = files.into_iter().map(|file| (file.clone(), bytes(&file))).collect();
+        let mut target = Target { case, arguments, before, files, operations: 0 };
+        let counts = (0..3).map(|_| {
+            target.lay(place);
+            operations_of(place, &target.arguments).len()
+        });
+        target.operations = counts.min().unwrap_or(0);
+        target
+    }
+
+    fn lay(&self, place: &Place) {
+        clear(place);
+        for (file, bytes) in &self.files {
+            std::fs::write(file, bytes).expect("a copy");
+        }
+    }
+
+    /// Whether another run's file still stands there, untouched: the run failed before it took the name.
+    fn is_untouched(&self) -> bool {
+        let [(file, bytes_before)] = &self.files[..] else { return false };
+        self.before == Before::Another && file.exists() && bytes(file) == *bytes_before
+    }
+}
+
 #[test]
 fn a_write_that_fails_once_is_told_and_loses_nothing() {
     let place = Place::new();
-    let reference = place.reference("scene");
-    // A run that takes longer commits more often.
-    let counts = (0..3).map(|_| {
-        clear(&place);
-        operations(&place).len()
-    });
-    let operations = counts.min().unwrap_or(0);
-    let (mut told, mut missed) = (0, 0);
-    for (t, at) in spread(operations).enumerate() {
-        clear(&place);
-        let kind = ["enospc", "eio", "edquot"][t % 3];
-        let what = format!("{kind} at {at} of {operations}");
-        let ended = run(&place, &[("FAULT_AT", &at.to_string()), ("FAULT_KIND", kind)]);
+    place.reference("scene");
+    place.ends_with(0, &["run", "short.json", "--out", "short.h5", "--quiet"]);
+    let (scene, short) = (place.open("scene.h5"), place.open("short.h5"));
+    let targets = [
+        Target::new(&place, "short.json", Before::Nothing),
+        Target::new(&place, "short.json", Before::Begun),
+        Target::new(&place, "short.json", Before::Another),
+        Target::new(&place, "scene.json", Before::Nothing),
+    ];
+    // The last two are no failures to a program that goes on behind them.
+    let kinds = ["enospc", "eio", "edquot", "erofs", "short", "eintr"];
+    let mut counts = std::collections::BTreeMap::new();
+    let mut tried = std::collections::BTreeSet::new();
+    for t in faults() {
+        let (target, kind) = (&targets[t % 4], kinds[t / 4 % 6]);
+        let at = spread(t / 24, target.operations);
+        let what = format!("fault {t}: {kind} at {at} of {} {:?}", target.operations, target.arguments);
+        let reference = if target.case == "scene.json" { &scene } else { &short };
+        target.lay(&place);
+        let settings = [("FAULT_AT", &*at.to_string()), ("FAULT_KIND", kind)];
+        let ended = run_case(&place, &target.arguments, &settings);
         let said = String::from_utf8_lossy(&ended.stderr).into_owned();
-        match ended.status.code() {
+        let end = match ended.status.code() {
             Some(4) => {
                 assert!(said.contains("x.h5"), "{what}: {said}");
-                told += 1;
-                goes_on(&place, &reference, &what);
+                if target.is_untouched() {
+                    "told, old file untouched"
+                } else {
+                    goes_on(&place, target.case, reference, &what);
+                    "told, resumed to the same bits"
+                }
             }
             // Not every run has as many operations; and best efforts, such as taking away what is not needed, may fail.
             Some(0) => {
-                missed += 1;
                 let reader = place.open("x.h5");
                 assert!(reader.verify().unwrap_or_else(|e| panic!("{what}: {e}")).whole, "{what}");
-                assert_same_bits(&reference, &reader);
+                assert_same_bits(reference, &reader);
+                "finished with the same bits"
             }
             code => panic!("{what}: {code:?}: {said}"),
-        }
+        };
+        *counts.entry((kind, end)).or_insert(0) += 1;
+        tried.insert((t % 4, kind, at));
     }
-    assert!(told > 3 * missed, "{told} told, {missed} without consequence");
+    println!("failed writes {:?}, {} of them unlike: {counts:?}", faults(), tried.len());
+    let of = |failure: bool, told: bool| -> usize {
+        let is_failure = |kind: &str| !["short", "eintr"].contains(&kind);
+        let counted = counts
+            .iter()
+            .filter(|((kind, end), _)| is_failure(kind) == failure && end.starts_with("told") == told);
+        counted.map(|(_, count)| count).sum()
+    };
+    assert!(of(true, true) > 3 * of(true, false), "{counts:?}");
 }
 
 #[test]
@@ -140,14 +234,16 @@ fn a_kill_at_any_file_operation_loses_nothing() {
     let reference = place.reference("scene");
     let operations = operations(&place).len();
     let mut killed = 0;
-    for (t, at) in spread(operations).enumerate() {
+    for t in faults() {
         clear(&place);
+        let at = spread(t, operations);
         let kind = ["kill_half", "kill_before", "kill_after"][t % 3];
         let ended = run(&place, &[("FAULT_AT", &at.to_string()), ("FAULT_KIND", kind)]);
         killed += usize::from(ended.status.code().is_none());
-        goes_on(&place, &reference, &format!("{kind} at {at} of {operations}"));
+        goes_on(&place, "scene.json", &reference, &format!("{kind} at {at} of {operations}"));
     }
-    assert!(killed > tries() / 2, "{killed}");
+    println!("kills {:?}: {killed} killed", faults());
+    assert!(killed > faults().len() / 2, "{killed}");
 }
 
 /// Numbers that scatter well (Weyl).
@@ -201,8 +297,8 @@ fn a_loss_of_power_leaves_the_last_commit() {
     let journals = operations.iter().enumerate().filter(|(_, o)| o.on_journal && o.what == "unlink");
     // Behind the first restart point: the specimen's or scene's tables, the first state, the point.
     let first = journals.map(|(at, _)| at).filter(|&at| at > named).nth(1).expect("commits") + 1;
-    let states = 20 * tries();
-    for seed in 0..states {
+    let states = 20 * faults().start..20 * faults().end;
+    for seed in states.clone() {
         let end = first + scattered(seed * 7 + 3, operations.len() - first);
         let (file, journal) = after_power_loss(&operations[..end], seed);
         clear(&place);
@@ -216,8 +312,8 @@ fn a_loss_of_power_leaves_the_last_commit() {
         reader.verify().unwrap_or_else(|e| panic!("{what}: {e}"));
         assert!(reader.restart().unwrap_or_else(|e| panic!("{what}: {e}")).is_some(), "{what}");
         drop(reader);
-        if seed % (states / 6).max(1) == 0 {
-            goes_on(&place, &reference, &what);
+        if seed % (states.len() / 6).max(1) == 0 {
+            goes_on(&place, "scene.json", &reference, &what);
         }
     }
 }

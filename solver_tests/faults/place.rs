@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::LazyLock;
@@ -39,6 +40,38 @@ pub const SCENE: &str = r#"{
   "output": {"fields_every": 0.1, "restart_every": 1}
 }"#;
 
+/// Seven increments of two bodies: a run of twenty milliseconds, for thousands of faults.
+pub const SHORT: &str = r#"{
+  "title": "short", "scene": {"gravity": [0, 0, -9.81], "bodies": [
+    {"name": "plate", "shape": {"box": [1, 1, 0.1]}, "position": [0, 0, -0.05], "fixed": true},
+    {"name": "block", "shape": {"box": [0.1, 0.1, 0.1]}, "position": [0, 0, 0.05]}]},
+  "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": null},
+  "contact": {"friction": 0.5},
+  "stages": [{"kind": "load", "increments": 4, "bodies": {"block": {"displacement": ["1 mm", 0, null]}}},
+             {"kind": "load", "increments": 3, "bodies": {"block": {"displacement": ["0.5 mm", null, null],
+                                                                    "force": [null, null, "-20 N"]}}}],
+  "output": {"fields_every": 0.3, "restart_every": 1}
+}"#;
+
+/// The program: the one built with the tests, unless `RIPRAP_TEST_PROGRAM` names another.
+static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| match std::env::var_os("RIPRAP_TEST_PROGRAM") {
+    Some(path) => path.into(),
+    None => env!("CARGO_BIN_EXE_riprap").into(),
+});
+
+/// Numbers of the faults that a test tries: `RIPRAP_TEST_FAULTS`, as `1000` or `1000..2000`, or the first 24.
+pub fn faults() -> Range<usize> {
+    match std::env::var("RIPRAP_TEST_FAULTS") {
+        Ok(asked) => range_of(&asked).unwrap_or_else(|| panic!("RIPRAP_TEST_FAULTS: {asked:?}")),
+        Err(_) => 0..24,
+    }
+}
+
+fn range_of(asked: &str) -> Option<Range<usize>> {
+    let (from, to) = asked.split_once("..").unwrap_or(("0", asked));
+    Some(from.parse().ok()?..to.parse().ok()?)
+}
+
 pub struct Place {
     folder: tempfile::TempDir,
 }
@@ -64,7 +97,7 @@ static MADE: LazyLock<BTreeMap<String, Vec<u8>>> = LazyLock::new(|| {
 impl Place {
     pub fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary directory");
-        for (name, text) in [("specimen.json", SPECIMEN), ("scene.json", SCENE)] {
+        for (name, text) in [("specimen.json", SPECIMEN), ("scene.json", SCENE), ("short.json", SHORT)] {
             std::fs::write(folder.path().join(name), text).expect("a case file");
         }
         Place { folder }
@@ -75,7 +108,7 @@ impl Place {
     }
 
     pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_riprap"));
+        let mut command = Command::new(&*PROGRAM);
         command.current_dir(self.folder.path()).args(arguments);
         command
     }
@@ -86,6 +119,20 @@ impl Place {
         self.judged(code, self.command(arguments).output().expect("riprap starts"))
     }
 
+    /// As [`Place::ends_with`], with little memory and a minute at most; and the seconds that it took.
+    #[track_caller]
+    pub fn ends_soon(&self, code: i32, arguments: &[&str]) -> (String, f64) {
+        let begun = std::time::Instant::now();
+        let output = Command::new("sh")
+            .current_dir(self.folder.path())
+            .args(["-c", "ulimit -v 4000000; exec timeout 60 \"$0\" \"$@\""])
+            .arg(&*PROGRAM)
+            .args(arguments)
+            .output()
+            .expect("sh starts");
+        (self.judged(code, output), begun.elapsed().as_secs_f64())
+    }
+
     /// As [`Place::ends_with`], with files limited to so many blocks of 512 bytes: like a full disk.
     #[track_caller]
     pub fn ends_on_full_disk(&self, code: i32, blocks: u64, arguments: &[&str]) -> String {
@@ -93,7 +140,7 @@ impl Place {
             .current_dir(self.folder.path())
             .arg("-c")
             .arg(format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\""))
-            .arg(env!("CARGO_BIN_EXE_riprap"))
+            .arg(&*PROGRAM)
             .args(arguments)
             .output()
             .expect("sh starts");
