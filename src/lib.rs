@@ -12,6 +12,7 @@
 //! the equations.
 
 pub mod error;
+pub mod input;
 pub mod tensor;
 pub mod linalg;
 pub mod geometry;

@@ -219,6 +219,73 @@ fn titles_and_names_reach_no_terminal_page_or_spreadsheet_as_commands() {
     assert!(table.lines().skip(1).all(|line| line.starts_with("'=cmd")), "{table}");
 }
 
+/// A device has no end and a pipe no beginning: what a case or a plan names is a file of a sensible size.
+#[test]
+fn what_is_named_is_a_file_and_not_endless() {
+    let place = Place::new();
+    let scene = |shape: &str| {
+        format!(
+            r#"{{"scene": {{"bodies": [{{"name": "b", "shape": {shape}}}]}},
+            "rock": {{"density": 2700, "youngs_modulus": 3e10, "poissons_ratio": 0.2}}, "contact": {{"friction": 0.5}},
+            "stages": [{{"kind": "load", "increments": 1}}]}}"#
+        )
+    };
+    let specimen = |grading: &str| {
+        format!(
+            r#"{{"specimen": {{"grains": 20, "aspect": 2, "void_ratio": 0.9, "grading": {grading}}},
+            "rock": {{"density": 2700, "youngs_modulus": 3e10, "poissons_ratio": 0.2}}, "contact": {{"friction": 0.5}},
+            "stages": [{{"kind": "consolidate", "pressure": 1e5}}]}}"#
+        )
+    };
+    for kind in ["device", "pipe", "large"] {
+        // By all endings that a case takes.
+        for ending in ["vtu", "msh", "stl", "obj", "ply", "csv", "json"] {
+            let path = place.path(&format!("{kind}.{ending}"));
+            match kind {
+                "device" => std::os::unix::fs::symlink("/dev/zero", &path).expect("a link"),
+                "pipe" => {
+                    let made = std::process::Command::new("mkfifo").arg(&path).status();
+                    assert!(made.expect("mkfifo").success());
+                }
+                // Of no length on the disk.
+                _ => std::fs::File::create(&path).and_then(|file| file.set_len(1 << 40)).expect("made"),
+            }
+        }
+        let cases =
+            ["vtu", "msh"].map(|ending| scene(&format!(r#"{{"mesh": "{kind}.{ending}"}}"#))).into_iter();
+        let hulls = ["vtu", "msh", "stl", "obj", "ply"]
+            .map(|ending| scene(&format!(r#"{{"hull": {{"file": "{kind}.{ending}", "unit": "mm"}}}}"#)));
+        let gradings =
+            [format!(r#""{kind}.csv""#), format!(r#"{{"file": "{kind}.csv"}}"#)].map(|g| specimen(&g));
+        let plans = [
+            format!(r#"{{"case": "{kind}.json"}}"#),
+            format!(r#"{{"cases": ["scene.json", "{kind}.json"]}}"#),
+        ];
+        let commands = [(&["check"][..], &[][..], 1), (&["batch"], &["--list"], 2)];
+        let cases: Vec<String> = cases.chain(hulls).chain(gradings).collect();
+        for (texts, (command, more, code)) in [cases, plans.to_vec()].iter().zip(commands) {
+            for text in texts {
+                std::fs::write(place.path("c.json"), text).expect("a case");
+                let (told, took) = place.ends_soon(code, &[command, &["c.json"], more].concat());
+                let named = told.contains("$.") && told.contains(kind);
+                let why = ["is no file", "it is no file", "has more than", "is not there"];
+                assert!(named && why.iter().any(|why| told.contains(why)), "{text}: {told}");
+                assert!(took < 5.0, "{text}: {took} s");
+            }
+        }
+    }
+    // What a user names may be a pipe, and a device ends.
+    let told = place.ends_soon(2, &["check", "device.json"]).0;
+    assert!(told.contains("more than 64 MiB"), "{told}");
+    let fed = std::process::Command::new("sh")
+        .current_dir(place.path(""))
+        .args(["-c", "cat scene.json | \"$0\" check /dev/stdin"])
+        .arg(place.command(&[]).get_program())
+        .output()
+        .expect("sh");
+    assert!(fed.status.success(), "{}", String::from_utf8_lossy(&fed.stderr));
+}
+
 /// No output over any file that the run reads, whatever it is called.
 #[test]
 fn a_run_does_not_write_over_what_it_reads() {

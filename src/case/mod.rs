@@ -28,7 +28,7 @@ mod walk;
 pub use estimate::Estimate;
 pub use remarks::Squeeze;
 pub use schema::schema;
-pub use source::{RawCase, fault_of_pointer, parse_override, read, shortened};
+pub use source::{RawCase, fault_of_pointer, parse_override, read, read_named, shortened};
 pub use support::unsupported;
 pub use types::*;
 pub use walk::{child as path_of_key, nearest, shown};

@@ -6,6 +6,7 @@ use jsonc_parser::common::Ranged;
 use serde_json::Value;
 
 use crate::error::{Error, Fault, Result};
+use crate::input;
 
 use super::walk::{child, is_within, shown};
 
@@ -27,13 +28,24 @@ pub struct RawCase {
     pub faults: Vec<Fault>,
 }
 
-/// Reads a case file.
+/// Reads a case file that a user names, which may be a pipe.
 ///
 /// # Errors
 /// `Error::Io` if it can't be read, `Error::Json` with line and column if it isn't JSON.
 pub fn read(path: &Path) -> Result<RawCase> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
-    match String::from_utf8(bytes) {
+    from_bytes(path, input::read_at_most(path, input::LARGEST_CASE))
+}
+
+/// Reads a case file that a plan names.
+///
+/// # Errors
+/// As [`read`], and `Error::Io` for what is no file.
+pub fn read_named(path: &Path) -> Result<RawCase> {
+    from_bytes(path, input::read_named(path))
+}
+
+fn from_bytes(path: &Path, bytes: std::io::Result<Vec<u8>>) -> Result<RawCase> {
+    match String::from_utf8(bytes.map_err(|e| Error::io("read", path, e))?) {
         Ok(text) => RawCase::parse(path, &text),
         Err(e) => {
             let before = &e.as_bytes()[..e.utf8_error().valid_up_to()];

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
+use crate::input;
 use crate::mesh::tet10::{EDGES, Mesh, NodeId, SurfaceFacet};
 use crate::mesh::{encoded, formats};
 use crate::tensor::Vec3;
@@ -27,8 +28,10 @@ const CONVEX: f64 = 1e-6;
 /// not a .vtu or .msh of tetrahedra, a cell is flat or curved, the cells do not form one part, or the
 /// body is not convex (contact needs convex bodies for now).
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
-    let (bytes, name) =
-        (std::fs::read(path).map_err(|source| Error::io("read", path, source))?, path.display().to_string());
+    let (bytes, name) = (
+        input::read_named(path).map_err(|source| Error::io("read", path, source))?,
+        path.display().to_string(),
+    );
     let read = match formats::ending(path).as_str() {
         "msh" => formats::gmsh(&bytes),
         _ if !formats::is_ascii_vtu(&bytes) => encoded::vtu(&bytes),

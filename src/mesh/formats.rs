@@ -9,6 +9,7 @@ use std::path::Path;
 use std::str::SplitWhitespace;
 
 use crate::error::{Error, Result};
+use crate::input;
 pub use crate::mesh::encoded::Cells;
 use crate::mesh::encoded::vtu;
 use crate::tensor::Vec3;
@@ -41,7 +42,7 @@ pub fn ending(path: &Path) -> String {
 /// # Errors
 /// `Error::Io` where it cannot be read, `Error::Mesh` naming the file where it is not what its ending says.
 pub fn read_points(path: &Path) -> Result<Vec<Vec3>> {
-    let bytes = std::fs::read(path).map_err(|source| Error::io("read", path, source))?;
+    let bytes = input::read_named(path).map_err(|source| Error::io("read", path, source))?;
     let read = match ending(path).as_str() {
         "vtu" => vtu(&bytes).map(|read| read.points),
         "msh" => gmsh(&bytes).map(|read| read.points),

@@ -17,6 +17,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::input;
 
 use super::decimal::{Decimals, separator_line};
 
@@ -83,7 +84,7 @@ type Places = [Option<(usize, f64)>; 4];
 /// # Errors
 /// `Error::Io`; `Error::Usage` with file and line of everything that keeps it from being such a table.
 pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io("read", path, e))?;
+    let bytes = input::read_at_most(path, input::LARGEST).map_err(|e| Error::io("read", path, e))?;
     let text = String::from_utf8(bytes).map_err(|_| {
         Error::Usage(format!("{}: is not UTF-8 text; save it as \"CSV UTF-8\"", path.display()))
     })?;

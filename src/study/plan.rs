@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use crate::case::{RawCase, fault_of_pointer, nearest, path_of_key, read, shortened, shown};
+use crate::case::{RawCase, fault_of_pointer, nearest, path_of_key, read, read_named, shortened, shown};
 use crate::error::{Error, Fault, Result};
 
 use super::cluster::{self, SLURM_KEYS, Slurm};
@@ -377,7 +377,7 @@ fn members_of(
     let mut members: Vec<Member> = Vec::new();
     let words = short_names(grid);
     for entry in entries {
-        let source = match read(&entry.case) {
+        let source = match read_named(&entry.case) {
             Ok(source) => source,
             Err(error) => {
                 let shown = entry.case.display();

@@ -10,6 +10,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::error::Fault;
+use crate::input;
 use crate::report::separator_line;
 
 use super::super::quantity::{self, Dimension};
@@ -120,7 +121,7 @@ fn passing_at(curve: &Curve, size: f64) -> f64 {
 
 fn from_file(file: &str, path: &str, folder: &Path) -> Result<Curve, Fault> {
     let fault = |problem: String| Fault::new(path, shown(&Value::from(file)), problem, OF_FILE);
-    let bytes = std::fs::read(folder.join(file)).map_err(|e| fault(format!("cannot be read: {e}")))?;
+    let bytes = input::read_named(&folder.join(file)).map_err(|e| fault(format!("cannot be read: {e}")))?;
     let text = String::from_utf8(bytes).map_err(|_| fault("is not UTF-8 text".into()))?;
     table(&text).map_err(fault)
 }
