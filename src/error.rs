@@ -2,6 +2,7 @@
 //!
 //! Non-convergence is not an error: it is a value (`solver::StepStatus`).
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// One fault of a case file.
@@ -33,10 +34,34 @@ impl Fault {
     }
 }
 
+/// On one line, whatever the parts have in them: all of them may repeat a stranger's text.
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {} (found {}; accepted: {})", self.path, self.problem, self.value, self.accepted)
+        let [path, problem, value, accepted] =
+            [&self.path, &self.problem, &self.value, &self.accepted].map(|part| on_one_line(part));
+        write!(f, "{path}: {problem} (found {value}; accepted: {accepted})")
     }
+}
+
+/// Characters that a terminal obeys in place of showing them, and those that turn the direction of writing.
+pub fn is_obeyed(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// A text with characters that a terminal obeys shown by their numbers, as JSON writes them, and cut where it is endless.
+fn on_one_line(text: &str) -> Cow<'_, str> {
+    const LONGEST: usize = 1000;
+    if text.len() <= LONGEST && !text.contains(is_obeyed) {
+        return text.into();
+    }
+    let shown = |c: char| if is_obeyed(c) { by_number(c) } else { c.to_string() };
+    let cut = if text.chars().nth(LONGEST).is_some() { "…" } else { "" };
+    text.chars().take(LONGEST).map(shown).chain([cut.to_string()]).collect::<String>().into()
+}
+
+/// A character as JSON escapes it.
+pub fn by_number(c: char) -> String {
+    format!("\\u{:04x}", u32::from(c))
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -92,4 +117,19 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// A place in a results file before a message; nothing where it is the file as a whole.
 fn inside(dataset: &str) -> String {
     if dataset == "/" { String::new() } else { format!("{dataset}: ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_is_one_plain_line() {
+        let hostile = format!("$[\"a\u{1b}[2J\n  $.rock: sound\u{202e}\"]{}", "x".repeat(100_000));
+        let said = Fault::new(&hostile, &hostile, &hostile, &hostile).to_string();
+        assert!(!said.contains(is_obeyed) && said.chars().count() < 5000, "{said}");
+        assert!(said.starts_with("$[\"a\\u001b[2J\\u000a  $.rock: sound\\u202e\"]xxx"), "{said}");
+        let plain = Fault::new("$.rock", "\"é 试验\"", "is odd", "a text").to_string();
+        assert_eq!(plain, "$.rock: is odd (found \"é 试验\"; accepted: a text)");
+    }
 }

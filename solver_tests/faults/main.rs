@@ -10,6 +10,7 @@ mod hostile;
 #[cfg(target_os = "linux")]
 mod injected;
 mod kills;
+mod mutated;
 mod place;
 mod start;
 mod trouble;

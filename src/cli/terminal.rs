@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::io::{Error, Write};
 use std::sync::OnceLock;
 
+use crate::error::{by_number, is_obeyed};
+
 static UNSAID: OnceLock<Error> = OnceLock::new();
 
 /// The first trouble with standard output.
@@ -31,14 +33,11 @@ pub fn note(text: &str) {
 /// A text as a terminal may see it: titles and names are from case files and results files, which others made. Characters that a
 /// terminal obeys, and those that turn the direction of writing, are shown by their numbers, as JSON writes them.
 fn harmless(text: &str) -> Cow<'_, str> {
-    let obeyed = |c: char| {
-        (c.is_control() && c != '\n' && c != '\t')
-            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-    };
+    let obeyed = |c: char| is_obeyed(c) && c != '\n' && c != '\t';
     if !text.contains(obeyed) {
         return text.into();
     }
-    let shown = |c: char| if obeyed(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    let shown = |c: char| if obeyed(c) { by_number(c) } else { c.to_string() };
     text.chars().map(shown).collect::<String>().into()
 }
 
