@@ -113,4 +113,10 @@ fn far_more_memory_than_there_is_is_refused_before_anything_is_built() {
     assert!(told.contains("GB of memory are needed"), "{told}");
     assert!(!place.path("x.h5").exists() && !told.contains("compaction"), "{told}");
     place.ends_with(1, &[&["check", "specimen.json"][..], &grains].concat());
+    // A body of a scene that alone deforms: it was called sound, and its factor found no memory minutes later.
+    let body = ["/scene/bodies/2/mesh_size=0.00152", "/scene/bodies/2/fidelity=condensed"];
+    let body = body.map(|set| ["--set", set]).concat();
+    let told = place.ends_with(4, &[&["run", "scene.json", "--out", "x.h5"][..], &body].concat());
+    assert!(told.contains("GB of memory are needed"), "{told}");
+    place.ends_with(1, &[&["check", "scene.json"][..], &body].concat());
 }

@@ -89,8 +89,6 @@ impl Case {
             }
         };
         let n = grains as f64;
-        let of_each = cells as f64 / n.max(1.0);
-        let nodes_of_each = NODES_PER_CELL * of_each + NODES_OF_SURFACE * of_each.powf(2.0 / 3.0);
         let chooses = self.solver.chosen_accuracy().is_some();
         let follows = self.contact.normal == NormalLaw::Asperity;
         let (level, unknowns) = match self.solver.fidelity {
@@ -103,10 +101,20 @@ impl Case {
             Fidelity::Auto | Fidelity::Rigid => (0, 6.0 * n),
         };
         let filled = |unknowns: f64, fill: f64| fill * unknowns.powf(MEMORY_POWER);
-        // Of small grains the factor is nearly half full.
-        let each = 3.0 * nodes_of_each;
-        let kept = if nodes_of_each < KEPT_WHOLE { OWN_MEMORY } else { 1.0 };
-        let own = if level > 0 { kept * n * filled(each, FILL[1]).min(each * each / 4.0) } else { 0.0 };
+        // Numbers that one body of so many cells keeps.
+        let own_of = |cells: f64| {
+            let nodes = NODES_PER_CELL * cells + NODES_OF_SURFACE * cells.powf(2.0 / 3.0);
+            let kept = if nodes < KEPT_WHOLE { OWN_MEMORY } else { 1.0 };
+            // Of small grains the factor is nearly half full.
+            let each = 3.0 * nodes;
+            kept * filled(each, FILL[1]).min(each * each / 4.0)
+        };
+        let own = match &self.geometry {
+            Geometry::Specimen(it) if level > 0 => n * own_of(it.cells_per_grain as f64),
+            Geometry::Specimen(_) => 0.0,
+            // Of a scene each as it deforms, whatever the others do; a rigid one has no cells here.
+            Geometry::Scene(it) => it.bodies.iter().map(|body| own_of(self.cells_of(body))).sum(),
+        };
         let breaking = if self.rock.damage.is_some() { cells as f64 } else { 0.0 };
         let increments = self.stages.iter().map(StageCase::increments).sum::<f64>();
         let increment = match &self.geometry {
@@ -304,8 +312,19 @@ mod tests {
             "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2},
             "contact": {"friction": 0.5}, "solver": {"fidelity": "condensed"},
             "stages": [{"kind": "load", "increments": 2, "bodies": {"block": {"force": [0, 0, -1000]}}}]}"#;
-        let raw = crate::case::RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-        let memory = raw.check().unwrap_or_else(|e| panic!("{e}")).estimate().memory;
-        assert!(memory < 2.0 * 1462e6 && memory > 0.5 * 1462e6, "{memory}");
+        // The same where the body alone says so, in a scene of many small rigid ones: it was counted as rigid.
+        let own = text.replace(r#""mesh_size": 0.06"#, r#""mesh_size": 0.06, "fidelity": "condensed""#);
+        let own = own.replace(r#""solver": {"fidelity": "condensed"},"#, "");
+        let small = |k: usize| {
+            format!(r#"{{"name": "b{k}", "shape": {{"box": [1, 1, 1]}}, "position": [{}, 9, 0]}}, "#, 2 * k)
+        };
+        let small: String = (0..200).map(small).collect();
+        let among = own.replace(r#"{"name": "plate""#, &format!(r#"{small}{{"name": "plate""#));
+        let beside = 200.0 * (GRAIN_MEMORY + BODY_MEMORY);
+        for (text, more) in [(text, 0.0), (&own, 0.0), (&among, beside)] {
+            let raw = crate::case::RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
+            let memory = raw.check().unwrap_or_else(|e| panic!("{e}")).estimate().memory - more;
+            assert!(memory < 2.0 * 1462e6 && memory > 0.5 * 1462e6, "{memory}");
+        }
     }
 }
