@@ -27,7 +27,9 @@ fn row(table: &str, name: &str) -> Option<f64> {
 pub fn check_memory(case: &Case, there: Option<f64>) -> Result<(), Error> {
     let needed = case.estimate().memory;
     match there {
-        Some(there) if SURELY_NEEDED * needed > there && unsupported(case).is_empty() => Err(Error::Memory { needed, there }),
+        Some(there) if SURELY_NEEDED * needed > there && unsupported(case).is_empty() => {
+            Err(Error::Memory { needed, there })
+        }
         Some(_) | None => Ok(()),
     }
 }
