@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::assembly::{self, Contacts, Damages, SurfaceField, TooClose};
 use crate::contact::Memory;
-use crate::model::{Committed, Counters, Loads, Model};
+use crate::model::{BodyKind, Committed, Counters, Loads, Model};
 use crate::solver::audit;
 use crate::solver::balance::Balance;
 use crate::solver::equilibrium::Equilibrium;
@@ -131,8 +131,8 @@ pub struct ContactMeasures {
     pub mean_force: f64,
 }
 
-/// Tries to bring the model into balance under `loads`, starting from the first of `starts` that does not overlap; where it need not come to
-/// rest, from the one nearest to balance. `contacts` lends its buffers and gets them back.
+/// Tries to bring the model into balance under `loads`: a specimen from that of `starts` with the least force out of balance, a scene, or bodies that
+/// wait for augmentations, from the first that does not overlap. `contacts` lends its buffers and gets them back.
 pub fn advance(
     increment: &Increment<'_>,
     starts: Vec<Vec<Pose>>,
@@ -163,7 +163,8 @@ impl<'a> Increment<'a> {
         lent.step_length = settings.step_length;
         let mut last_start = committed.poses.clone();
         let mut too_close = None;
-        let chooses = settings.stabilisation.goes_on(model);
+        let is_of_a_scene = model.bodies.iter().any(|body| body.kind == BodyKind::Placed);
+        let chooses = !is_of_a_scene && !model.waits_for_augmentations();
         let mut best: Option<(f64, Vec<Pose>)> = None;
         let mut starts = VecDeque::from(starts);
         while let Some(start) = starts.pop_front() {
