@@ -13,7 +13,7 @@ import argparse
 
 import numpy
 
-from fit_duncan_chang import ATMOSPHERE
+ATMOSPHERE = 101325.0  # Pa
 
 # Of the main rockfill of Shuibuya: phi0 and its drop [deg].
 FRICTION = [52.0, 8.5]

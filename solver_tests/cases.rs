@@ -72,7 +72,10 @@ fn every_case_reads_back_from_its_completion() {
         let case = riprap::case::read(&file).and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}"));
         let text = case.completed().to_string();
         let again = riprap::case::RawCase::parse(&file, &text).and_then(|raw| raw.check());
-        assert_eq!(again.unwrap_or_else(|e| panic!("{e}")), case, "{}", file.display());
+        let again = again.unwrap_or_else(|e| panic!("{e}"));
+        // What was brought in, and told of it, is not part of the completed case.
+        let again = riprap::case::Case { notes: case.notes.clone(), brought: case.brought.clone(), ..again };
+        assert_eq!(again, case, "{}", file.display());
     }
 }
 
@@ -223,6 +226,7 @@ fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
             "enum" => list.contains(value),
             "anyOf" => passing() > 0,
             "oneOf" => passing() == 1,
+            "not" => conforms(rule, value, path).is_err(),
             "minimum" => number().is_none_or(|(x, bound)| x >= bound),
             "maximum" => number().is_none_or(|(x, bound)| x <= bound),
             "exclusiveMinimum" => number().is_none_or(|(x, bound)| x > bound),

@@ -51,6 +51,7 @@ fn grains(n: usize, repetition: usize) {
         vertex_separation: 0.45,
         rounding: 0.02,
         within_class: WithinClass::Number,
+        library: Vec::new(),
     };
     let spacing = SPACING * 0.5 * (SIZES[0] + SIZES[1]);
     let bodies = (0..n.pow(3))

@@ -9,9 +9,7 @@ use riprap::loading::StageEnd;
 use riprap::material::{Rubber, RubberLaw};
 use riprap::model::Thickness;
 use riprap::solver::Settings;
-use riprap::specimen::{
-    SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, WithinClass, generate,
-};
+use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
 use riprap::triaxial::{
     Cover, Lateral, Path, Rig, RigParameters, Rims, Row, RubberSheet, Stage, Steps, Test, Until,
 };
@@ -27,15 +25,13 @@ pub fn specimen() -> &'static Specimen {
     static SPECIMEN: OnceLock<Specimen> = OnceLock::new();
     SPECIMEN.get_or_init(|| {
         let specimen = SpecimenParameters {
-            grading: vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }],
-            size: SpecimenSize::Grains { count: 16, aspect: 1.5 },
-            void_ratio: 0.6,
             unreachable: Unreachable::Nearest,
-            vertices: [8, 16],
-            vertex_separation: 0.45,
-            rounding: 0.02,
-            within_class: WithinClass::Number,
             seed: 4,
+            ..SpecimenParameters::new(
+                vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }],
+                SpecimenSize::Grains { count: 16, aspect: 1.5 },
+                0.6,
+            )
         };
         generate(&specimen, &mut |_, _| {}).expect("a specimen")
     })

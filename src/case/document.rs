@@ -47,6 +47,10 @@ struct Specimen {
     void_ratio: f64,
     vertices: [usize; 2],
     vertex_separation: f64,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    shapes: Vec<Vec<[f64; 3]>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    packing: Option<PackingCase>,
     unreachable: WhenUnreachable,
     cells_per_grain: usize,
 }
@@ -104,6 +108,8 @@ impl Specimen {
             void_ratio: self.void_ratio,
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
+            shapes: self.shapes.clone(),
+            packing: self.packing.clone(),
             unreachable: match self.unreachable {
                 WhenUnreachable::Refuse => Unreachable::Refuse,
                 WhenUnreachable::Nearest => Unreachable::Nearest,
@@ -127,6 +133,8 @@ impl Specimen {
             void_ratio: case.void_ratio,
             vertices: case.vertices,
             vertex_separation: case.vertex_separation,
+            shapes: case.shapes.clone(),
+            packing: case.packing.clone(),
             unreachable: match case.unreachable {
                 Unreachable::Refuse => WhenUnreachable::Refuse,
                 Unreachable::Nearest => WhenUnreachable::Nearest,

@@ -13,6 +13,7 @@ mod estimate;
 mod form;
 mod idle;
 mod overlap;
+mod packed;
 mod plausible;
 mod quantity;
 mod remarks;
@@ -156,8 +157,14 @@ mod tests {
     /// The table and the types name the same keys: whatever the table lets through fits the types.
     #[test]
     fn every_key_of_the_table_is_in_the_types() {
-        let grains = size::MeanGrains::new(&[[0.06, 1.0], [0.04, 0.0]], Default::default(), [8, 16], 0.45)
-            .expect("grains");
+        let grains = size::MeanGrains::new(
+            &[[0.06, 1.0], [0.04, 0.0]],
+            Default::default(),
+            [8, 16],
+            0.45,
+            (&[], 0.02),
+        )
+        .expect("grains");
         let examples = examples(&table::CASE);
         assert!(examples.len() > 1);
         for example in examples {

@@ -22,16 +22,17 @@ pub fn schema() -> Value {
         head.insert("oneOf".into(), json!([{"required": ["specimen"]}, {"required": ["scene"]}]));
         *schema = head;
     }
-    either_of(&mut schema["properties"]["specimen"], ["void_ratio", "porosity"]);
+    // What may stand in place of keys that the table needs.
+    let specimen = &mut schema["properties"]["specimen"];
+    specimen["required"] = json!([]);
+    specimen["anyOf"] = [&["grading", "void_ratio"][..], &["grading", "porosity"], &["packing"]]
+        .map(|keys| json!({"required": keys}))
+        .into();
+    specimen["not"] = json!({"required": ["void_ratio", "porosity"]});
+    let packing = &mut specimen["properties"]["packing"]["anyOf"][0];
+    packing["required"] = json!([]);
+    packing["oneOf"] = json!([{"required": ["file"]}, {"required": ["grains"]}]);
     schema
-}
-
-/// Lets the second key of an object stand in place of the first, which it needs.
-fn either_of(object: &mut Value, [first, second]: [&str; 2]) {
-    if let Some(required) = object["required"].as_array_mut() {
-        required.retain(|key| key != first);
-    }
-    object["oneOf"] = json!([{"required": [first]}, {"required": [second]}]);
 }
 
 fn of(form: &Form) -> Value {

@@ -2,9 +2,11 @@
 
 use crate::specimen::SievePoint;
 use crate::specimen::SpecimenSize;
+use crate::specimen::given::library;
 use crate::specimen::grading::{SizeClass, mean_volumes, size_classes};
 use crate::specimen::shape::{ShapeLaw, WithinClass};
 use crate::specimen::size::{Plan, plan};
+use crate::tensor::Vec3;
 
 /// The grains of a grading and a shape law, on average.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,19 +18,29 @@ pub struct MeanGrains {
 
 impl MeanGrains {
     /// # Errors
-    /// What the specimen generator refuses: a grading that is none, vertices that don't fit.
+    /// What the specimen generator refuses: a grading that is none, vertices that don't fit, shapes without room for `rounding`.
     pub fn new(
         grading: &[[f64; 2]],
         within_class: WithinClass,
         vertices: [usize; 2],
         vertex_separation: f64,
+        (shapes, rounding): (&[Vec<[f64; 3]>], f64),
     ) -> Result<Self, String> {
         let curve: Vec<_> = grading.iter().map(|&[size, passing]| SievePoint { size, passing }).collect();
-        // The rounding has no say in the nominal volume.
-        let law = ShapeLaw { vertices, vertex_separation, rounding: 0.0, within_class };
+        let shapes: Vec<Vec<Vec3>> =
+            shapes.iter().map(|shape| shape.iter().copied().map(Vec3::from).collect()).collect();
+        let library = library(&shapes, rounding).map_err(|e| e.to_string())?;
+        let law = ShapeLaw { vertices, vertex_separation, rounding, within_class, library };
         let classes = size_classes(&curve).map_err(|e| e.to_string())?;
         let volumes = mean_volumes(&classes, &law).map_err(|e| e.to_string())?;
         Ok(MeanGrains { classes, volumes })
+    }
+
+    /// The same grains, scaled so that `count` of them have the volume `solid` [m3].
+    pub fn filling(mut self, count: usize, solid: f64) -> Self {
+        let factor = solid / self.plan(SpecimenSize::Grains { count, aspect: 1.0 }, 1.0).solid_volume;
+        self.volumes.iter_mut().for_each(|volume| *volume *= factor);
+        self
     }
 
     /// Expected diameter, height and numbers of grains.

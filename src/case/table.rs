@@ -2,7 +2,7 @@
 //!
 //! [`super::types`] has the same names; a test fills in every key and reads it into the types.
 
-use super::bring::{HULL, SIEVE};
+use super::bring::{HULL, PACKED_GRAINS, POSITION, ROTATION, SHAPES, SIEVE};
 use super::form::{Form, Key, Kind, Range, positive, within};
 use super::quantity::Dimension;
 
@@ -110,6 +110,8 @@ pub static SPECIMEN: &[Key] = &[
         "\"refuse\"",
         "What to do where compaction cannot reach the void_ratio: stop with the range, or take its nearest end.",
     ),
+    SHAPES,
+    PACKED_GRAINS,
     Key::default("cells_per_grain", Count(1, 100_000), "38", "Quadratic tetrahedra per grain, about."),
 ];
 
@@ -145,8 +147,6 @@ static PRESS: &[Key] = &[
     ),
 ];
 
-const POSITION: Form = Tuple(&[SIGNED_LENGTH, SIGNED_LENGTH, SIGNED_LENGTH]);
-const ROTATION: Form = Tuple(&[ANGLE, ANGLE, ANGLE]);
 const ACCELERATION_VECTOR: Form = Tuple(&[ACCELERATION, ACCELERATION, ACCELERATION]);
 
 static BODY: &[Key] = &[

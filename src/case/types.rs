@@ -12,7 +12,10 @@ use crate::contact::face::FaceContact;
 use crate::crushing::Grip;
 use crate::model::Thickness;
 use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, WithinClass};
+use crate::tensor::Vec3;
 use crate::triaxial::Rims;
+
+pub use super::packed::{PackedCase, PackingCase};
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
 const CELLS_ACROSS: f64 = 3.0;
@@ -131,6 +134,10 @@ pub struct SpecimenCase {
     pub vertices: [usize; 2],
     /// Least distance of a grain's vertices on the unit sphere; 0 is off.
     pub vertex_separation: f64,
+    /// Vertices of the shapes that grains are drawn from, in any unit; with none they are random.
+    pub shapes: Vec<Vec<[f64; 3]>>,
+    /// Another code's grains in place of drawn and placed ones.
+    pub packing: Option<PackingCase>,
     /// What to do where compaction cannot reach `void_ratio`.
     pub unreachable: Unreachable,
     /// Tet10 cells per grain, about.
@@ -150,6 +157,8 @@ impl SpecimenCase {
             vertex_separation: self.vertex_separation,
             rounding,
             within_class: self.within_class,
+            shapes: self.shapes.iter().map(|shape| shape.iter().copied().map(Vec3::from).collect()).collect(),
+            packing: self.packing.as_ref().map(PackingCase::given),
             seed,
         }
     }

@@ -15,6 +15,7 @@ mod drawing;
 mod energy;
 mod fabric;
 mod grading;
+mod hyperbola;
 mod image;
 mod laboratory;
 mod note;
@@ -94,6 +95,7 @@ pub fn write_printed_report(
         let caption = "From the start of the run; void ratio inside the cover.";
         page.sections.push(Section::Chart(output.chart("stress_path", &chart)?, caption.into()));
     }
+    page.sections.extend(hyperbola::sections(&runs)?);
     let all: Vec<&Run> = runs.iter().collect();
     if let Some(chart) = energy::chart(&all)? {
         let mut remarks = Vec::new();

@@ -4,7 +4,7 @@
 //! sieves lies a class. Mass fractions are volume fractions of the nominal polyhedra (one density).
 
 use crate::error::{Error, Result};
-use crate::specimen::shape::{GrainShape, ShapeLaw, grain, mean_unit_volume};
+use crate::specimen::shape::{self, GrainShape, ShapeLaw, grain};
 use rayon::prelude::*;
 
 /// A point of a grading curve.
@@ -65,13 +65,8 @@ pub fn size_classes(curve: &[SievePoint]) -> Result<Vec<SizeClass>> {
 }
 
 /// Mean nominal volume [m^3] of a grain of each class.
-///
-/// The hull of directions stretched by the semi-axes has the volume `a b c` times that of the hull
-/// on the unit sphere, and the hull is independent of the axes, so the mean is that of their product (of independent axes `(E a)^3`) times
-/// [`mean_unit_volume`].
 pub fn mean_volumes(classes: &[SizeClass], law: &ShapeLaw) -> Result<Vec<f64>> {
-    let unit = mean_unit_volume(law)?;
-    Ok(classes.iter().map(|class| unit * law.within_class.mean_product(class.sizes)).collect())
+    shape::mean_volumes(classes.iter().map(|class| class.sizes), law)
 }
 
 /// Numbers of grains per class that add up to `total` and hold the mass fractions best.

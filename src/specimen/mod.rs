@@ -7,6 +7,7 @@
 pub mod breakage;
 pub mod compaction;
 mod engine_contacts;
+pub mod given;
 pub mod grading;
 pub mod placement;
 pub mod random;
@@ -16,15 +17,17 @@ pub mod size;
 pub mod statistics;
 
 pub use compaction::VOID_RATIO_TOLERANCE;
+pub use given::{GivenGrain, GivenPacking};
 pub use grading::SievePoint;
 pub use shape::{GrainShape, WithinClass};
 pub use size::{Consistency, Plan, SpecimenSize};
 pub use statistics::Statistics;
 
 use crate::error::{Error, Result};
-use crate::tensor::Pose;
+use crate::tensor::{Pose, Vec3};
 use compaction::{DialEnd, Packing};
 use grading::SizeClass;
+use placement::Placement;
 use serde::{Deserialize, Serialize};
 use shape::ShapeLaw;
 use statistics::void_ratio;
@@ -57,6 +60,10 @@ pub struct SpecimenParameters {
     pub rounding: f64,
     /// How sieve sizes are drawn between neighbouring sieves.
     pub within_class: WithinClass,
+    /// Corners of grains in any unit: every grain is one of these hulls, scaled; with none its corners are random.
+    pub shapes: Vec<Vec<Vec3>>,
+    /// Grains and where they are at first, in place of drawn and placed ones.
+    pub packing: Option<GivenPacking>,
     /// Seed of all random numbers.
     pub seed: u64,
 }
@@ -74,18 +81,24 @@ impl SpecimenParameters {
             vertex_separation: 0.45,
             rounding: 0.02,
             within_class: WithinClass::Number,
+            shapes: Vec::new(),
+            packing: None,
             seed: 1,
         }
     }
 
     /// The shape law of these parameters.
-    pub fn shape_law(&self) -> ShapeLaw {
-        ShapeLaw {
+    ///
+    /// # Errors
+    /// `Error::Specimen` naming a shape that makes no grain.
+    pub fn shape_law(&self) -> Result<ShapeLaw> {
+        Ok(ShapeLaw {
             vertices: self.vertices,
             vertex_separation: self.vertex_separation,
             rounding: self.rounding,
             within_class: self.within_class,
-        }
+            library: given::library(&self.shapes, self.rounding)?,
+        })
     }
 
     /// What these parameters would draw: numbers of grains per class, solid volume and size.
@@ -95,7 +108,7 @@ impl SpecimenParameters {
     pub fn plan(&self) -> Result<Plan> {
         self.check()?;
         let classes = grading::size_classes(&self.grading)?;
-        let volumes = grading::mean_volumes(&classes, &self.shape_law())?;
+        let volumes = grading::mean_volumes(&classes, &self.shape_law()?)?;
         let plan = size::plan(&classes, &volumes, &self.size, self.void_ratio);
         match self.size {
             SpecimenSize::Grains { count, .. } if plan.numbers.iter().sum::<usize>() != count => {
@@ -116,7 +129,7 @@ impl SpecimenParameters {
     pub fn consistency(&self, diameter: f64, height: f64, count: usize) -> Result<Consistency> {
         self.check()?;
         let classes = grading::size_classes(&self.grading)?;
-        let volumes = grading::mean_volumes(&classes, &self.shape_law())?;
+        let volumes = grading::mean_volumes(&classes, &self.shape_law()?)?;
         Ok(size::consistency(&classes, &volumes, (diameter, height), self.void_ratio, count))
     }
 
@@ -173,21 +186,23 @@ pub struct Specimen {
 /// grains, the void ratio is out of reach (with the range), or compaction fails.
 pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase, f64)) -> Result<Specimen> {
     progress(Phase::Shapes, 0.0);
-    let plan = parameters.plan()?;
-    let law = parameters.shape_law();
+    parameters.check()?;
     let classes = grading::size_classes(&parameters.grading)?;
-    let grains = grading::draw(&classes, &plan.numbers, plan.solid_volume, &law, parameters.seed)?;
-    check_grading(&classes, &grains)?;
-
-    progress(Phase::Placement, 0.0);
-    let aspect = plan.aspect * compaction::equal_area_factor();
-    let placement = placement::place(&grains, aspect, parameters.seed)?;
+    let (grains, placement) = match &parameters.packing {
+        Some(packing) => packing.standing(&classes, parameters.rounding)?,
+        None => drawn(parameters, &classes, progress)?,
+    };
+    let left_alone = parameters.packing.as_ref().is_some_and(|packing| !packing.compact);
 
     progress(Phase::Compaction, 0.0);
     let explore = parameters.unreachable == Unreachable::Refuse;
-    let packing = compaction::compact(&grains, &placement, parameters.void_ratio, explore, &mut |share| {
-        progress(Phase::Compaction, share)
-    })?;
+    let packing = match left_alone {
+        true => given::left_alone(placement, &grains),
+        false => {
+            let progress = &mut |share| progress(Phase::Compaction, share);
+            compaction::compact(&grains, &placement, parameters.void_ratio, explore, progress)?
+        }
+    };
 
     progress(Phase::Relaxation, 0.0);
     let mut poses = packing.poses.clone();
@@ -195,7 +210,9 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
     let mut walls = relaxation::Walls { radius: 0.5 * packing.diameter / polygon, height: packing.height };
     let relaxation = relaxation::relax(&grains, &mut poses, &mut walls)?;
     let diameter = 2.0 * walls.radius * polygon;
-    check_void_ratio(parameters, &packing, void_ratio(&grains, diameter, walls.height))?;
+    if !left_alone {
+        check_void_ratio(parameters, &packing, void_ratio(&grains, diameter, walls.height))?;
+    }
 
     let scale = match parameters.size {
         SpecimenSize::Cylinder { diameter: asked, .. } => asked / diameter,
@@ -218,6 +235,22 @@ pub fn generate(parameters: &SpecimenParameters, progress: &mut dyn FnMut(Phase,
         )));
     }
     Ok(specimen)
+}
+
+/// Grains of a grading, at random places and apart.
+fn drawn(
+    parameters: &SpecimenParameters,
+    classes: &[SizeClass],
+    progress: &mut dyn FnMut(Phase, f64),
+) -> Result<(Vec<GrainShape>, Placement)> {
+    let plan = parameters.plan()?;
+    let law = parameters.shape_law()?;
+    let grains = grading::draw(classes, &plan.numbers, plan.solid_volume, &law, parameters.seed)?;
+    check_grading(classes, &grains)?;
+    progress(Phase::Placement, 0.0);
+    let placement =
+        placement::place(&grains, plan.aspect * compaction::equal_area_factor(), parameters.seed)?;
+    Ok((grains, placement))
 }
 
 fn check_grading(classes: &[SizeClass], grains: &[GrainShape]) -> Result<()> {

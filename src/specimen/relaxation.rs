@@ -77,7 +77,9 @@ pub fn relax(grains: &[GrainShape], poses: &mut [Pose], walls: &mut Walls) -> Re
         walls.height *= factor;
     }
     let worst = contacts.worst_overlap(poses);
-    Err(Error::Specimen(format!("grains still overlap by {worst:.1e} of their size after compaction")))
+    Err(Error::Specimen(format!(
+        "grains overlap by {worst:.1e} of their size, and shifting them apart does not mend it"
+    )))
 }
 
 /// The pairs of grains that may touch.

@@ -47,16 +47,18 @@ impl WithinClass {
     }
 
     /// Mean of the product of the semi-axes of a grain between two sieves [m^3].
-    pub(super) fn mean_product(self, [low, high]: [f64; 2]) -> f64 {
+    fn mean_product(self, [low, high]: [f64; 2]) -> f64 {
         match self {
             WithinClass::Number => (0.25 * (low + high)).powi(3),
-            WithinClass::Mass => {
-                // Of D^3 with that density, and of the outer two axes over the square of the middle one.
-                let cube = 2.0 * (low * high).powi(2) / (low + high);
-                0.125 * cube * mean_proportion(low, high)
-            }
+            // Of D^3, and of the outer two axes over the square of the middle one.
+            WithinClass::Mass => 0.125 * mean_cube([low, high]) * mean_proportion(low, high),
         }
     }
+}
+
+/// Mean of `D^3` of sizes between two sieves [m^3] with a number density as `D^-3`.
+fn mean_cube([low, high]: [f64; 2]) -> f64 {
+    2.0 * (low * high).powi(2) / (low + high)
 }
 
 /// Steps of the integral in [`mean_proportion`], even.
@@ -85,6 +87,8 @@ pub struct ShapeLaw {
     /// Rounding radius over sieve size.
     pub rounding: f64,
     pub within_class: WithinClass,
+    /// Grains of sieve size 1, one of which a grain is, scaled; with none its corners are random.
+    pub library: Vec<GrainShape>,
 }
 
 /// A grain's shape in body coordinates: origin at the centroid of the nominal polyhedron.
@@ -103,6 +107,25 @@ pub struct GrainShape {
 }
 
 impl GrainShape {
+    /// A grain of given corners [m], about the centroid of their hull, of class 0. Its sieve size is the smallest square hole that it passes; its
+    /// semi-axes are half its extents along its principal axes.
+    ///
+    /// # Errors
+    /// As [`solid_hull`], and where `rounding`, over the sieve size, does not fit into it.
+    pub fn of_hull(corners: &[Vec3], rounding: f64) -> Result<Self> {
+        let hull = solid_hull(corners)?;
+        let nominal = hull.moved(&-hull.centroid());
+        let sieve_size = square_opening(&nominal.vertices);
+        let axes = nominal.second_moment().symmetric_eigen().eigenvectors;
+        let mut semi_axes = [0, 1, 2].map(|k| {
+            let along = || nominal.vertices.iter().map(|v| axes.column(k).dot(v));
+            0.5 * (along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min))
+        });
+        semi_axes.sort_by(|a, b| b.total_cmp(a));
+        let rounded = RoundedBody::inset(&nominal, rounding * sieve_size)?;
+        Ok(GrainShape { nominal, rounded, sieve_size, class: 0, semi_axes })
+    }
+
     /// The grain scaled about its centroid.
     pub fn scaled(&self, factor: f64) -> Self {
         GrainShape {
@@ -112,6 +135,22 @@ impl GrainShape {
             class: self.class,
             semi_axes: self.semi_axes.map(|a| a * factor),
         }
+    }
+}
+
+/// Volume of a hull over the cube of its bounding radius, below which it counts as flat.
+const FLAT: f64 = 1e-6;
+
+/// The convex hull of corners [m] that do not lie in a plane.
+///
+/// # Errors
+/// `Error::Specimen` where they do.
+pub fn solid_hull(corners: &[Vec3]) -> Result<Polyhedron> {
+    let hull = Polyhedron::convex_hull(corners)?;
+    let size = hull.bounding_radius_about(&hull.vertices[0]);
+    match hull.volume() > FLAT * size.powi(3) {
+        true => Ok(hull),
+        false => Err(Error::Specimen("its corners lie in a plane".into())),
     }
 }
 
@@ -133,12 +172,16 @@ pub fn grain(
     index: u64,
 ) -> Result<GrainShape> {
     let mut stream = Stream::new(seed, Purpose::Shape, index);
+    if !law.library.is_empty() {
+        let size = size_by_mass(&mut stream, class_sizes);
+        let shape = &law.library[stream.integer(0, law.library.len() - 1)];
+        return Ok(GrainShape { class, ..shape.scaled(size) });
+    }
     let mut reason = String::new();
     for _ in 0..DRAWS {
         let mut semi_axes = [(); 3].map(|_| 0.5 * stream.between(class_sizes[0], class_sizes[1]));
         if law.within_class == WithinClass::Mass {
-            let [fine, coarse] = class_sizes.map(|size| size.powi(-2));
-            let size = stream.between(fine, coarse).powf(-0.5);
+            let size = size_by_mass(&mut stream, class_sizes);
             let mut sorted = semi_axes;
             sorted.sort_by(f64::total_cmp);
             semi_axes = semi_axes.map(|axis| axis * 0.5 * size / sorted[1]);
@@ -156,11 +199,31 @@ pub fn grain(
     Err(Error::Specimen(format!("no grain shape found in {DRAWS} draws; the last failed because {reason}")))
 }
 
+/// A sieve size with a number density as `D^-3`.
+fn size_by_mass(stream: &mut Stream, class_sizes: [f64; 2]) -> f64 {
+    let [fine, coarse] = class_sizes.map(|size| size.powi(-2));
+    stream.between(fine, coarse).powf(-0.5)
+}
+
 /// Grains drawn to learn a law's mean volume; it is then known to about 0.5 %.
 const VOLUME_SAMPLE: u64 = 2048;
 
+/// Mean volume [m^3] of a law's grains in each of the classes between two sieves.
+///
+/// The hull of directions stretched by the semi-axes has the volume `a b c` times that of the hull
+/// on the unit sphere, and the hull is independent of the axes, so the mean is that of their product (of independent axes `(E a)^3`) times
+/// [`mean_unit_volume`].
+pub fn mean_volumes(classes: impl Iterator<Item = [f64; 2]>, law: &ShapeLaw) -> Result<Vec<f64>> {
+    if law.library.is_empty() {
+        let unit = mean_unit_volume(law)?;
+        return Ok(classes.map(|sizes| unit * law.within_class.mean_product(sizes)).collect());
+    }
+    let volumes: f64 = law.library.iter().map(|grain| grain.nominal.volume()).sum();
+    Ok(classes.map(|sizes| volumes / law.library.len() as f64 * mean_cube(sizes)).collect())
+}
+
 /// Mean volume of the hull of a law's vertices on the unit sphere.
-pub fn mean_unit_volume(law: &ShapeLaw) -> Result<f64> {
+fn mean_unit_volume(law: &ShapeLaw) -> Result<f64> {
     let volumes: Vec<f64> = (0..VOLUME_SAMPLE)
         .into_par_iter()
         .map(|k| {
@@ -283,6 +346,7 @@ pub fn lying_grain(sizes: [f64; 2], rounding: f64, seed: u64, index: u64) -> Res
         vertex_separation: SINGLE_SEPARATION,
         rounding,
         within_class: WithinClass::Number,
+        library: Vec::new(),
     };
     laid(&grain(&law, sizes, 0, seed, index)?.nominal)
 }
@@ -308,6 +372,7 @@ impl ShapeLaw {
         vertex_separation: 0.45,
         rounding: 0.02,
         within_class: WithinClass::Number,
+        library: Vec::new(),
     };
 }
 

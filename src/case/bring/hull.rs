@@ -57,23 +57,38 @@ pub fn shape(given: &Value, path: &str, folder: &Path) -> Result<(Value, Notes),
     };
     let no_body =
         |e: crate::error::Error| fault("file", &hull["file"], format!("makes no body: {e}"), of_file);
-    let points = formats::read_points(&folder.join(file)).map_err(no_body)?;
-    let points: Vec<Vec3> = points.iter().map(|p| p * metres).collect();
-    let whole = Polyhedron::convex_hull(&points).map_err(no_body)?;
-    let kept = coarsened(&whole, most as usize).map_err(no_body)?;
+    let Hull { kept, corners, points, share } =
+        read(&folder.join(file), most as usize, metres).map_err(no_body)?;
     let offset = if centred { kept.centroid() } else { Vec3::zeros() };
     let vertices: Vec<[f64; 3]> = kept.vertices.iter().map(|v| (v - offset).into()).collect();
     let mut notes = Notes::new();
-    if kept.vertices.len() < whole.vertices.len() {
+    if kept.vertices.len() < corners {
         notes.push(format!(
-            "the hull of {file} keeps {} of the {} corners that its {} points have, and {:.1} % of its volume",
+            "the hull of {file} keeps {} of the {corners} corners that its {points} points have, and {:.1} % of its volume",
             kept.vertices.len(),
-            whole.vertices.len(),
-            points.len(),
-            1e2 * kept.volume() / whole.volume()
+            1e2 * share
         ));
     }
     Ok((json!({ "polyhedron": vertices }), notes))
+}
+
+/// A hull of few of a file's points.
+pub struct Hull {
+    pub kept: Polyhedron,
+    /// Corners of the hull of all points, and number of points.
+    pub corners: usize,
+    pub points: usize,
+    /// Volume of what is kept over that of the hull of all points.
+    pub share: f64,
+}
+
+/// The hull of at most `most` points of a surface or mesh file, whose unit of length is `metres` [m].
+pub fn read(file: &Path, most: usize, metres: f64) -> crate::error::Result<Hull> {
+    let points: Vec<Vec3> = formats::read_points(file)?.iter().map(|p| p * metres).collect();
+    let whole = Polyhedron::convex_hull(&points)?;
+    let kept = coarsened(&whole, most)?;
+    let share = kept.volume() / whole.volume();
+    Ok(Hull { kept, corners: whole.vertices.len(), points: points.len(), share })
 }
 
 /// A hull of at most `most` of a hull's vertices: the two furthest apart, then one by one that which lies furthest outside of what the others span.

@@ -1,9 +1,12 @@
 //! What a case brings in from files or says in other words, put into the plain words of the case before it is checked: a grading out of a sieve table,
-//! cut to what can be tested; porosity for void ratio; the convex hull of a scanned grain for a polyhedron.
+//! cut to what can be tested; porosity for void ratio; the convex hull of a scanned grain for a polyhedron; a library of them; another code's packing.
 //!
 //! The completed case has the plain words alone, so a results file needs none of the files again. What was left out on the way is told: [`Notes`].
 
+mod columns;
 mod hull;
+mod library;
+mod packing;
 mod sieve;
 mod words;
 
@@ -15,7 +18,10 @@ use crate::error::Fault;
 
 use super::quantity::{self, Dimension};
 use super::walk::shown;
-pub use words::{HULL, Notes, SIEVE};
+pub use words::{HULL, Notes, PACKED_GRAINS, POSITION, ROTATION, SHAPES, SIEVE};
+
+/// The most corners of a shape where `specimen.vertices` does not say.
+const CORNERS: u64 = 16;
 
 /// Puts everything that `case` brings in into its place. Files are relative to `folder`.
 pub fn bring_in(case: &mut Value, folder: &Path, faults: &mut Vec<Fault>) -> Notes {
@@ -37,6 +43,25 @@ pub fn bring_in(case: &mut Value, folder: &Path, faults: &mut Vec<Fault>) -> Not
         let brought = void_ratio(specimen);
         put(specimen, brought);
     }
+    let seed = case["seed"].as_u64().unwrap_or(0);
+    if let Some(specimen) = case.get_mut("specimen").filter(|given| given.is_object()) {
+        let brought = grains(specimen, folder, seed);
+        if brought.is_err()
+            && let Some(keys) = specimen.as_object_mut()
+            && keys.shift_remove("packing").is_some()
+        {
+            // What a packing at fault would have said is not missed.
+            for (key, value) in [
+                ("grading", json!([[0.02, 1], [0.01, 0]])),
+                ("void_ratio", json!(0.5)),
+                ("grains", json!(30)),
+                ("aspect", json!(1)),
+            ] {
+                keys.entry(key).or_insert(value);
+            }
+        }
+        put(specimen, brought);
+    }
     let bodies = case.pointer_mut("/scene/bodies").and_then(Value::as_array_mut);
     for (index, body) in bodies.into_iter().flatten().enumerate() {
         let Some(shape) = body.get_mut("shape").filter(|shape| shape.get("hull").is_some()) else { continue };
@@ -50,9 +75,45 @@ pub fn bring_in(case: &mut Value, folder: &Path, faults: &mut Vec<Fault>) -> Not
 /// Files that a case brings in, as it names them: nothing is written over them.
 pub fn files(case: &Value) -> Vec<String> {
     let grading = case.pointer("/specimen/grading").and_then(|given| given.get("file").or(Some(given)));
+    let packing = case.pointer("/specimen/packing").and_then(|given| given.get("file").or(Some(given)));
+    let shapes = case.pointer("/specimen/shapes").into_iter();
+    let shapes = shapes.flat_map(|given| given.as_array().map_or(std::slice::from_ref(given), Vec::as_slice));
     let bodies = case.pointer("/scene/bodies").and_then(Value::as_array);
     let hulls = bodies.into_iter().flatten().filter_map(|body| body.pointer("/shape/hull/file"));
-    grading.into_iter().chain(hulls).filter_map(Value::as_str).map(str::to_string).collect()
+    grading
+        .into_iter()
+        .chain(packing)
+        .chain(shapes)
+        .chain(hulls)
+        .filter_map(Value::as_str)
+        .map(str::to_string)
+        .collect()
+}
+
+/// A specimen with its library of shapes and its packing as lists.
+fn grains(specimen: &Value, folder: &Path, seed: u64) -> Result<(Value, Notes), Fault> {
+    let mut keys = specimen.as_object().cloned().unwrap_or_default();
+    let mut notes = Notes::new();
+    let mut library = Vec::new();
+    if let Some(given) = specimen.get("shapes") {
+        let (place, law) = ("$.specimen.within_class", &specimen["within_class"]);
+        if law == "number" {
+            let problem = "does not go with shapes, whose sizes follow the mass";
+            return Err(Fault::new(place, shown(law), problem, "\"mass\", or no within_class"));
+        }
+        keys.insert("within_class".into(), "mass".into());
+        let most = specimen.pointer("/vertices/1").and_then(Value::as_u64).unwrap_or(CORNERS);
+        let (shapes, told) = library::shapes(given, folder, most as usize)?;
+        notes.extend(told);
+        keys.insert("shapes".into(), shapes.iter().map(|(_, corners)| corners.clone()).collect());
+        library = shapes;
+    }
+    if specimen.get("packing").is_some() {
+        let (specimen, told) = packing::specimen(&keys, &library, folder, seed)?;
+        notes.extend(told);
+        return Ok((specimen, notes));
+    }
+    Ok((Value::Object(keys), notes))
 }
 
 /// A specimen with `void_ratio` in place of `porosity`.

@@ -1,7 +1,6 @@
 //! A grading curve out of a table, and cut or scaled to what can be tested.
 //!
-//! A table is a CSV of two columns, sieve size and cumulative passing by mass, with a header that names the unit of the size; commas, semicolons or tabs
-//! part the cells; where no comma does, decimals may stand behind one. Passing is in per cent where its header says so or a value is above 1.
+//! A table is a CSV ([`Columns`]) of sieve size and cumulative passing by mass. Passing is in per cent where its header says so or a value is above 1.
 //!
 //! Between two sieves the share passing is linear in size, as grains are drawn.
 
@@ -9,13 +8,11 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::error::Fault;
-use crate::input;
-use crate::report::separator_line;
-
 use super::super::quantity::{self, Dimension};
 use super::super::walk::shown;
-use super::words::{METRES, Notes, SIEVE, UNITS, known};
+use super::columns::Columns;
+use super::words::{Notes, SIEVE, known};
+use crate::error::Fault;
 
 const PATH: &str = "$.specimen.grading";
 const OF_FILE: &str =
@@ -120,62 +117,25 @@ fn passing_at(curve: &Curve, size: f64) -> f64 {
 }
 
 fn from_file(file: &str, path: &str, folder: &Path) -> Result<Curve, Fault> {
-    let fault = |problem: String| Fault::new(path, shown(&Value::from(file)), problem, OF_FILE);
-    let bytes = input::read_named(&folder.join(file)).map_err(|e| fault(format!("cannot be read: {e}")))?;
-    let text = String::from_utf8(bytes).map_err(|_| fault("is not UTF-8 text".into()))?;
-    table(&text).map_err(fault)
+    let read = Columns::read(&folder.join(file)).and_then(|columns| table(&columns));
+    read.map_err(|problem| Fault::new(path, shown(&Value::from(file)), problem, OF_FILE))
 }
 
-/// The curve of a table's text.
-fn table(text: &str) -> Result<Curve, String> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let (said, text) = separator_line(text);
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(at, line)| (at + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let (_, header) = lines.next().ok_or("is empty")?;
-    let found = [';', '\t', ','].into_iter().find(|c| header.contains(*c));
-    let separator = said.or(found).ok_or("has a header of one column")?;
-    let cells = |line: &str| -> Vec<String> {
-        line.split(separator).map(|cell| cell.trim().trim_matches('"').trim().to_string()).collect()
-    };
-    let header = cells(header);
-    let unit_in = |cell: &str| -> Option<String> {
-        let from = cell.find(['[', '('])? + 1;
-        Some(cell[from..].trim_end_matches([']', ')']).trim().to_string())
-    };
-    let size_unit = header.first().and_then(|cell| unit_in(cell));
-    let metres =
-        size_unit.as_deref().and_then(|unit| UNITS.iter().zip(METRES).find(|(name, _)| **name == unit));
-    let Some((_, metres)) = metres else {
+/// The curve of a table.
+fn table(columns: &Columns) -> Result<Curve, String> {
+    let Some(metres) = columns.metres(0) else {
         let problem =
             "has no unit of length behind the name of its first column, the sieve size, as \"sieve [mm]\"";
-        return Err(format!("{problem} (found {:?})", header.first().map_or("", String::as_str)));
+        return Err(format!("{problem} (found {:?})", columns.header.first().map_or("", |(name, _)| name)));
     };
-    let second = header.get(1).map_or(String::new(), |cell| cell.to_lowercase());
-    if second.contains("retain") {
+    let (name, unit) = columns.header.get(1).cloned().unwrap_or_default();
+    if name.contains("retain") {
         return Err("has what is retained in its second column; what passes in all is needed".into());
     }
-    let mut curve = Curve::new();
-    for (line, row) in lines {
-        let row = cells(row);
-        let number = |k: usize| {
-            let cell = row.get(k).map_or("", String::as_str);
-            let plain = if separator == ',' { cell.to_string() } else { cell.replace(',', ".") };
-            let value =
-                plain.trim_end_matches('%').trim().parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| format!("line {line}: {cell:?} is no number"))
-        };
-        if row.len() > header.len() && row[header.len()..].iter().any(|cell| !cell.is_empty()) {
-            return Err(format!(
-                "line {line}: more cells than the header; decimal commas need semicolons between the cells"
-            ));
-        }
-        curve.push([number(0)? * metres, number(1)?]);
-    }
-    if second.contains('%') || curve.iter().any(|point| point[1] > 1.0) {
+    let point = |row| Ok([columns.number(row, 0)? * metres, columns.number(row, 1)?]);
+    let mut curve = columns.rows.iter().map(point).collect::<Result<Curve, String>>()?;
+    let in_per_cent = name.contains('%') || unit.is_some_and(|unit| unit.contains('%'));
+    if in_per_cent || curve.iter().any(|point| point[1] > 1.0) {
         curve.iter_mut().for_each(|point| point[1] *= 0.01);
     }
     if let Some(point) = curve.iter().find(|point| point[0] <= 0.0 || !(0.0..=1.0 + 1e-9).contains(&point[1]))
@@ -193,8 +153,9 @@ mod tests {
     #[test]
     fn tables_of_any_country_are_read() {
         let expected = vec![[0.06, 1.0], [0.04, 0.625], [0.02, 0.1]];
+        let read = |text: &str| Columns::parse(text).and_then(|columns| table(&columns));
         let near = |text: &str| {
-            let found = table(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+            let found = read(text).unwrap_or_else(|e| panic!("{text}: {e}"));
             assert_eq!(found.len(), expected.len(), "{text}");
             for (a, b) in found.iter().zip(&expected) {
                 assert!((a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-12, "{text}: {found:?}");
@@ -205,7 +166,7 @@ mod tests {
         near("sep=;\r\nSiebweite (mm);Durchgang (%)\r\n20,0;10,0\r\n40,0;62,5\r\n60,0;100\r\n");
         near("d [m]\tpassing\n0.06\t1\n0.04\t0.625\n0.02\t0.1\n");
         near("\"粒径 [mm]\",\"通过率\"\n60,100\n40,62.5 %\n20,10\n");
-        let refused = |text: &str| table(text).expect_err(text);
+        let refused = |text: &str| read(text).expect_err(text);
         assert!(refused("sieve,passing\n60,1\n").contains("no unit of length"));
         assert!(refused("sieve [mm],retained [%]\n60,1\n").contains("retained"));
         assert!(refused("sieve [mm],passing [%]\n60,five\n").contains("line 2: \"five\""));

@@ -52,6 +52,54 @@ pub static HULL: &[Key] = &[
         "Whether its centroid is put on the position, in place of the file's origin.",
     ),
 ];
+/// The library of a specimen.
+pub const SHAPES: Key = Key::optional(
+    "shapes",
+    Form::OrBrought(
+        &Form::List(&Form::List(&POSITION, 4), 1),
+        &Form::Either(&[Form::Text, Form::List(&Form::Text, 1)]),
+    ),
+    "Every grain is one of these, scaled to the grading: a folder of surfaces and meshes (.stl, .obj, .ply, .msh, .vtu), a list of such files, or a list of lists of vertices. Convex hulls of them stand, of at most so many corners as vertices says; the unit does not matter.",
+);
+/// Another code's packing in place of drawn grains.
+pub const PACKED_GRAINS: Key = Key::optional(
+    "packing",
+    Form::OrBrought(&Form::Object(PACKING), &Form::Text),
+    "Grains and where they are, of another code, in place of drawn and placed ones; size, void_ratio and grading follow from it. diameter and height, if given, are of a cylinder about its middle beyond which grains are left out.",
+);
+/// Keys of `specimen.packing` as an object.
+pub const PACKING: &[Key] = &[
+    Key::optional(
+        "file",
+        Form::Brought(&Form::Text),
+        "A CSV or JSON file of the grains, in their place; relative to the case file.",
+    ),
+    Key::required(
+        "grains",
+        Form::List(&Form::Object(PACKED), 1),
+        "The grains; a file has them in place of this.",
+    ),
+    Key::default(
+        "compact",
+        Form::Flag,
+        "false",
+        "Whether it is compacted to void_ratio; else it is taken as it stands, overlaps shifted apart.",
+    ),
+];
+/// Keys of a grain of a packing.
+const PACKED: &[Key] = &[
+    Key::default("position", POSITION, "[0, 0, 0]", "Of the origin of its vertices."),
+    Key::default("rotation", ROTATION, "[0, 0, 0]", "Rotation vector from its axes to those of space."),
+    Key::required(
+        "vertices",
+        Form::List(&POSITION, 4),
+        "Relative to the position; their convex hull is the grain.",
+    ),
+];
+pub const POSITION: Form = Form::Tuple(&[SIGNED_LENGTH, SIGNED_LENGTH, SIGNED_LENGTH]);
+pub const ROTATION: Form = Form::Tuple(&[ANGLE, ANGLE, ANGLE]);
+const SIGNED_LENGTH: Form = Form::Quantity(Dimension::Length, within(-1e6, 1e6));
+const ANGLE: Form = Form::Quantity(Dimension::Angle, within(-1e3, 1e3));
 pub(super) const LENGTH: Form = Form::Quantity(Dimension::Length, positive(1e4));
 pub(super) static POINT: Form = Form::Tuple(&[LENGTH, Form::Quantity(Dimension::None, within(0.0, 1.0))]);
 pub(super) static UNITS: [&str; 6] = ["m", "cm", "mm", "um", "in", "ft"];

@@ -87,7 +87,7 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             "a \"specimen\" or a \"scene\"",
         )),
         (false, true) => {
-            grains = specimen::check(&case["specimen"], walker);
+            grains = specimen::check(&case["specimen"], number(&case["contact"], "rounding"), walker);
             stages::check_specimen(&case["stages"], !case["start_from"].is_null(), walker);
         }
         (true, false) => {

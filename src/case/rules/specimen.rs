@@ -4,8 +4,11 @@ use serde_json::Value;
 
 use crate::error::Fault;
 
+use crate::geometry::Polyhedron;
 use crate::specimen::SpecimenSize;
 use crate::specimen::size::CONSISTENCY;
+
+use crate::tensor::Vec3;
 
 use super::super::size::MeanGrains;
 use super::super::walk::{Walker, number};
@@ -29,15 +32,20 @@ pub fn derive(specimen: &mut Value) {
 }
 
 /// The mean grains, which the built case needs too, if they are sound.
-pub fn check(specimen: &Value, walker: &mut Walker) -> Option<MeanGrains> {
+pub fn check(specimen: &Value, rounding: Option<f64>, walker: &mut Walker) -> Option<MeanGrains> {
     let grading = grading(specimen, walker);
-    let grains = mean_grains(specimen, grading.as_deref(), walker);
+    let grains = mean_grains(specimen, grading.as_deref(), rounding, walker);
     let largest = grading.and_then(|grading| grading.first().map(|point| point[0]));
     size(specimen, grains.as_ref(), largest, walker);
     grains
 }
 
-fn mean_grains(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walker) -> Option<MeanGrains> {
+fn mean_grains(
+    specimen: &Value,
+    grading: Option<&[[f64; 2]]>,
+    rounding: Option<f64>,
+    walker: &mut Walker,
+) -> Option<MeanGrains> {
     let place = "$.specimen.vertices";
     let count = |i: usize| specimen["vertices"][i].as_u64().map(|n| n as usize);
     let (fewest, most) = (count(0)?, count(1)?);
@@ -47,14 +55,43 @@ fn mean_grains(specimen: &Value, grading: Option<&[[f64; 2]]>, walker: &mut Walk
         return None;
     }
     let within_class = serde_json::from_value(specimen["within_class"].clone()).ok()?;
-    match MeanGrains::new(grading?, within_class, [fewest, most], number(specimen, "vertex_separation")?) {
-        Ok(grains) => Some(grains),
+    let shapes: Vec<Vec<[f64; 3]>> = match &specimen["shapes"] {
+        Value::Null => Vec::new(),
+        given => serde_json::from_value(given.clone()).ok()?,
+    };
+    let separation = number(specimen, "vertex_separation")?;
+    match MeanGrains::new(grading?, within_class, [fewest, most], separation, (&shapes, rounding?)) {
+        Ok(grains) => match specimen["packing"]["grains"].as_array() {
+            Some(packed) => Some(grains.filling(packed.len(), solid_volume(packed)?)),
+            None => Some(grains),
+        },
+        Err(problem) if !shapes.is_empty() => {
+            let accepted = "shapes less flat, or a smaller contact.rounding";
+            let found = format!("{} shapes", shapes.len());
+            walker.fault(Fault::new(
+                "$.specimen.shapes",
+                found,
+                format!("makes no grains: {problem}"),
+                accepted,
+            ));
+            None
+        }
         Err(problem) => {
             let accepted = "fewer vertices or a smaller vertex_separation";
             walker.fault(Fault::new(place, found, format!("makes no grains: {problem}"), accepted));
             None
         }
     }
+}
+
+/// Of the hulls of a packing's grains [m3].
+fn solid_volume(packed: &[Value]) -> Option<f64> {
+    let volume = |grain: &Value| -> Option<f64> {
+        let corners: Vec<[f64; 3]> = serde_json::from_value(grain["vertices"].clone()).ok()?;
+        let corners: Vec<Vec3> = corners.into_iter().map(Vec3::from).collect();
+        Some(Polyhedron::convex_hull(&corners).ok()?.volume())
+    };
+    packed.iter().map(volume).sum()
 }
 
 /// The grading, if nothing is wrong with it.

@@ -1,0 +1,208 @@
+//! Parameters of the hyperbolic model of Duncan & Chang (E-B form) from the shear curves of several confining pressures.
+//!
+//! Source: Duncan & Chang (1970), J. Soil Mech. Found. Div. 96(SM5):1629-1653; bulk modulus and the choice of points after Duncan, Byrne, Wong & Mabry
+//! (1980), UCB/GT/80-01. Compression positive, SI.
+//!
+//! ```text
+//! q = e / (1/Ei + Rf e / qf)        Ei = K pa (s3/pa)^n            Rf = qf / q_ult
+//! B = Kb pa (s3/pa)^m               phi = phi0 - dphi log10(s3/pa), no cohesion
+//! ```
+//!
+//! Of each curve the hyperbola runs through the points at 70 % and 95 % of its largest q, qf. B is q/3 over the volume strain at 70 %, or where the
+//! volume is least if that comes before.
+
+use crate::error::Result;
+
+use super::axis::short;
+use super::page::Section;
+use super::run::{Curve, Run};
+use super::strength::circle;
+
+/// pa [Pa]
+const ATMOSPHERE: f64 = 101_325.0;
+/// Confining pressures that differ by less than this share are one.
+const SAME_PRESSURE: f64 = 0.05;
+
+/// What one curve says by itself; stresses in Pa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Hyperbola {
+    pressure: f64,
+    initial_modulus: f64,
+    failure_stress: f64,
+    ultimate_stress: f64,
+    /// `None` where the volume does not decrease.
+    bulk_modulus: Option<f64>,
+    /// Root mean square of the difference up to the largest q, over that.
+    misfit: f64,
+}
+
+impl Hyperbola {
+    /// Of a curve at a confining pressure [Pa]; otherwise why it is none.
+    fn of(curve: &Curve, pressure: f64) -> std::result::Result<Self, &'static str> {
+        let (strain, q) = (&curve.axial_strain, &curve.deviatoric_stress);
+        let (peak, _) = curve.largest().ok_or("has no shear")?;
+        let failure_stress = q[peak];
+        if peak < 4 || !(failure_stress > 0.0) {
+            return Err("has no rising curve");
+        }
+        let between = |at: usize, level: f64, values: &[f64]| {
+            let part = (level - q[at - 1]) / (q[at] - q[at - 1]);
+            values[at - 1] + part * (values[at] - values[at - 1])
+        };
+        // Where the curve first reaches a share of qf.
+        let reach = |share: f64| {
+            let level = share * failure_stress;
+            let at = q.iter().position(|q| *q >= level).filter(|at| *at > 0)?;
+            Some((between(at, level, strain), between(at, level, &curve.volumetric_strain)))
+        };
+        let (Some((e70, volume)), Some((e95, _))) = (reach(0.70), reach(0.95)) else {
+            return Err("begins above 70 % of its largest q");
+        };
+        // e / q = a + b e
+        let [y70, y95] = [(e70, 0.70), (e95, 0.95)].map(|(e, share)| e / (share * failure_stress));
+        let b = (y95 - y70) / (e95 - e70);
+        let a = y70 - b * e70;
+        if !(e70 > 0.0 && e95 > e70 && a > 0.0 && b > 0.0) {
+            return Err("is no hyperbola between 70 % and 95 % of its largest q");
+        }
+        let before = strain.iter().take_while(|e| **e < e70).count();
+        let densest =
+            (0..before).max_by(|a, b| curve.volumetric_strain[*a].total_cmp(&curve.volumetric_strain[*b]));
+        let (stress, decrease) = match densest.map(|at| (q[at], curve.volumetric_strain[at])) {
+            Some((stress, most)) if most > volume => (stress, most),
+            _ => (0.70 * failure_stress, volume),
+        };
+        let squares = (0..=peak).map(|k| (strain[k] / (a + b * strain[k]) - q[k]).powi(2));
+        Ok(Hyperbola {
+            pressure,
+            initial_modulus: 1.0 / a,
+            failure_stress,
+            ultimate_stress: 1.0 / b,
+            bulk_modulus: (decrease > 0.0).then_some(stress / 3.0 / decrease),
+            misfit: (squares.sum::<f64>() / (peak + 1) as f64).sqrt() / failure_stress,
+        })
+    }
+
+    fn failure_ratio(&self) -> f64 {
+        self.failure_stress / self.ultimate_stress
+    }
+
+    /// Without cohesion [rad].
+    fn friction_angle(&self) -> f64 {
+        (self.failure_stress / (self.failure_stress + 2.0 * self.pressure)).asin()
+    }
+}
+
+/// Intercept and slope of the least-squares line through `values` over `log10(s3/pa)`; none of one pressure.
+fn line(found: &[(f64, f64)]) -> Option<[f64; 2]> {
+    let least = found.iter().map(|(pressure, _)| *pressure).fold(f64::INFINITY, f64::min);
+    let most = found.iter().map(|(pressure, _)| *pressure).fold(0.0, f64::max);
+    if !(most - least > SAME_PRESSURE * most) {
+        return None;
+    }
+    let points: Vec<[f64; 2]> = found.iter().map(|(s3, value)| [(s3 / ATMOSPHERE).log10(), *value]).collect();
+    let mean = |k: usize| points.iter().map(|point| point[k]).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(0), mean(1));
+    let slope = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>()
+        / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
+    Some([y - slope * x, slope])
+}
+
+/// Names and values of the parameters that several hyperbolas have together.
+fn parameters(found: &[Hyperbola]) -> Vec<(&'static str, f64)> {
+    let over = |value: fn(&Hyperbola) -> Option<f64>| {
+        let values = found.iter().filter_map(|h| Some((h.pressure, value(h)?)));
+        line(&values.collect::<Vec<_>>())
+    };
+    let mut all = Vec::new();
+    if let Some([k, n]) = over(|h| Some((h.initial_modulus / ATMOSPHERE).log10())) {
+        let ratios: f64 = found.iter().map(Hyperbola::failure_ratio).sum();
+        all.extend([("K", 10f64.powf(k)), ("n", n), ("Rf", ratios / found.len() as f64)]);
+    }
+    if let Some([k, m]) = over(|h| h.bulk_modulus.map(|b| (b / ATMOSPHERE).log10())) {
+        all.extend([("Kb", 10f64.powf(k)), ("m", m)]);
+    }
+    if let Some([phi, slope]) = over(|h| Some(h.friction_angle().to_degrees())) {
+        all.extend([("φ0 [°]", phi), ("Δφ [°]", -slope)]);
+    }
+    all
+}
+
+/// The hyperbola of each specimen, and the parameters of all; nothing where there is but one run or none has a hyperbola.
+pub fn sections(runs: &[Run]) -> Result<Vec<Section>> {
+    let (mut found, mut rows) = (Vec::new(), Vec::new());
+    for run in runs.iter().filter(|run| !run.is_scene()) {
+        let shearing = run.shearing()?;
+        let Some(circle) = circle(run, &shearing)? else { continue };
+        match Hyperbola::of(&shearing.curve, circle.minor) {
+            Ok(h) => {
+                let mega = |x: f64| short(1e-6 * x);
+                let bulk = h.bulk_modulus.map_or("–".to_string(), mega);
+                let [ratio, misfit] = [h.failure_ratio(), h.misfit].map(short);
+                let angle = short(h.friction_angle().to_degrees());
+                let cells = [h.pressure, h.initial_modulus, h.failure_stress].map(mega);
+                rows.push(
+                    [vec![run.label.clone()], cells.to_vec(), vec![ratio, bulk, angle, misfit]].concat(),
+                );
+                found.push(h);
+            }
+            Err(problem) => {
+                rows.push(vec![run.label.clone(), format!("{} – {problem}", short(1e-6 * circle.minor))])
+            }
+        }
+    }
+    if runs.len() < 2 || found.is_empty() {
+        return Ok(Vec::new());
+    }
+    let header = ["run", "σ3 [MPa]", "Ei [MPa]", "qf [MPa]", "Rf", "B [MPa]", "φ [°]", "misfit"];
+    let table = |header: Vec<String>, rows| Section::Table(header, rows);
+    let mut sections = vec![
+        Section::Heading("Duncan-Chang parameters".into()),
+        table(header.map(String::from).to_vec(), rows),
+    ];
+    let (names, values): (Vec<&str>, Vec<f64>) = parameters(&found).into_iter().unzip();
+    if !names.is_empty() {
+        let values = values.into_iter().map(short).collect();
+        sections.push(table(names.into_iter().map(String::from).collect(), vec![values]));
+    }
+    Ok(sections)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Curves that the model itself makes, 2000 points each, so that interpolation between them is good to 1e-6.
+    #[test]
+    fn parameters_of_synthetic_curves_are_found() {
+        let given = [1200.0, 0.45, 0.78, 600.0, 0.2, 52.0, 9.0];
+        let [k, n, rf, kb, m, phi, drop] = given;
+        let curve = |pressure: f64| {
+            let ratio = pressure / ATMOSPHERE;
+            let sine = f64::to_radians(phi - drop * ratio.log10()).sin();
+            let strength = 2.0 * pressure * sine / (1.0 - sine);
+            let modulus = k * ATMOSPHERE * ratio.powf(n);
+            let bulk = kb * ATMOSPHERE * ratio.powf(m);
+            let last = strength / modulus / (1.0 - rf);
+            let strain: Vec<f64> = (0..2000).map(|i| last * i as f64 / 1999.0).collect();
+            let q: Vec<f64> = strain.iter().map(|e| e / (1.0 / modulus + rf * e / strength)).collect();
+            let volumetric_strain = q.iter().map(|q| q / 3.0 / bulk).collect();
+            Hyperbola::of(&Curve { axial_strain: strain, volumetric_strain, deviatoric_stress: q }, pressure)
+        };
+        let found = [0.4e6, 0.8e6, 1.6e6, 2.5e6].map(|pressure| curve(pressure).expect("a hyperbola"));
+        assert!(found.iter().all(|h| h.misfit < 1e-6));
+        let parameters = parameters(&found);
+        assert_eq!(parameters.len(), given.len());
+        for ((name, value), expected) in parameters.iter().zip(given) {
+            assert!((value / expected - 1.0).abs() < 1e-6, "{name}: {value} {expected}");
+        }
+        assert_eq!(super::parameters(&found[..1]), []);
+        let strain: Vec<f64> = (0..2000).map(|i| 1e-6 * i as f64).collect();
+        let straight = Curve {
+            deviatoric_stress: strain.iter().map(|e| 1e9 * e).collect(),
+            volumetric_strain: strain.clone(),
+            axial_strain: strain,
+        };
+        assert!(Hyperbola::of(&straight, 1e6).is_err());
+    }
+}
