@@ -212,7 +212,7 @@ const VOLUME_SAMPLE: u64 = 2048;
 ///
 /// The hull of directions stretched by the semi-axes has the volume `a b c` times that of the hull
 /// on the unit sphere, and the hull is independent of the axes, so the mean is that of their product (of independent axes `(E a)^3`) times
-/// [`mean_unit_volume`].
+/// `mean_unit_volume`.
 pub fn mean_volumes(classes: impl Iterator<Item = [f64; 2]>, law: &ShapeLaw) -> Result<Vec<f64>> {
     if law.library.is_empty() {
         let unit = mean_unit_volume(law)?;
