@@ -117,6 +117,14 @@ pub fn specimen(
     for key in ["diameter", "height", "shapes"] {
         specimen.shift_remove(key);
     }
+    for (key, found) in [("grains", packing.grains.len() as f64), ("aspect", 0.5 * height / radius)] {
+        let stated = given.get(key).and_then(Value::as_f64);
+        if let Some(stated) = stated.filter(|stated| (stated / found - 1.0).abs() > 1e-6) {
+            let problem = format!("is not that of the packing, {found}");
+            let accepted = format!("no {key} beside a packing");
+            return Err(Fault::new(format!("$.specimen.{key}"), stated.to_string(), problem, accepted));
+        }
+    }
     specimen.insert("grains".into(), json!(packing.grains.len()));
     specimen.insert("aspect".into(), json!(0.5 * height / radius));
     if !compact {
@@ -377,6 +385,10 @@ mod tests {
             refused(folder.path(), r#""packing": "cubes.json", "diameter": "5 mm""#)
                 .contains("no grain in the cylinder")
         );
+        for stated in ["\"grains\": 26", "\"aspect\": 3"] {
+            let said = refused(folder.path(), &format!(r#""packing": "cubes.json", {stated}"#));
+            assert!(said.contains("is not that of the packing"), "{said}");
+        }
         let flat = r#""packing": {"grains": [{"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}]}"#;
         let said = refused(folder.path(), flat);
         assert!(said.contains("$.specimen.packing.grains[0]") && said.matches("$.").count() == 1, "{said}");
