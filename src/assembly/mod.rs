@@ -96,12 +96,7 @@ pub fn add_other_forces(
         }
     }
     for ((wrench, body), pose) in wrenches.iter_mut().zip(&model.bodies).zip(poses) {
-        let weight = gravity * body.mass;
-        let moment = (pose.rotation * body.centre_of_mass).cross(&weight);
-        for k in 0..3 {
-            wrench[k] += weight[k];
-            wrench[3 + k] += moment[k];
-        }
+        *wrench += body.weight(&gravity, pose);
     }
 }
 

@@ -6,6 +6,7 @@ use crate::contact::law::Friction;
 use crate::error::Result;
 use crate::geometry::Polyhedron;
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain, Surface};
+use crate::tensor::{Pose, Vec3, Vector6};
 
 /// A body's share of a contact's stiffness ([`Body::stiffness`]) over `E / (1 - nu^2)` times its size, the diameter of the ball of its volume.
 pub const STIFFNESS_RATIO: f64 = 0.1;
@@ -125,7 +126,7 @@ pub struct Body {
     /// [kg]
     pub mass: f64,
     /// Centre of mass in body coordinates [m].
-    pub centre_of_mass: crate::tensor::Vec3,
+    pub centre_of_mass: Vec3,
     /// Where its frame, or that of the grain that it is a part of, lay from the point that it was placed by, in body coordinates [m]: bodies
     /// given far from that point have a frame of their own, since rounding grows with the arm.
     pub offset: crate::tensor::Vec3,
@@ -134,6 +135,13 @@ pub struct Body {
 }
 
 impl Body {
+    /// Force and moment of its weight about its reference point [N, N m], under `gravity` [m/s^2].
+    pub fn weight(&self, gravity: &Vec3, pose: &Pose) -> Vector6<f64> {
+        let force = gravity * self.mass;
+        let moment = (pose.rotation * self.centre_of_mass).cross(&force);
+        Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+    }
+
     /// A rigid body without mass: `stiffness` is its share of a contact's [N/m], `radius` [m] its own, about.
     pub fn rigid(
         name: impl Into<String>,
@@ -152,8 +160,8 @@ impl Body {
             breakage: Breakage::Never,
             friction: None,
             mass: 0.0,
-            centre_of_mass: crate::tensor::Vec3::zeros(),
-            offset: crate::tensor::Vec3::zeros(),
+            centre_of_mass: Vec3::zeros(),
+            offset: Vec3::zeros(),
             rotation_scale: radius,
         }
     }

@@ -226,6 +226,11 @@ impl Model {
         covered.or_else(|| self.wall.as_ref().map(|wall| wall.volume(poses))).unwrap_or(0.0)
     }
 
+    /// Whether bodies are set and driven by hand.
+    pub fn is_of_a_scene(&self) -> bool {
+        self.bodies.iter().any(|body| body.kind == BodyKind::Placed)
+    }
+
     /// What drags on a carrier, over the weight of its drag [N/m]: a typical contact stiffness.
     pub fn holding_stiffness(&self, carrier: usize, typical: f64) -> f64 {
         match &self.membrane {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::loading::StageProgress;
 use crate::model::Loads;
 use crate::solver::motion_between;
 use crate::tensor::{Pose, Rotation, Vec3, Vector6};
@@ -19,6 +20,9 @@ pub(super) struct Drive {
     #[serde(with = "crate::tensor::stored")]
     pub(super) gravity: [Vec3; 2],
 }
+
+/// A stage of a scene between two increments.
+pub(super) type Progress = StageProgress<StageState>;
 
 /// What a scene adds to the progress of a stage.
 #[derive(Debug, Clone, Serialize, Deserialize)]

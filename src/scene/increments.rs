@@ -2,20 +2,18 @@
 
 use crate::assembly::TooClose;
 use crate::error::Result;
-use crate::loading::{Attempt, FidelityCounts, Loaded, Portion, StageEnd, StageProgress, fell};
+use crate::loading::{Attempt, FidelityCounts, Loaded, Portion, StageEnd, fell};
 use crate::model::Loads;
-use crate::scene::drive::{Drive, Last, StageState};
-use crate::scene::press::Pressed;
+use crate::scene::drive::{Drive, Last, Progress, StageState};
+use crate::scene::press::{Pressed, Pressing};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::run::Scene;
 use crate::solver::fidelity::{change, judge};
 use crate::solver::{
     Dossier, Increment, IncrementReport, StepStatus, Transition, Verdict, advance, continued_poses,
-    motion_between, sweep,
+    motion_vector, sweep,
 };
 use crate::tensor::{Pose, Vec3, Vector6};
-
-type Progress = StageProgress<StageState>;
 
 /// An increment of a scene in balance.
 pub enum Balanced {
@@ -61,19 +59,20 @@ impl Loaded for Scene {
     }
 
     fn attempt(&mut self, stage: &mut Progress, next: Portion) -> Attempt<Balanced> {
-        match self.pressing.take() {
-            Some(mut pressing) => {
-                let attempt = self.press(&mut pressing, stage, next).map(Balanced::Pressed);
-                self.pressing = Some(pressing);
-                attempt
-            }
+        match self.with_pressing(|scene, pressing| scene.press(pressing, stage, next)) {
+            Some(attempt) => attempt.map(Balanced::Pressed),
             None => self.balance(stage, next),
         }
     }
 
     fn commit(&mut self, stage: &mut Progress, portion: Portion, balanced: Balanced) -> Result<Row> {
         match balanced {
-            Balanced::Pressed(pressed) => self.commit_pressed(stage, portion, pressed),
+            Balanced::Pressed(pressed) => {
+                let commit = |scene: &mut Scene, pressing: &mut Pressing| {
+                    scene.commit_pressed(pressing, stage, portion, pressed)
+                };
+                self.with_pressing(commit).unwrap_or_else(|| unreachable!("only a press is pressed"))
+            }
             Balanced::Increment { report, loads, verdict } => {
                 Ok(self.commit_balanced(stage, portion, *report, loads, &verdict))
             }
@@ -94,6 +93,14 @@ impl Loaded for Scene {
 }
 
 impl Scene {
+    /// Lets the press and the rest of the scene act on each other, where the scene is one; it is back in its place whatever comes of that.
+    fn with_pressing<T>(&mut self, act: impl FnOnce(&mut Scene, &mut Pressing) -> T) -> Option<T> {
+        let mut pressing = self.pressing.take()?;
+        let done = act(self, &mut pressing);
+        self.pressing = Some(pressing);
+        Some(done)
+    }
+
     /// Brings an increment into balance; where nothing is left to cut, by a dwell.
     fn balance(&mut self, stage: &mut Progress, next: Portion) -> Attempt<Balanced> {
         let StageState { drive, last, dwells } = &stage.own;
@@ -202,9 +209,7 @@ impl Scene {
             let held = &loads.prescribed[i];
             let reaction = Vector6::from_fn(|k, _| if held[k] { -borne[k] } else { 0.0 });
             let before = self.dead_load(i, &self.loads, old) + self.reaction[i];
-            let (shift, turn) = motion_between(old, new);
-            let motion = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
-            let work = 0.5 * (before + dead + reaction).dot(&motion);
+            let work = 0.5 * (before + dead + reaction).dot(&motion_vector(old, new));
             self.ledger.external += work;
             if before == Vector6::zeros() && *held == [false; 6] {
                 unborne += work;
@@ -225,10 +230,7 @@ impl Scene {
 
     /// Applied force and moment on a body and its weight, about its reference point.
     fn dead_load(&self, body: usize, loads: &Loads, pose: &Pose) -> Vector6<f64> {
-        let of = &self.model.bodies[body];
-        let force = loads.gravity * of.mass;
-        let moment = (pose.rotation * of.centre_of_mass).cross(&force);
-        loads.applied[body] + Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+        loads.applied[body] + self.model.bodies[body].weight(&loads.gravity, pose)
     }
 
     /// What became of the bodies of the case, reactions being those of the end of the increment.

@@ -4,21 +4,19 @@ use std::sync::Arc;
 
 use crate::crushing::{Kept, Limits, Settled};
 use crate::error::Result;
-use crate::loading::{Attempt, FidelityCounts, Portion, StageProgress};
+use crate::loading::{Attempt, FidelityCounts, Portion};
 use crate::model::{Counters, Deformation};
-use crate::scene::drive::StageState;
+use crate::scene::drive::Progress;
 use crate::scene::press::{MOST_ROUNDS, PressParameters, Pressed, Pressing, SETTLED};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::run::Scene;
-use crate::solver::{Balance, ContactMeasures, motion_between};
+use crate::solver::{Balance, ContactMeasures, motion_vector};
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// An increment that takes more rounds is a snap.
 const SNAP_ROUNDS: usize = 8;
 /// Where nothing is left to cut, damage moves by this share of its limit, with as many more rounds.
 const CAREFUL: f64 = 0.2;
-
-type Progress = StageProgress<StageState>;
 
 /// What damage and fracture did to the energies of all parts [J], and whether a part came apart.
 struct Freed {
@@ -73,11 +71,11 @@ impl Scene {
     /// Makes a settled state the committed one: damage, energies, poses, what broke.
     pub(super) fn commit_pressed(
         &mut self,
+        pressing: &mut Pressing,
         stage: &mut Progress,
         portion: Portion,
         Pressed { settled, mut poses }: Pressed,
     ) -> Result<Row> {
-        let Some(mut pressing) = self.pressing.take() else { unreachable!("only a press is pressed") };
         let mut counters = Counters::default();
         for settled in &settled {
             counters.augmentations += settled.rounds;
@@ -94,7 +92,7 @@ impl Scene {
         let wrenches = pressing.wrenches(&settled, &mut poses);
         self.move_plates(pressing.plates(), &poses, &wrenches);
         self.committed.poses.clone_from(&poses);
-        let kept = self.keep(&mut pressing, &settled)?;
+        let kept = self.keep(pressing, &settled)?;
         self.ledger.elastic = kept.elastic;
         self.ledger.damage += kept.freed;
         let hesitated = settled.iter().any(|settled| settled.rounds > SNAP_ROUNDS);
@@ -120,7 +118,6 @@ impl Scene {
         }
         stage.own.dwells = kept.broke;
         let (balance, measures) = pressing.balance(&settled);
-        self.pressing = Some(pressing);
         Ok(Row {
             stage: self.stages_done,
             increment: self.increments,
@@ -140,8 +137,7 @@ impl Scene {
     /// Books the work of the plates on their way to `poses`, with the mean of their forces before and after.
     fn move_plates(&mut self, plates: [usize; 2], poses: &[Pose], wrenches: &[Vector6<f64>]) {
         for plate in plates {
-            let (shift, turn) = motion_between(&self.committed.poses[plate], &poses[plate]);
-            let motion = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
+            let motion = motion_vector(&self.committed.poses[plate], &poses[plate]);
             let reaction = -wrenches[plate];
             self.ledger.external += 0.5 * (self.reaction[plate] + reaction).dot(&motion);
             self.reaction[plate] = reaction;

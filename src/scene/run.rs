@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
 use crate::loading::{Ledger, Pace, StageEnd, StageProgress, run_stage};
 use crate::model::{BodyKind, Committed, Loads, Model, StoredBodies};
-use crate::scene::drive::{Drive, StageState};
+use crate::scene::drive::{Drive, Progress, StageState};
 use crate::scene::parameters::{LoadStage, SceneParameters};
 use crate::scene::placed::placed;
 use crate::scene::press::{Pressing, StoredPressing};
@@ -44,7 +44,7 @@ pub struct Scene {
     /// Stages that are done.
     pub(super) stages_done: usize,
     /// The stage at hand, once an increment of it is accepted.
-    pub(super) progress: Option<StageProgress<StageState>>,
+    pub(super) progress: Option<Progress>,
     /// The shapes before anything broke.
     first_shapes: Vec<Polyhedron>,
     /// What the last increment leaves to break up.
@@ -71,7 +71,7 @@ pub struct SceneState<'a> {
     reaction: Vec<Vector6<f64>>,
     elastic_shift: f64,
     stages_done: usize,
-    progress: Cow<'a, Option<StageProgress<StageState>>>,
+    progress: Cow<'a, Option<Progress>>,
     bodies: StoredBodies<'a>,
     failing: Cow<'a, Failing>,
     pressing: Option<StoredPressing>,
@@ -273,7 +273,7 @@ impl Scene {
     }
 
     /// A stage before its first increment.
-    fn begin(&self, stage: &LoadStage) -> StageProgress<StageState> {
+    fn begin(&self, stage: &LoadStage) -> Progress {
         let nominal = 1.0 / stage.increments as f64;
         let [smallest, largest] = self.increment_range;
         let pace = Pace::new(nominal, smallest * nominal, largest * nominal);

@@ -5,7 +5,7 @@
 //! contact force on it, where that is less than the mean. Bodies that are held are judged by nothing, and give no measure.
 
 use crate::assembly::{Contacts, Dofs};
-use crate::model::{Body, BodyKind, Loads, Model};
+use crate::model::{BodyKind, Loads, Model};
 use crate::tensor::{Pose, Vec3, Vector6};
 
 /// How well the forces balance.
@@ -131,16 +131,13 @@ impl Yardsticks {
 /// but rounding where they balance each other. Of a load its moment counts about the body's reference point or about its centre of mass,
 /// where it is less: that of a far reference point is its arm, which no contact carries.
 fn dead_load(model: &Model, dofs: &Dofs, loads: &Loads, pose: &Pose, body: usize) -> f64 {
-    let Body { mass, centre_of_mass, .. } = &model.bodies[body];
-    let arm = pose.rotation * centre_of_mass;
+    let weight = model.bodies[body].weight(&loads.gravity, pose);
+    let arm = pose.rotation * model.bodies[body].centre_of_mass;
     let about_centre = |wrench: &Vector6<f64>| {
         let force: Vec3 = wrench.fixed_rows::<3>(0).into_owned();
         let moment = wrench.fixed_rows::<3>(3).into_owned() - arm.cross(&force);
         Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
     };
-    let weight = loads.gravity * *mass;
-    let moment = arm.cross(&weight);
-    let weight = Vector6::new(weight.x, weight.y, weight.z, moment.x, moment.y, moment.z);
     let free = |wrench: &Vector6<f64>| {
         let force = dofs.free_norm(body, wrench);
         if force > HELD * wrench.fixed_rows::<3>(0).norm() { force } else { 0.0 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::assembly::{self, Contacts, Damages, SurfaceField, TooClose};
 use crate::contact::Memory;
-use crate::model::{BodyKind, Committed, Counters, Loads, Model};
+use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::audit;
 use crate::solver::balance::Balance;
 use crate::solver::equilibrium::Equilibrium;
@@ -163,8 +163,7 @@ impl<'a> Increment<'a> {
         lent.step_length = settings.step_length;
         let mut last_start = committed.poses.clone();
         let mut too_close = None;
-        let is_of_a_scene = model.bodies.iter().any(|body| body.kind == BodyKind::Placed);
-        let chooses = !is_of_a_scene && !model.waits_for_augmentations();
+        let chooses = !model.is_of_a_scene() && !model.waits_for_augmentations();
         let mut best: Option<(f64, Vec<Pose>)> = None;
         let mut starts = VecDeque::from(starts);
         while let Some(start) = starts.pop_front() {

@@ -29,7 +29,7 @@ pub use drape::{Drape, drape};
 pub use equilibrium::Equilibrium;
 pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
-pub use motion::{continued_poses, motion_between, work_between};
+pub use motion::{continued_poses, motion_between, motion_vector};
 pub use plain::{TangentPart, plain_newton};
 pub use settings::{DamageSettings, Relaxation, Settings, Stabilisation};
 pub use stop::StopSignal;

@@ -16,8 +16,8 @@ pub fn motion_between(from: &Pose, to: &Pose) -> (Vec3, Vec3) {
     (to.position - from.position, (to.rotation * from.rotation.inverse()).scaled_axis())
 }
 
-/// Work of a force and moment about a body's reference point [N, N m] from one pose to another [J].
-pub fn work_between(from: &Pose, to: &Pose, wrench: &Vector6<f64>) -> f64 {
+/// The same in one vector [m, rad].
+pub fn motion_vector(from: &Pose, to: &Pose) -> Vector6<f64> {
     let (shift, turn) = motion_between(from, to);
-    shift.dot(&wrench.fixed_rows::<3>(0)) + turn.dot(&wrench.fixed_rows::<3>(3))
+    Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z)
 }

@@ -9,7 +9,7 @@
 
 use crate::assembly::place::SurfaceField;
 use crate::assembly::{self, PairWork};
-use crate::solver::motion::motion_between;
+use crate::solver::motion::{motion_between, motion_vector};
 use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vector6};
 use std::collections::BTreeSet;
@@ -73,8 +73,7 @@ impl Path {
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
         let motions = self.poses.iter().zip(&newton.poses);
         for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(motions) {
-            let (shift, turn) = motion_between(from, to);
-            *work += mean.component_mul(&Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z));
+            *work += mean.component_mul(&motion_vector(from, to));
         }
         self.poses.clone_from(&newton.poses);
         self.fields.clone_from(&newton.contacts.fields);

@@ -4,7 +4,6 @@
 //! still moves, and goes on moving in the next increment. In increments of many steps friction acts along the way.
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
-use crate::model::BodyKind;
 use crate::solver::damage::DamageWatch;
 use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
@@ -234,8 +233,10 @@ impl Newton<'_> {
             // A step that was cut short is not what an uninterrupted run comes to.
             found.converged &= !stops;
             let ends = found.converged || tired || stops;
+            // Most of a driven body's way is prescribed, and what the first step leaves slides back: in a scene friction does not act anew because bodies
+            // have gone far.
             let is_due = found.augmentations - counted == REBASE_EVERY
-                || !self.is_of_a_scene() && path.reach(self) > REBASE_BEYOND;
+                || !self.model.is_of_a_scene() && path.reach(self) > REBASE_BEYOND;
             let rebases = is_due && !waits;
             if ends || rebases {
                 path.go_on(self, found.augmentations - counted, cut);
@@ -271,11 +272,15 @@ impl Newton<'_> {
             }
         };
         let goes_uphill = until == Stabilisation::Rest && self.moves_what_no_drag_holds();
-        let farthest =
-            if until == Stabilisation::Rest && !self.is_of_a_scene() { FARTHEST } else { f64::INFINITY };
+        let farthest = if until == Stabilisation::Rest && !self.model.is_of_a_scene() {
+            FARTHEST
+        } else {
+            f64::INFINITY
+        };
         // What bodies that deform still miss is told after a step, and mended by iterations alone.
         let least_iterations = usize::from(until == Stabilisation::Rest && self.model.has_elastic());
-        let most_trials = if goes_uphill || self.is_of_a_scene() { 2 * USUAL_TRIALS } else { USUAL_TRIALS };
+        let most_trials =
+            if goes_uphill || self.model.is_of_a_scene() { 2 * USUAL_TRIALS } else { USUAL_TRIALS };
         Leave {
             largest,
             mean: mean * yardsticks.mean,
@@ -286,12 +291,6 @@ impl Newton<'_> {
             goes_uphill,
             yardsticks,
         }
-    }
-
-    /// Whether bodies are set and driven by hand. Most of a driven body's way is prescribed, and what the first step leaves slides back: friction does
-    /// not act anew because bodies have gone far.
-    pub(super) fn is_of_a_scene(&self) -> bool {
-        self.model.bodies.iter().any(|body| body.kind == BodyKind::Placed)
     }
 
     /// Whether a load, a wall or a plate is free to move: none has a stiffness that a drag could be taken from, and where they first meet bodies no

@@ -212,7 +212,7 @@ impl Newton<'_> {
                 step[*unknown as usize] *= share;
             }
         }
-        let scene = self.is_of_a_scene();
+        let scene = self.model.is_of_a_scene();
         let counting =
             shares.iter().zip(&self.model.bodies).filter(|(_, body)| scene || !body.stiffness.is_finite());
         counting.fold(1.0, |least, (share, _)| least.min(*share))

@@ -43,11 +43,11 @@ impl GivenPacking {
     ) -> Result<(Vec<GrainShape>, Placement)> {
         let grain = |(index, given): (usize, &GivenGrain)| {
             let named = |e| Error::Specimen(format!("grain {index} of the packing: {e}"));
-            let grain = GrainShape::of_hull(&given.corners, rounding).map_err(named)?;
+            let hull = solid_hull(&given.corners).map_err(named)?;
+            let grain = GrainShape::of_hull(&hull, rounding).map_err(named)?;
             // What is finer than the grading is of its finest class.
             let class = classes.iter().position(|class| grain.sieve_size >= class.sizes[0]);
-            let centroid = solid_hull(&given.corners).map_err(named)?.centroid();
-            let pose = Pose::new(given.pose.to_space(&centroid), given.pose.rotation);
+            let pose = Pose::new(given.pose.to_space(&hull.centroid()), given.pose.rotation);
             Ok((GrainShape { class: class.unwrap_or(classes.len() - 1), ..grain }, pose))
         };
         let found: Vec<_> = self.grains.par_iter().enumerate().map(grain).collect::<Result<_>>()?;
@@ -83,7 +83,7 @@ pub(super) fn left_alone(placement: Placement, grains: &[GrainShape]) -> Packing
 /// `Error::Specimen` naming the shape that makes no grain.
 pub fn library(shapes: &[Vec<Vec3>], rounding: f64) -> Result<Vec<GrainShape>> {
     let grain = |(index, corners): (usize, &Vec<Vec3>)| {
-        let grain = GrainShape::of_hull(corners, rounding)
+        let grain = GrainShape::of_corners(corners, rounding)
             .map_err(|e| Error::Specimen(format!("shape {index} of the library: {e}")))?;
         Ok(grain.scaled(1.0 / grain.sieve_size))
     };

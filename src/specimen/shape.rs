@@ -112,8 +112,12 @@ impl GrainShape {
     ///
     /// # Errors
     /// As [`solid_hull`], and where `rounding`, over the sieve size, does not fit into it.
-    pub fn of_hull(corners: &[Vec3], rounding: f64) -> Result<Self> {
-        let hull = solid_hull(corners)?;
+    pub fn of_corners(corners: &[Vec3], rounding: f64) -> Result<Self> {
+        GrainShape::of_hull(&solid_hull(corners)?, rounding)
+    }
+
+    /// The same of a hull that is no plane.
+    pub fn of_hull(hull: &Polyhedron, rounding: f64) -> Result<Self> {
         let nominal = hull.moved(&-hull.centroid());
         let sieve_size = square_opening(&nominal.vertices);
         let axes = nominal.second_moment().symmetric_eigen().eigenvectors;

@@ -59,12 +59,8 @@ pub fn specimen(
     let mut grains = match (file, list) {
         (None, Some(list)) => listed(&list, &format!("{PATH}.grains"))?,
         (Some(file), None) if file.to_ascii_lowercase().ends_with(".json") => {
-            let path = folder.join(file);
-            // A case may name no pipe, which might never end.
-            if path.exists() && !path.is_file() {
-                return Err(fault("names no file".into()));
-            }
-            let read = super::super::source::read(&path).map_err(|e| fault(e.to_string()))?;
+            let read =
+                super::super::source::read_named(&folder.join(file)).map_err(|e| fault(e.to_string()))?;
             listed(read.value.get("grains").unwrap_or(&read.value), PATH)?
         }
         (Some(file), None) => {
@@ -117,24 +113,24 @@ pub fn specimen(
     for key in ["diameter", "height", "shapes"] {
         specimen.shift_remove(key);
     }
-    for (key, found) in [("grains", packing.grains.len() as f64), ("aspect", 0.5 * height / radius)] {
-        let stated = given.get(key).and_then(Value::as_f64);
-        if let Some(stated) = stated.filter(|stated| (stated / found - 1.0).abs() > 1e-6) {
-            let problem = format!("is not that of the packing, {found}");
-            let accepted = format!("no {key} beside a packing");
-            return Err(Fault::new(format!("$.specimen.{key}"), stated.to_string(), problem, accepted));
+    // What follows from the packing may be said as well, but not otherwise.
+    let agrees = |key: &str, found: f64, problem: String, accepted: &str| {
+        let said = given.get(key).and_then(Value::as_f64);
+        match said.filter(|said| (said / found - 1.0).abs() > 1e-6) {
+            Some(said) => Err(Fault::new(format!("$.specimen.{key}"), said.to_string(), problem, accepted)),
+            None => Ok(()),
         }
+    };
+    let (count, aspect) = (packing.grains.len(), 0.5 * height / radius);
+    for (key, found) in [("grains", count as f64), ("aspect", aspect)] {
+        let problem = format!("is not that of the packing, {found}");
+        agrees(key, found, problem, &format!("no {key} beside a packing"))?;
     }
-    specimen.insert("grains".into(), json!(packing.grains.len()));
-    specimen.insert("aspect".into(), json!(0.5 * height / radius));
+    specimen.insert("grains".into(), json!(count));
+    specimen.insert("aspect".into(), json!(aspect));
     if !compact {
-        let asked = given.get("void_ratio").and_then(Value::as_f64);
-        if let Some(asked) = asked.filter(|asked| (asked / found - 1.0).abs() > 1e-6) {
-            let problem =
-                format!("is not the void ratio {found:.3} of the packing, which is taken as it stands");
-            let accepted = "no void_ratio, or \"compact\": true in packing";
-            return Err(Fault::new("$.specimen.void_ratio", asked.to_string(), problem, accepted));
-        }
+        let problem = format!("is not the void ratio {found:.3} of the packing, which is taken as it stands");
+        agrees("void_ratio", found, problem, "no void_ratio, or \"compact\": true in packing")?;
         specimen.insert("void_ratio".into(), json!(found));
     }
     specimen.entry("grading").or_insert_with(|| json!(grading(sizes)));
@@ -235,7 +231,7 @@ fn tabled(table: &Columns, library: &[Shape], seed: u64, compact: bool) -> Resul
             }
             None => corners_of(&library[stream.integer(0, library.len() - 1)])?,
         };
-        let unit = GrainShape::of_hull(&corners, 0.0).map_err(|e| format!("line {}: {e}", row.0))?;
+        let unit = GrainShape::of_corners(&corners, 0.0).map_err(|e| format!("line {}: {e}", row.0))?;
         let corners = unit.scaled(size / unit.sieve_size).nominal.vertices;
         Ok(GivenGrain { corners, pose: Pose::new(position, rotation) })
     };
@@ -294,7 +290,7 @@ fn keep_within(grains: &mut Vec<GivenGrain>, diameter: Option<f64>, height: Opti
 /// Sieve size [m] and volume [m3] of each grain.
 fn sizes(grains: &[GivenGrain]) -> Result<Vec<[f64; 2]>, String> {
     let one = |grain: &GivenGrain| {
-        let shape = GrainShape::of_hull(&grain.corners, 0.0).map_err(|e| e.to_string())?;
+        let shape = GrainShape::of_corners(&grain.corners, 0.0).map_err(|e| e.to_string())?;
         Ok([shape.sieve_size, shape.nominal.volume()])
     };
     grains.par_iter().map(one).collect()
