@@ -434,15 +434,22 @@ fn check(path: &Path, file: &Path, bytes: &[u8]) -> Result<Checked, String> {
     }
 }
 
-/// Runs a sound case for a while. What is wrong with how that ends, if it ends.
-fn refused(place: &Place, path: &Path, bytes: &[u8]) -> Result<&'static str, String> {
-    // Beside what the case names.
-    let folder = path.parent().unwrap_or(path);
-    for entry in std::fs::read_dir(folder).expect("the folder").flatten() {
-        if entry.path().extension().is_some_and(|e| e == "csv") {
-            std::fs::copy(entry.path(), place.path(&entry.file_name().to_string_lossy())).expect("a copy");
+/// Puts what a case names, files and folders beside it, into another folder.
+fn copied(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("the folder").flatten() {
+        let (path, to) = (entry.path(), to.join(entry.file_name()));
+        if path.is_dir() {
+            copied(&path, &to);
+        } else if path.extension().is_none_or(|e| e != "json") {
+            std::fs::copy(path, to).expect("a copy");
         }
     }
+}
+
+/// Runs a sound case for a while. What is wrong with how that ends, if it ends.
+fn refused(place: &Place, path: &Path, bytes: &[u8]) -> Result<&'static str, String> {
+    copied(path.parent().unwrap_or(path), &place.path(""));
     std::fs::write(place.path("sound.json"), bytes).expect("written");
     let mut running = place
         .command(&["run", "sound.json", "--out", "sound.h5", "--force", "--quiet", "--threads", "1"])
