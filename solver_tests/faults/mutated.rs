@@ -464,6 +464,8 @@ fn refused(place: &Place, path: &Path, bytes: &[u8]) -> Result<&'static str, Str
             return match ended.status.code() {
                 Some(0) => Ok("finished"),
                 Some(3) => Ok("stopped"),
+                // What a compaction reaches is known once it is done.
+                Some(2) if said.contains("cannot be reached with this grading") => Ok("no such packing"),
                 code => Err(format!("sound, and ended with {code:?}: {said}")),
             };
         }

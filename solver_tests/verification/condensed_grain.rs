@@ -95,12 +95,8 @@ fn hertz_pressure_dents_the_sphere_as_the_half_space() {
     let u = grain.nodal_displacements(&loads);
     let down = |x: f64, y: f64| -> f64 {
         let point = at(x, y);
-        let sum: f64 = point
-            .nodes
-            .iter()
-            .zip(&point.weights)
-            .map(|(&k, w)| u[grain.surface().nodes()[k as usize].index()].z * w)
-            .sum();
+        let sum: f64 =
+            point.shares.iter().map(|&(k, w)| u[grain.surface().nodes()[k as usize].index()].z * w).sum();
         -sum
     };
     let rim: f64 = (0..16)

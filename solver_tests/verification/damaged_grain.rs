@@ -56,7 +56,7 @@ fn squeeze(grain: &DamagedGrain, size: f64) -> Vec<(SurfacePoint, Vec3)> {
 fn nodal_forces(grain: &DamagedGrain, loads: &[(SurfacePoint, Vec3)]) -> Vec<f64> {
     let mut f = vec![0.0; 3 * grain.mesh().nodes.len()];
     for (point, force) in loads {
-        for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
+        for &(node, weight) in &point.shares {
             let node = grain.condensed().surface().nodes()[node as usize].index();
             (0..3).for_each(|axis| f[3 * node + axis] += weight * force[axis]);
         }
@@ -312,7 +312,7 @@ fn push(
             assert!(rounds < 500, "does not settle at step {k}");
         }
         grain.commit(&now).expect("a commit");
-        let at: Vec<SurfacePoint> = now.iter().map(|(point, _)| *point).collect();
+        let at: Vec<SurfacePoint> = now.iter().map(|(point, _)| point.clone()).collect();
         let mut u = vec![Vec3::zeros(); at.len()];
         grain.condensed().surface_displacement_into(&mut u, &now, &at);
         for (j, (u_now, (_, f_now))) in u.iter().zip(&now).enumerate() {
@@ -331,7 +331,7 @@ fn work_is_stored_or_set_free() {
     let mut grain = DamagedGrain::new(mesh.clone(), laws(mesh.cells.len()), DENSITY, Ancestry::of_grain(0))
         .expect("a grain");
     let places = squeeze(&grain, 1.0);
-    let loads = |size: f64| places.iter().map(|(point, f)| (*point, f * size)).collect();
+    let loads = |size: f64| places.iter().map(|(point, f)| (point.clone(), f * size)).collect();
     let work = push(&mut grain, &loads, 1500.0, 300);
     let (stored, freed) = (grain.elastic_energy(), grain.dissipated());
     let summary = grain.summary();
@@ -358,7 +358,8 @@ fn small_changes_wait_until_they_have_come_together() {
         let places = squeeze(&grain, 1.0);
         let mut factored = 0;
         for k in 1..=20 {
-            let now: Vec<_> = places.iter().map(|(point, f)| (*point, f * 60.0 * f64::from(k))).collect();
+            let now: Vec<_> =
+                places.iter().map(|(point, f)| (point.clone(), f * 60.0 * f64::from(k))).collect();
             for round in 0.. {
                 assert!(round < 500, "does not settle at step {k}");
                 let change = grain.propose_beyond(&now, 0.1, least).expect("solvable");
@@ -389,7 +390,7 @@ fn rejected_trials_leave_no_trace() {
     let (mut straight, mut troubled) = (fresh(), fresh());
     let places = squeeze(&straight, 1.0);
     let loads = |size: f64| -> Vec<(SurfacePoint, Vec3)> {
-        places.iter().map(|(point, f)| (*point, f * size)).collect()
+        places.iter().map(|(point, f)| (point.clone(), f * size)).collect()
     };
     push(&mut straight, &loads, 1200.0, 6);
     for k in 1..=6 {
@@ -439,7 +440,7 @@ fn turned_grain_is_the_same_grain() {
                 .iter()
                 .map(|(point, f)| {
                     let (position, normal) = (turn * point.position, turn * point.normal);
-                    (SurfacePoint { position, normal, ..*point }, turn * f * size)
+                    (SurfacePoint { position, normal, ..point.clone() }, turn * f * size)
                 })
                 .collect()
         };

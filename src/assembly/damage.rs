@@ -282,7 +282,7 @@ mod tests {
     }
 
     fn pull(ends: &[SurfacePoint; 2], force: f64) -> SurfaceLoads {
-        ends.iter().map(|end| (*end, Vec3::x() * (force * end.position.x.signum()))).collect()
+        ends.iter().map(|end| (end.clone(), Vec3::x() * (force * end.position.x.signum()))).collect()
     }
 
     /// Pulls harder and harder until the rock below an end has softened; with which force [N].

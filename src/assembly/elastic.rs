@@ -118,8 +118,8 @@ impl Contacts {
             let Some(place) = pair.place(point.site.feature) else { continue };
             let e = &point.evaluation;
             let on_b = if spread { force_on_b(point) } else { e.bending_force() };
-            for (body, on, force) in [(pair.a(), place.on_a, -on_b), (pair.b(), place.on_b, on_b)] {
-                put(body, on, force);
+            for (body, on, force) in [(pair.a(), &place.on_a, -on_b), (pair.b(), &place.on_b, on_b)] {
+                put(body, on.clone(), force);
             }
         }
         for list in &self.membrane.bodies {

@@ -113,8 +113,8 @@ impl Contacts {
         };
         for ((pair, point), [on_a, on_b]) in active.iter().zip(&places) {
             let force = point.evaluation.bending_force();
-            on_a.iter().for_each(|place| put(pair.a(), *place, -force));
-            on_b.iter().for_each(|place| put(pair.b(), *place, force));
+            on_a.iter().for_each(|place| put(pair.a(), place.clone(), -force));
+            on_b.iter().for_each(|place| put(pair.b(), place.clone(), force));
         }
         for list in &self.membrane.bodies {
             let Some(grain) = flexibility(model, list.body) else { continue };

@@ -3,7 +3,7 @@
 use crate::assembly::crushing::depth_of;
 use crate::assembly::{ContactPoint, Contacts};
 use crate::contact::memory::{Memory, PairMemory, PointMemory};
-use crate::contact::{FaceRule, Feature};
+use crate::contact::{FaceCells, Feature};
 use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
 
@@ -58,13 +58,13 @@ impl Contacts {
             points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.initial_overlap)));
             if !points.is_empty() {
                 points.sort_by_key(|p| p.feature);
-                let felt = |rule: &&FaceRule| {
+                let felt = |known: &&FaceCells| {
                     points
                         .iter()
-                        .any(|p| matches!(p.feature, Feature::Faces(i, j, _) if rule.faces == (i, j)))
+                        .any(|p| matches!(p.feature, Feature::Faces(i, j, _) if known.faces == (i, j)))
                 };
-                let rules = pair.rules.iter().filter(felt).cloned().collect();
-                memory.insert(pair.key(), PairMemory { slip, points, rules });
+                let face_cells = pair.face_cells.iter().filter(felt).cloned().collect();
+                memory.insert(pair.key(), PairMemory { slip, points, face_cells });
             }
         }
         memory

@@ -12,7 +12,7 @@ use crate::contact::memory::{Crushable, PairKey, PairMemory};
 use crate::contact::patch;
 use crate::contact::search::PairFeatures;
 use crate::contact::visit::{Clearances, Placed, visit_sites};
-use crate::contact::{ContactShape, Crushed, FaceRule, FaceShare, Feature, Site};
+use crate::contact::{ContactShape, Crushed, FaceCells, FaceShare, Feature, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{Committed, Model};
 use crate::tensor::{Pose, Vec3};
@@ -57,9 +57,9 @@ pub struct PairWork {
     pub places: Vec<ContactPlace>,
     #[serde(skip)]
     pub points: Vec<ContactPoint>,
-    /// Where the points of patches are that meshed faces share.
+    /// Of the patches that meshed faces share.
     #[serde(skip)]
-    pub rules: Vec<FaceRule>,
+    pub face_cells: Vec<FaceCells>,
     /// Tangents of the active points, in their order.
     #[serde(skip)]
     pub tangents: Vec<Tangent>,
@@ -131,7 +131,7 @@ impl PairWork {
             multipliers: Vec::new(),
             places: Vec::new(),
             points: Vec::new(),
-            rules: Vec::new(),
+            face_cells: Vec::new(),
             tangents: Vec::new(),
             elastic_tangents: Vec::new(),
             nearest: f64::INFINITY,
@@ -200,11 +200,11 @@ impl PairWork {
     pub(super) fn reset(&mut self, model: &Model, committed: &Committed) {
         self.carried = committed.memory.get(&self.key()).cloned().unwrap_or_default();
         let key = self.key();
-        faces::renew_rules(&mut self.carried, model, key, &committed.poses);
+        faces::renew_cells(&mut self.carried, model, key, &committed.poses);
         self.initial_overlap = self.carried.initial_overlap();
         self.is_new = self.carried.points.iter().all(|point| point.load <= 0.0);
         self.starts.clear();
-        self.rules.clone_from(&self.carried.rules);
+        self.face_cells.clone_from(&self.carried.face_cells);
         self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
         self.multipliers.clear();
         self.multipliers.extend(self.carried.points.iter().map(Multiplier::committed));
@@ -224,7 +224,9 @@ impl PairWork {
         let meeting = Meeting::new(self, model, view);
         let Meeting { bodies: [a, b], shapes, .. } = meeting;
         let (poses, corners) = ([&view.poses[a], &view.poses[b]], [&view.corners[a][..], &view.corners[b]]);
-        let PairWork { features, carried, starts, clearances, multipliers, places, points, rules, .. } = self;
+        let PairWork {
+            features, carried, starts, clearances, multipliers, places, points, face_cells, ..
+        } = self;
         let reach = if meeting.is_elastic || self.initial_overlap > 0.0 { features.margin() } else { 0.0 };
         let facings = faces::facings(model, features, poses);
         let crushing = Crushing { model, bodies: [a, b], carried, crushed: view.crushed };
@@ -254,7 +256,7 @@ impl PairWork {
                 sites.normals = facing.normals;
                 state.faces = Some(FaceShare::Feature(facing.cosines));
             }
-            points.push(meeting.point(&model.law, site, sites, state, &mut known));
+            points.push(meeting.point(&model.law, site, sites, state, None, &mut known));
         });
         let softened = (view.strength / meeting.yielding / meeting.stiffness).min(1.0);
         let per_area = self.patch_stiffness * softened;
@@ -265,17 +267,17 @@ impl PairWork {
         }
         let surfaces = [a, b].map(|body| model.bodies[body].surface());
         for facing in &facings {
-            let known_rule = rules.iter().position(|rule| rule.faces == facing.numbers);
-            let rule = known_rule.unwrap_or_else(|| {
-                rules.push(facing.rule(poses, surfaces));
-                rules.len() - 1
+            let known_cells = face_cells.iter().position(|known| known.faces == facing.numbers);
+            let number = known_cells.unwrap_or_else(|| {
+                face_cells.push(facing.cells(poses, surfaces));
+                face_cells.len() - 1
             });
-            for (k, point) in rules[rule].points.iter().enumerate() {
+            for (k, cell) in face_cells[number].cells.iter().enumerate() {
                 let site = facing.site(k as u32);
-                let sites = facing.sites(poses, point, shapes);
-                let mut state = meeting.state(&Start::of(carried, site.feature), per_area * point.area);
+                let sites = facing.sites(poses, cell, shapes);
+                let mut state = meeting.state(&Start::of(carried, site.feature), per_area * cell.area);
                 state.faces = Some(FaceShare::Patch);
-                points.push(meeting.point(&law, site, sites, state, &mut known));
+                points.push(meeting.point(&law, site, sites, state, Some(&cell.on), &mut known));
             }
         }
         self.offset = known.offset;
@@ -450,12 +452,13 @@ impl<'a> Meeting<'a> {
         }
     }
 
-    /// The number of a contact's place among `known`, found where it is not there yet.
+    /// The number of a contact's place among `known`, found where it is not there yet, `on` its surfaces where that is given.
     fn place(
         &self,
         site: &Site,
         sites: &SitePoints,
         state: &PointState,
+        on: Option<&[Option<SurfacePoint>; 2]>,
         known: &mut Known<'_>,
         last: Option<&Multiplier>,
     ) -> usize {
@@ -468,7 +471,9 @@ impl<'a> Meeting<'a> {
         // Behind an asperity it follows from the last force.
         let first_scale = || last.map_or(self.view.first_scale, |multiplier| multiplier.scale);
         let scale = state.asperity.is_none().then(first_scale);
-        let mut place = ContactPlace::new(site.feature, sides, &point, &normal, scale);
+        let on =
+            on.cloned().unwrap_or_else(|| [sides[0].look(&point, &normal), sides[1].look(&point, &-normal)]);
+        let mut place = ContactPlace::new(site.feature, sides, on, &normal, scale);
         if self.is_elastic && self.view.yields && scale.is_none() {
             place.yield_at_once(sides, &normal, last);
         }
@@ -515,12 +520,13 @@ impl<'a> Meeting<'a> {
         site: Site,
         sites: SitePoints,
         mut state: PointState,
+        on: Option<&[Option<SurfacePoint>; 2]>,
         known: &mut Known<'_>,
     ) -> ContactPoint {
         let mut stiffness_left = 1.0;
         if self.is_elastic || self.is_brittle {
             let last = known.multipliers.iter().find(|multiplier| multiplier.feature == site.feature);
-            let number = self.place(&site, &sites, &state, known, last);
+            let number = self.place(&site, &sites, &state, on, known, last);
             let place = &known.places[number];
             let spring = state.spring;
             stiffness_left = place.stiffness_left;

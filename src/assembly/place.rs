@@ -26,7 +26,7 @@ const SWINGS: f64 = -0.5;
 const HEEDED: f64 = 1e-2;
 
 /// What one augmentation knows of a contact's place.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct ContactPlace {
     pub feature: Feature,
     pub on_a: Option<SurfacePoint>,
@@ -118,23 +118,22 @@ impl Side<'_> {
 }
 
 pub(super) fn interpolate(place: &SurfacePoint, field: &[Vec3]) -> Vec3 {
-    let value =
-        |(&node, &weight): (&u32, &f64)| field.get(node as usize).map_or(Vec3::zeros(), |u| u * weight);
-    place.nodes.iter().zip(&place.weights).map(value).sum()
+    let value = |&(node, weight): &(u32, f64)| field.get(node as usize).map_or(Vec3::zeros(), |u| u * weight);
+    place.shares.iter().map(value).sum()
 }
 
 impl ContactPlace {
-    /// The contact between `a` and `b` at `point` with `normal` from `a` to `b`, both in space. Where a compliance stands in for the bodies'
-    /// flexibility it is `scale` times the first guess.
+    /// The contact between `a` and `b` at the places `on` their surfaces, with `normal` from `a` to `b`, in space. Where a compliance stands in for
+    /// the bodies' flexibility it is `scale` times the first guess.
     pub fn new(
         feature: Feature,
         [a, b]: [Side<'_>; 2],
-        point: &Vec3,
+        [on_a, on_b]: [Option<SurfacePoint>; 2],
         normal: &Vec3,
         scale: Option<f64>,
     ) -> Self {
-        let (on_a, on_b) = (a.look(point, normal), b.look(point, &-normal));
         let own = || a.flexibility(&on_a, normal) + b.flexibility(&on_b, &-normal);
+        let compliance = scale.map_or(0.0, |scale| scale * OVERESTIMATE * own());
         let mut place = ContactPlace {
             feature,
             on_a,
@@ -142,7 +141,7 @@ impl ContactPlace {
             turns: [a.pose.rotation, b.pose.rotation],
             elastic: Vec3::zeros(),
             change: Vec3::zeros(),
-            compliance: scale.map_or(0.0, |scale| scale * OVERESTIMATE * own()),
+            compliance,
             stiffness_left: 1.0,
             returned: None,
         };
@@ -168,7 +167,7 @@ impl ContactPlace {
     pub fn follow(&mut self, sides: [Side<'_>; 2]) {
         (self.elastic, self.change) = (Vec3::zeros(), Vec3::zeros());
         for ((place, side), (turn, sign)) in
-            [self.on_a, self.on_b].iter().zip(&sides).zip(self.turns.iter().zip([-1.0, 1.0]))
+            [&self.on_a, &self.on_b].into_iter().zip(&sides).zip(self.turns.iter().zip([-1.0, 1.0]))
         {
             if let Some(place) = place {
                 let now = interpolate(place, side.now);

@@ -3,9 +3,9 @@
 //! Kept per pair of bodies and feature, so that nothing has to be transported when a contact
 //! slides: its identity is the feature. A pair forgets its friction once it separates (healing); what is crushed stays crushed.
 
+use crate::contact::cells::FaceCells;
 use crate::contact::features::Feature;
 pub use crate::contact::point_memory::PointMemory;
-use crate::contact::quadrature::FaceRule;
 use crate::tensor::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -53,8 +53,8 @@ pub struct PairMemory {
     pub slip: f64,
     /// Sorted by feature.
     pub points: Vec<PointMemory>,
-    /// Where the points of patches lie that meshed faces share.
-    pub rules: Vec<FaceRule>,
+    /// Of the patches that its meshed faces share.
+    pub face_cells: Vec<FaceCells>,
 }
 
 impl PairMemory {

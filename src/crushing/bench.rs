@@ -80,15 +80,13 @@ impl Patches {
         let surface = grain.condensed().surface();
         let patch = |point: &SurfacePoint| match radius {
             Some(radius) => surface.spread(point, radius),
-            None => vec![(*point, 1.0)],
+            None => vec![(point.clone(), 1.0)],
         };
         let places: Vec<_> = surface.node_points().iter().map(patch).collect();
         let weights = places.iter().map(|patch| {
             let mut merged: BTreeMap<u32, f64> = BTreeMap::new();
             for (point, share) in patch {
-                for (node, weight) in
-                    point.nodes.iter().zip(&point.weights).filter(|(_, weight)| **weight != 0.0)
-                {
+                for (node, weight) in point.shares.iter().filter(|(_, weight)| *weight != 0.0) {
                     *merged.entry(*node).or_default() += share * weight;
                 }
             }
@@ -245,7 +243,7 @@ impl Bench {
                 let spread = |(k, force): (&u32, &Vec3)| {
                     let own = back * force;
                     let shares = patches.places[*k as usize].iter();
-                    shares.map(|(point, share)| (*point, own * *share)).collect::<Vec<_>>()
+                    shares.map(|(point, share)| (point.clone(), own * *share)).collect::<Vec<_>>()
                 };
                 // What slid to its place sticks there from now on.
                 for (k, touch) in touching.iter_mut().filter(|(_, touch)| !touch.sticks) {
@@ -280,8 +278,10 @@ impl Bench {
                 return Vec::new();
             }
             let own = turn.inverse() * Vec3::ith(axis, 1.0);
-            let loads: Vec<(SurfacePoint, Vec3)> =
-                patches.places[k as usize].iter().map(|(point, share)| (*point, own * *share)).collect();
+            let loads: Vec<(SurfacePoint, Vec3)> = patches.places[k as usize]
+                .iter()
+                .map(|(point, share)| (point.clone(), own * *share))
+                .collect();
             let u = grain.condensed().nodal_displacements(&loads);
             let mean = |weights: &Vec<(u32, f64)>| -> Vec3 {
                 turn * weights.iter().map(|(n, w)| u[nodes[*n as usize].index()] * *w).sum::<Vec3>()

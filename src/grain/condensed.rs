@@ -10,7 +10,7 @@
 //! Source: free-free flexibility with inertia relief, e.g. Felippa & Park (2002), "The construction
 //! of free-free flexibility matrices", Comput. Methods Appl. Mech. Eng. 191:2139-2168.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use nalgebra::Vector6;
 
@@ -20,7 +20,7 @@ use crate::grain::held::{DenseFlexibility, HeldGrain};
 use crate::grain::local::LocalStiffness;
 use crate::grain::mass::MassProperties;
 use crate::grain::patch::{PATCH_OF_BODY, Patches};
-use crate::grain::surface::{Surface, SurfacePoint};
+use crate::grain::surface::{Shares, Surface, SurfacePoint};
 use crate::material::Elastic;
 use crate::mesh::{CellId, Mesh};
 use crate::tensor::{Mat3, Vec3};
@@ -28,6 +28,8 @@ use crate::tensor::{Mat3, Vec3};
 /// Up to this many surface nodes the whole flexibility is computed at once; beyond, column by
 /// column when first asked for.
 const DENSE_SURFACE_NODES: usize = 600;
+/// The same where faces carry over their area, so that all columns are asked for: one by one they take five times as long.
+const DENSE_NODES_OF_FACES: usize = 1500;
 
 /// A condensed elastic grain.
 #[derive(Debug)]
@@ -39,7 +41,12 @@ pub struct CondensedGrain {
     flexibility: Flexibility,
     /// What contact forces are spread over; `None` where they act on points.
     patches: Option<OnPatches>,
+    /// Displacements of the surface by unit forces that are spread like this, of the last call of [`Self::flexibilities`].
+    spread: Mutex<Vec<(Shares, Arc<Vec<Mat3>>)>>,
 }
+
+/// Nodes that a force on a point goes to.
+const OF_POINT: usize = 6;
 
 /// Contact forces on patches.
 #[derive(Debug, Clone)]
@@ -68,6 +75,13 @@ impl CondensedGrain {
     pub fn new(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
         let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
         Self::with_damage(mesh, cell_elasticity, density, &intact)
+    }
+
+    /// As [`Self::new`], for a body that others touch over its whole surface.
+    pub fn touched_all_over(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
+        let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
+        let surface = Surface::new(&mesh);
+        Self::build(mesh, surface, cell_elasticity, density, &intact, DENSE_NODES_OF_FACES)
     }
 
     /// As [`Self::new`], each integration point keeping only the part `intact` of its stiffness (1:
@@ -126,7 +140,7 @@ impl CondensedGrain {
         };
         let (mesh, surface) = (Arc::new(mesh), Arc::new(surface));
         let rock = Arc::new(cell_elasticity.to_vec());
-        Ok(CondensedGrain { rock, mesh, surface, mass, flexibility, patches: None })
+        Ok(CondensedGrain { rock, mesh, surface, mass, flexibility, patches: None, spread: Mutex::default() })
     }
 
     /// The same whose contact forces act on patches of [`PATCH_OF_BODY`] of its size.
@@ -180,6 +194,7 @@ impl CondensedGrain {
                     columns: columns.iter().map(|_| OnceLock::new()).collect(),
                 },
                 patches: self.patches.clone(),
+                spread: Mutex::default(),
             },
         ))
     }
@@ -214,8 +229,8 @@ impl CondensedGrain {
             Flexibility::Dense(_) => n.dot(&(self.flexibility(at, at) * n)),
             Flexibility::OnDemand { .. } if self.surface.nodes().len() <= DENSE_SURFACE_NODES => {
                 let mut field = Vec::new();
-                self.surface_field_into(&mut field, &[(*at, *n)]);
-                at.nodes.iter().zip(&at.weights).map(|(&k, weight)| n.dot(&field[k as usize]) * weight).sum()
+                self.surface_field_into(&mut field, &[(at.clone(), *n)]);
+                at.shares.iter().map(|&(k, weight)| n.dot(&field[k as usize]) * weight).sum()
             }
             Flexibility::OnDemand { .. } => {
                 let patch = (self.surface.facet_area(at.facet) / std::f64::consts::PI).sqrt();
@@ -230,17 +245,72 @@ impl CondensedGrain {
     /// that overflow, it holds NaN.
     pub fn flexibility(&self, a: &SurfacePoint, b: &SurfacePoint) -> Mat3 {
         let mut sum = Mat3::zeros();
-        for (&i, &p) in a.nodes.iter().zip(&a.weights) {
+        for &(i, p) in &a.shares {
             if p == 0.0 {
                 continue;
             }
-            for (&j, &q) in b.nodes.iter().zip(&b.weights) {
+            for &(j, q) in &b.shares {
                 if q != 0.0 {
                     sum += self.surface_block(i as usize, j as usize) * (p * q);
                 }
             }
         }
         sum
+    }
+
+    /// [`Self::flexibility`] of the i-th of `places` by the j-th, at `[i * places + j]`.
+    ///
+    /// That of forces that are spread over more than a point goes by their displacements of the whole surface, which are kept for the next call.
+    pub fn flexibilities(&self, places: &[&SurfacePoint]) -> Vec<Mat3> {
+        let displaced = self.displaced_by(places);
+        let felt = |place: &SurfacePoint, displaced: &[Mat3]| -> Mat3 {
+            place.shares.iter().map(|(node, share)| displaced[*node as usize] * *share).sum()
+        };
+        let n = places.len();
+        let mut all = vec![Mat3::zeros(); n * n];
+        for i in 0..n {
+            for j in 0..=i {
+                let block = match (&displaced[i], &displaced[j]) {
+                    (_, Some(by)) => felt(places[i], by),
+                    (Some(by), None) => felt(places[j], by).transpose(),
+                    (None, None) => self.flexibility(places[i], places[j]),
+                };
+                all[i * n + j] = block;
+                all[j * n + i] = block.transpose();
+            }
+        }
+        all
+    }
+
+    /// Displacements of all surface nodes by a unit force at each of `places` that is spread over more than a point.
+    fn displaced_by(&self, places: &[&SurfacePoint]) -> Vec<Option<Arc<Vec<Mat3>>>> {
+        let known = std::mem::take(&mut *self.spread.lock().unwrap_or_else(PoisonError::into_inner));
+        let of = |place: &&SurfacePoint| {
+            let shares = &place.shares;
+            (shares.len() > OF_POINT).then(|| {
+                let before = known.iter().find(|(other, _)| other == shares);
+                before.map_or_else(|| Arc::new(self.displaced_by_shares(shares)), |(_, found)| found.clone())
+            })
+        };
+        let displaced: Vec<Option<Arc<Vec<Mat3>>>> = places.iter().map(of).collect();
+        let kept = places.iter().zip(&displaced);
+        *self.spread.lock().unwrap_or_else(PoisonError::into_inner) =
+            kept.filter_map(|(place, found)| Some((place.shares.clone(), found.clone()?))).collect();
+        displaced
+    }
+
+    fn displaced_by_shares(&self, shares: &Shares) -> Vec<Mat3> {
+        match &self.flexibility {
+            Flexibility::OnDemand { held, .. } if self.patches.is_none() => {
+                held.column(&self.surface, shares.iter().map(|(node, share)| (*node as usize, *share)))
+            }
+            Flexibility::OnDemand { .. } | Flexibility::Dense(_) => {
+                let by = |i: usize| {
+                    shares.iter().map(|(j, share)| self.surface_block(i, *j as usize) * *share).sum()
+                };
+                (0..self.surface.nodes().len()).map(by).collect()
+            }
+        }
     }
 
     /// Displacements [m] at `at`, in the frame, under forces [N] on surface points.
@@ -315,7 +385,7 @@ impl CondensedGrain {
     pub fn surface_forces(&self, loads: &[(SurfacePoint, Vec3)]) -> Vec<Vec3> {
         let mut forces = vec![Vec3::zeros(); self.surface.nodes().len()];
         for (point, force) in loads {
-            for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
+            for &(node, weight) in &point.shares {
                 forces[node as usize] += force * weight;
             }
         }

@@ -51,7 +51,7 @@ impl Patches {
                 for &i in &near {
                     let weight = area * (1.0 - (point.position - places[i]).norm() / radius);
                     if weight > 0.0 {
-                        for (&node, &shape) in point.nodes.iter().zip(&point.weights) {
+                        for &(node, shape) in &point.shares {
                             rows[i][node as usize] += weight * shape;
                         }
                     }

@@ -4,19 +4,19 @@
 //! continuous over the whole surface.
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::Vec3;
 
-/// A place on the surface, in body coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A place on the surface, in body coordinates: a point of a facet, or part of a face that forces are spread over.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SurfacePoint {
     /// Index of the facet in the mesh's surface.
     pub facet: u32,
-    /// Indices of the six facet nodes among the surface nodes.
-    pub nodes: [u32; 6],
-    /// Shape functions there; they sum to one.
-    pub weights: [f64; 6],
+    /// Surface nodes, by number, and their shares of a force here, which are those of their displacements in what is felt here; they sum to
+    /// one. At a point the six of the facet with its shape functions.
+    pub shares: Shares,
     /// [m]
     #[serde(with = "crate::tensor::stored")]
     pub position: Vec3,
@@ -24,6 +24,9 @@ pub struct SurfacePoint {
     #[serde(with = "crate::tensor::stored")]
     pub normal: Vec3,
 }
+
+/// Surface nodes by number, each with its share.
+pub type Shares = SmallVec<[(u32, f64); 6]>;
 
 #[derive(Debug, Clone, Copy)]
 struct Facet {
@@ -105,7 +108,7 @@ impl Surface {
         Surface { notched: true, ..Self::new(mesh) }
     }
 
-    /// Surface nodes of the mesh, ascending; [`SurfacePoint::nodes`] counts in this list.
+    /// Surface nodes of the mesh, ascending; [`SurfacePoint::shares`] counts in this list.
     pub fn nodes(&self) -> &[NodeId] {
         &self.nodes
     }
@@ -243,13 +246,15 @@ impl Surface {
             let near = 1.0 - (nearest - at.position).norm() / radius;
             if near > 0.0 {
                 let mut place = self.point(number as u32, &[1.0 / 3.0; 3]);
-                place.weights = [0.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0];
+                for (share, whole) in place.shares.iter_mut().zip([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]) {
+                    share.1 = whole / 3.0;
+                }
                 shares.push((place, near * self.facet_area(number as u32)));
             }
         }
         let sum: f64 = shares.iter().map(|(_, share)| share).sum();
         if !(sum > 0.0) {
-            return vec![(*at, 1.0)];
+            return vec![(at.clone(), 1.0)];
         }
         shares.iter_mut().for_each(|(_, share)| *share /= sum);
         shares
@@ -266,7 +271,8 @@ impl Surface {
             4.0 * l[1] * l[2],
             4.0 * l[2] * l[0],
         ];
-        SurfacePoint { facet, nodes, weights, position: interpolate(&corners, l), normal }
+        let shares = nodes.into_iter().zip(weights).collect();
+        SurfacePoint { facet, shares, position: interpolate(&corners, l), normal }
     }
 }
 
@@ -339,14 +345,10 @@ mod tests {
                 .map(|f| (interpolate(&f.corners, &closest_on_triangle(&f.corners, &x)) - x).norm())
                 .fold(f64::INFINITY, f64::min);
             assert!(((found.position - x).norm() - nearest).abs() < 1e-14);
-            assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+            assert!((found.shares.iter().map(|(_, w)| w).sum::<f64>() - 1.0).abs() < 1e-14);
             // Quadratic shape functions reproduce the position itself.
-            let again: Vec3 = found
-                .nodes
-                .iter()
-                .zip(&found.weights)
-                .map(|(&k, w)| mesh.nodes[surface.nodes()[k as usize].index()] * *w)
-                .sum();
+            let again: Vec3 =
+                found.shares.iter().map(|&(k, w)| mesh.nodes[surface.nodes()[k as usize].index()] * w).sum();
             assert!((again - found.position).norm() < 1e-14);
         }
     }
@@ -362,7 +364,11 @@ mod tests {
             shares.len() >= 3
                 && shares.iter().all(|(place, _)| (place.position - corner.position).norm() < 0.25)
         );
-        assert!(shares.iter().all(|(place, _)| (place.weights.iter().sum::<f64>() - 1.0).abs() < 1e-14));
+        assert!(
+            shares
+                .iter()
+                .all(|(place, _)| (place.shares.iter().map(|(_, w)| w).sum::<f64>() - 1.0).abs() < 1e-14)
+        );
         // In the middle of a face: as much on either side.
         let shares = surface.spread(&surface.locate(&Vec3::new(0.0, 0.0, 1.0)), 0.4);
         let middle: Vec3 = shares.iter().map(|(place, share)| place.position * *share).sum();
@@ -377,7 +383,7 @@ mod tests {
         assert_eq!(points.len(), surface.nodes().len());
         for (number, (point, node)) in points.iter().zip(surface.nodes()).enumerate() {
             assert!((point.position - mesh.nodes[node.index()]).norm() < 1e-15);
-            for (k, weight) in point.nodes.iter().zip(&point.weights) {
+            for (k, weight) in &point.shares {
                 assert_eq!(*weight, if *k as usize == number { 1.0 } else { 0.0 });
             }
         }

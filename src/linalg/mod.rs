@@ -2,7 +2,6 @@
 
 pub mod cholesky;
 mod fault;
-pub mod fewest;
 pub mod gmres;
 pub mod lu;
 pub mod multifrontal;
@@ -11,7 +10,6 @@ pub mod symmetric;
 
 pub use cholesky::{Factorisation, Refinement, SparseCholesky};
 pub use fault::FactorError;
-pub use fewest::fewest_weights;
 pub use gmres::gmres;
 pub use multifrontal::MultifrontalLu;
 pub use ordering::{NodeGraph, Ordering};

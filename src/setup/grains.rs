@@ -24,11 +24,11 @@ pub fn grain_meshes(wanted: &SpecimenCase, specimen: &Specimen) -> Result<Vec<Me
 /// # Errors
 /// `Error::Mesh` naming the grain, where a law of its rock cannot give what is possible.
 pub fn give_rock(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
-    let seed_and_normal = (case.seed, case.contact.normal);
-    let condensed = || rock::condensed_grains(&case.rock, meshes, seed_and_normal);
+    let seed_and_contact = (case.seed, &case.contact);
+    let condensed = || rock::condensed_grains(&case.rock, meshes, seed_and_contact);
     match case.fidelity_of_grains() {
         Fidelity::Rigid if case.rock.damage.is_some() => {
-            rig.let_break(rock::breaking_grains(&case.rock, meshes, seed_and_normal)?);
+            rig.let_break(rock::breaking_grains(&case.rock, meshes, seed_and_contact)?);
         }
         Fidelity::Rigid => {}
         Fidelity::Auto => {
@@ -37,7 +37,7 @@ pub fn give_rock(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
         }
         Fidelity::Condensed => rig.condense(condensed()?),
         Fidelity::Full => {
-            rig.resolve(rock::full_grains(&case.rock, meshes, seed_and_normal)?);
+            rig.resolve(rock::full_grains(&case.rock, meshes, seed_and_contact)?);
         }
     }
     Ok(())

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::case::{Law, RockCase, RubbleCase, Scatter};
+use crate::case::{ContactCase, Law, RockCase, RubbleCase, Scatter};
 use crate::contact::NormalLaw;
+use crate::contact::face::FaceContact;
 use crate::element::Strains;
 use crate::error::{Error, Result};
 use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, FullGrain};
@@ -75,12 +76,15 @@ pub fn condensed(
     name: &str,
     index: usize,
     mesh: Mesh,
-    (seed, normal): (u64, NormalLaw),
+    (seed, contact): (u64, &ContactCase),
 ) -> Result<Arc<CondensedGrain>> {
     tracing::debug!(name, cells = mesh.cells.len(), nodes = mesh.nodes.len(), "condensing");
     let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
-    let on_points = CondensedGrain::new(mesh, &elasticity, rock.density).map_err(named(name))?;
-    Ok(Arc::new(loaded(on_points, normal)))
+    let on_points = match contact.faces {
+        FaceContact::Corners => CondensedGrain::new(mesh, &elasticity, rock.density),
+        FaceContact::Area => CondensedGrain::touched_all_over(mesh, &elasticity, rock.density),
+    };
+    Ok(Arc::new(loaded(on_points.map_err(named(name))?, contact.normal)))
 }
 
 /// A grain whose contact forces act as the law wants.
@@ -97,9 +101,9 @@ pub fn full(
     name: &str,
     index: usize,
     mesh: Mesh,
-    seed_and_normal: (u64, NormalLaw),
+    seed_and_contact: (u64, &ContactCase),
 ) -> Result<Arc<FullGrain>> {
-    let condensed = condensed(rock, name, index, mesh, seed_and_normal)?;
+    let condensed = condensed(rock, name, index, mesh, seed_and_contact)?;
     FullGrain::new(condensed, rock.density, Strains::Finite).map(Arc::new).map_err(named(name))
 }
 
@@ -107,10 +111,10 @@ pub fn full(
 pub fn full_grains(
     rock: &RockCase,
     meshes: &[Mesh],
-    seed_and_normal: (u64, NormalLaw),
+    seed_and_contact: (u64, &ContactCase),
 ) -> Result<Vec<Arc<FullGrain>>> {
     let grain = |(index, mesh): (usize, &Mesh)| {
-        full(rock, &format!("grain {index}"), index, mesh.clone(), seed_and_normal)
+        full(rock, &format!("grain {index}"), index, mesh.clone(), seed_and_contact)
     };
     meshes.par_iter().enumerate().map(grain).collect()
 }
@@ -122,11 +126,11 @@ pub type Breakable = (Arc<CondensedGrain>, Option<Arc<DamagedGrain>>);
 pub fn condensed_grains(
     rock: &RockCase,
     meshes: &[Mesh],
-    (seed, normal): (u64, NormalLaw),
+    (seed, contact): (u64, &ContactCase),
 ) -> Result<Vec<Breakable>> {
     let grain = |(index, mesh): (usize, &Mesh)| {
         let name = format!("grain {index}");
-        let grain = condensed(rock, &name, index, mesh.clone(), (seed, normal))?;
+        let grain = condensed(rock, &name, index, mesh.clone(), (seed, contact))?;
         let damaged = damaged(rock, &name, index, &grain, seed)?;
         Ok((grain, damaged))
     };
@@ -137,14 +141,14 @@ pub fn condensed_grains(
 pub fn breaking_grains(
     rock: &RockCase,
     meshes: &[Mesh],
-    (seed, normal): (u64, NormalLaw),
+    (seed, contact): (u64, &ContactCase),
 ) -> Result<Vec<Option<Arc<DamagedGrain>>>> {
     let grain = |(index, mesh): (usize, &Mesh)| {
         let name = format!("grain {index}");
         let elasticity = elasticity(rock, &name, index, mesh.cells.len(), seed)?;
         let on_points =
             CondensedGrain::stressed(mesh.clone(), &elasticity, rock.density).map_err(named(&name))?;
-        damaged(rock, &name, index, &Arc::new(loaded(on_points, normal)), seed)
+        damaged(rock, &name, index, &Arc::new(loaded(on_points, contact.normal)), seed)
     };
     meshes.par_iter().enumerate().map(grain).collect()
 }

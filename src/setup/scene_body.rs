@@ -160,12 +160,12 @@ fn inner(case: &Case, rock: &RockCase, index: usize, body: &BodyCase, mesh: Opti
     let (name, seed) = (&body.name, case.seed);
     match (case.fidelity_of(body), mesh) {
         (Fidelity::Auto | Fidelity::Condensed, Some(mesh)) => {
-            let grain = rock::condensed(rock, name, index, mesh, (seed, case.contact.normal))?;
+            let grain = rock::condensed(rock, name, index, mesh, (seed, &case.contact))?;
             let damaged = rock::damaged(rock, name, index, &grain, seed)?;
             Ok(Inner { grain: Some(grain), full: None, damaged })
         }
         (Fidelity::Full, Some(mesh)) => {
-            let full = rock::full(rock, name, index, mesh, (seed, case.contact.normal))?;
+            let full = rock::full(rock, name, index, mesh, (seed, &case.contact))?;
             Ok(Inner { grain: Some(full.condensed().clone()), full: Some(full), damaged: None })
         }
         (Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full, _) => Ok(Inner::default()),

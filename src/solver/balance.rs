@@ -75,11 +75,13 @@ impl Yardsticks {
             (0..bodies).map(|body| if dead[body] > 0.0 { 0.0 } else { resolved(body) }).collect();
         let largest = dead.iter().copied().fold(0.0, f64::max);
         let least = (0..bodies).map(resolved).fold(f64::MIN_POSITIVE, f64::max);
-        let mean = contacts.mean_force().max(SHARE_OF_LOAD * largest);
+        // Without a load contact forces may be what rounding leaves, and are judged by no less.
+        let floor = if largest > 0.0 { 0.0 } else { least };
+        let mean = contacts.mean_force().max(SHARE_OF_LOAD * largest).max(floor);
         let own = |body: usize| {
             let carried = strongest[body].max(dead[body]);
             let apart = model.bodies[body].kind == BodyKind::Placed && dofs.is_free(body);
-            if apart && carried > 0.0 { carried } else { f64::INFINITY }
+            if apart && carried > 0.0 { carried.max(floor) } else { f64::INFINITY }
         };
         Yardsticks {
             mean: if mean > 0.0 { mean } else { least },

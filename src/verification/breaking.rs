@@ -63,7 +63,7 @@ pub fn turned_grain() -> f64 {
         let grain = CondensedGrain::new(turned, &rock, 2700.0).expect("a grain");
         let place = |(point, force): &(SurfacePoint, Vec3)| {
             let (position, normal) = (turn * point.position, turn * point.normal);
-            (SurfacePoint { position, normal, ..*point }, turn * force)
+            (SurfacePoint { position, normal, ..point.clone() }, turn * force)
         };
         let loads: Vec<_> = loads.iter().map(place).collect();
         for (a, b) in invariants(&grain, &loads).iter().flatten().zip(first.iter().flatten()) {
@@ -122,7 +122,8 @@ pub fn cut_in_two() -> Cut {
     let laws = vec![law(3.0, 1.0, 0.0); mesh.cells.len()];
     let mut grain = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, Ancestry::of_grain(0))
         .expect("a grain");
-    let loads: Vec<_> = squeezed(grain.condensed()).iter().map(|(point, f)| (*point, f * 1e-2)).collect();
+    let loads: Vec<_> =
+        squeezed(grain.condensed()).iter().map(|(point, f)| (point.clone(), f * 1e-2)).collect();
     grain.commit(&loads).expect("a commit");
     let outcome = grain.break_up(&loads, 0, 1e-9).expect("a break-up").expect("cells have failed");
     let u = grain.condensed().nodal_displacements(&loads);

@@ -79,7 +79,7 @@ pub fn condensed_against_full() -> [f64; 3] {
     let mut k = stiffness_matrix(&mesh, &rock, &vec![[1.0; 4]; rock.len()]).expect("a stiffness");
     let mut f = vec![0.0; 3 * mesh.nodes.len()];
     for (point, force) in &loads {
-        for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
+        for &(node, weight) in &point.shares {
             let node = grain.surface().nodes()[node as usize].index();
             (0..3).for_each(|axis| f[3 * node + axis] += weight * force[axis]);
         }

@@ -12,7 +12,7 @@ use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::SurfacePoint;
 use crate::model::{Loads, Model};
-use crate::tensor::{Mat3, Pose, Vec3};
+use crate::tensor::{Pose, Vec3};
 
 /// An open contact's force is an unknown where the bodies would yield by its gap under this share of the mean contact force.
 const NEAR: f64 = 1.0;
@@ -105,10 +105,10 @@ impl Contacts {
                 pair_of(&self.pairs, unknown.key).and_then(|pair| self.pairs[pair].place(unknown.feature));
             let Some(place) = found else { continue };
             for (body, on, sign) in
-                [(unknown.key.0 as usize, place.on_a, -1.0), (unknown.key.1 as usize, place.on_b, 1.0)]
+                [(unknown.key.0 as usize, &place.on_a, -1.0), (unknown.key.1 as usize, &place.on_b, 1.0)]
             {
                 if let (Some(on), true) = (on, self.grains[body].is_some()) {
-                    places[body].push((k, sign, on));
+                    places[body].push((k, sign, on.clone()));
                 }
             }
         }
@@ -116,15 +116,15 @@ impl Contacts {
         let patch = |(body, places): (usize, Vec<(usize, f64, SurfacePoint)>)| {
             let grain = grains[body].as_ref().filter(|_| !places.is_empty())?;
             let turn = poses[body].rotation.to_rotation_matrix().into_inner();
+            let own = grain.flexibilities(&places.iter().map(|(.., place)| place).collect::<Vec<_>>());
             let n = places.len();
-            let mut flexibility = vec![Mat3::zeros(); n * n];
-            for i in 0..n {
-                for j in 0..=i {
-                    let block = turn * grain.flexibility(&places[i].2, &places[j].2) * turn.transpose();
-                    flexibility[i * n + j] = block;
-                    flexibility[j * n + i] = block.transpose();
-                }
-            }
+            let turned = |k: usize| {
+                // Of the lower half, so that it stays symmetric.
+                let (i, j) = ((k / n).max(k % n), (k / n).min(k % n));
+                let block = turn * own[i * n + j] * turn.transpose();
+                if k / n >= k % n { block } else { block.transpose() }
+            };
+            let flexibility = (0..n * n).map(turned).collect();
             Some(Patch { body, places, flexibility })
         };
         self.unknown_forces.patches = places.into_par_iter().enumerate().filter_map(patch).collect();
@@ -146,8 +146,8 @@ impl Contacts {
             for point in pair.active() {
                 let Some(place) = pair.place(point.site.feature) else { continue };
                 let on_b = point.evaluation.bending_force();
-                for (body, on, force) in [(pair.a(), place.on_a, -on_b), (pair.b(), place.on_b, on_b)] {
-                    let on = on.filter(|_| self.grains[body].is_some());
+                for (body, on, force) in [(pair.a(), &place.on_a, -on_b), (pair.b(), &place.on_b, on_b)] {
+                    let on = on.clone().filter(|_| self.grains[body].is_some());
                     others[body].extend(on.map(|on| (on, poses[body].rotation.inverse() * force)));
                 }
             }

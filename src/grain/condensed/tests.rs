@@ -109,7 +109,7 @@ fn full_solution(grain: &CondensedGrain, loads: &[(SurfacePoint, Vec3)]) -> Vec<
     system.view_mut((n, 0), (6, n)).copy_from(&(mr.transpose() * scale));
     let mut rhs = DVector::zeros(n + 6);
     for (point, force) in loads {
-        for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
+        for &(node, weight) in &point.shares {
             let node = grain.surface().nodes()[node as usize].index();
             for axis in 0..3 {
                 rhs[3 * node + axis] += weight * force[axis];
@@ -148,17 +148,13 @@ fn condensed_equals_full_solution() {
     for (a, b) in full.iter().zip(&nodal) {
         assert!((a - b).norm() < 1e-8 * scale);
     }
-    let at: Vec<SurfacePoint> = loads.iter().map(|(point, _)| *point).collect();
+    let at: Vec<SurfacePoint> = loads.iter().map(|(point, _)| point.clone()).collect();
     let mut u = vec![Vec3::zeros(); at.len()];
     grain.surface_displacement_into(&mut u, &loads, &at);
     let mut work = 0.0;
     for ((point, force), u) in loads.iter().zip(&u) {
-        let expected: Vec3 = point
-            .nodes
-            .iter()
-            .zip(&point.weights)
-            .map(|(&k, w)| full[grain.surface().nodes()[k as usize].index()] * *w)
-            .sum();
+        let expected: Vec3 =
+            point.shares.iter().map(|&(k, w)| full[grain.surface().nodes()[k as usize].index()] * w).sum();
         assert!((expected - u).norm() < 1e-8 * scale);
         work += 0.5 * force.dot(u);
     }
@@ -175,7 +171,7 @@ fn flexibility_is_symmetric_and_positive() {
 }
 
 fn symmetric_and_positive(grain: &CondensedGrain) {
-    let points: Vec<SurfacePoint> = loads(grain).iter().map(|(point, _)| *point).collect();
+    let points: Vec<SurfacePoint> = loads(grain).iter().map(|(point, _)| point.clone()).collect();
     // Maxwell and Betti: the displacement at a under a force at b, and the other way round.
     for a in &points {
         for b in &points {
@@ -253,9 +249,8 @@ fn forces_on_patches_do_the_work_that_is_stored() {
     assert!((grain.elastic_energy(&loads) / stored - 1.0).abs() < 1e-9);
     let mut field = Vec::new();
     grain.surface_field_into(&mut field, &loads);
-    let felt = |place: &SurfacePoint| -> Vec3 {
-        place.nodes.iter().zip(&place.weights).map(|(&k, w)| field[k as usize] * *w).sum()
-    };
+    let felt =
+        |place: &SurfacePoint| -> Vec3 { place.shares.iter().map(|&(k, w)| field[k as usize] * w).sum() };
     let work: f64 = loads.iter().map(|(place, force)| 0.5 * force.dot(&felt(place))).sum();
     assert!((work / stored - 1.0).abs() < 1e-9, "{work} {stored}");
 }
@@ -304,4 +299,34 @@ fn unusable_grains_are_refused() {
     assert!(CondensedGrain::new(mesh.clone(), &rock, 0.0).is_err());
     let gone = vec![[0.0; POINT_COUNT]; rock.len()];
     assert!(CondensedGrain::with_damage(mesh, &rock, DENSITY, &gone).is_err());
+}
+
+/// Between points and forces that are spread, at once and one by one, kept or not.
+#[test]
+fn flexibilities_are_those_of_each_pair() {
+    let dense = grain();
+    let intact = vec![[1.0; POINT_COUNT]; dense.mesh().cells.len()];
+    let rock: Vec<Elastic> = dense.mesh().cell_ids().map(|cell| *dense.rock(cell)).collect();
+    let on_demand =
+        CondensedGrain::with_damage_on_demand(dense.mesh().clone(), &rock, 2700.0, &intact).expect("a grain");
+    for grain in [&dense, &on_demand] {
+        let points: Vec<SurfacePoint> = loads(grain).iter().map(|(point, _)| point.clone()).collect();
+        let spread = |over: &[SurfacePoint]| {
+            let mut shares = std::collections::BTreeMap::new();
+            for (node, share) in over.iter().flat_map(|point| &point.shares) {
+                *shares.entry(*node).or_insert(0.0) += share / over.len() as f64;
+            }
+            SurfacePoint { shares: shares.into_iter().collect(), ..over[0].clone() }
+        };
+        let places = [spread(&points[..2]), points[0].clone(), spread(&points), points[2].clone()];
+        let places: Vec<&SurfacePoint> = places.iter().collect();
+        assert!(places[0].shares.len() > OF_POINT && places[2].shares.len() > places[0].shares.len());
+        let first = grain.flexibilities(&places);
+        assert_eq!(first, grain.flexibilities(&places));
+        let scale = first.iter().map(|block| block.norm()).fold(0.0, f64::max);
+        for (k, block) in first.iter().enumerate() {
+            let expected = grain.flexibility(places[k / 4], places[k % 4]);
+            assert!((block - expected).norm() < 1e-11 * scale, "{k}: {block} {expected}");
+        }
+    }
 }
