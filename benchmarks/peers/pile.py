@@ -44,7 +44,9 @@ INCREMENTS = 12
 RIPRAP = [
     ("rigid, corners", ["--fidelity", "rigid"]),
     ("condensed, corners", ["--fidelity", "condensed"]),
-    ("full, corners", ["--fidelity", "full"]),
+    ("rigid, area", ["--fidelity", "rigid", "--set", '/contact/faces="area"']),
+    ("condensed, area", ["--fidelity", "condensed", "--set", '/contact/faces="area"']),
+    ("full, area", ["--fidelity", "full", "--set", '/contact/faces="area"']),
 ]
 
 

@@ -2,7 +2,7 @@
 
 use crate::assembly::ContactPoint;
 use crate::contact::cells::{PatchCell, SLID};
-use crate::contact::face::{look_at_each_other, may_face};
+use crate::contact::face::{flat_share, look_at_each_other, may_face};
 use crate::contact::force::{self, Kinematics, SitePoints, Tangent};
 use crate::contact::memory::{PairKey, PairMemory};
 use crate::contact::patch::{self, FacesInSpace};
@@ -21,6 +21,8 @@ pub(super) struct Facing<'a> {
     pub normals: [Vec3; 2],
     /// Of half the angles of their cones.
     pub cosines: [f64; 2],
+    /// How much of their patch is flat on both sides; not zero.
+    pub g: f64,
 }
 
 /// All of a pair of bodies at these poses.
@@ -31,7 +33,8 @@ pub(super) fn facings<'a>(model: &'a Model, features: &PairFeatures, poses: [&Po
         let normals = [poses[0].rotation * faces[0].normal, poses[1].rotation * faces[1].normal];
         let cosines = faces.map(|face| face.cosine);
         let face = may_face(&normals[0], &normals[1], 0.0) && look_at_each_other(faces, poses);
-        face.then_some(Facing { numbers: (i, j), faces, normals, cosines })
+        let g = if face { flat_share(faces, poses) } else { 0.0 };
+        (g > 0.0).then_some(Facing { numbers: (i, j), faces, normals, cosines, g })
     };
     features.faces().iter().filter_map(facing).collect()
 }
@@ -80,7 +83,7 @@ impl<'a> Facing<'a> {
     }
 
     pub fn in_space(&self, poses: [&Pose; 2]) -> FacesInSpace<'a> {
-        FacesInSpace::new(self.faces, poses)
+        FacesInSpace::new(self.faces, poses, self.g)
     }
 }
 

@@ -254,7 +254,7 @@ impl PairWork {
             state.corners = facing_corners(&site, shapes).map(|both| both.map(|corner| corner.cosine));
             if let Some(facing) = faces::of_contact(&facings, &site, &sites) {
                 sites.normals = facing.normals;
-                state.faces = Some(FaceShare::Feature(facing.cosines));
+                state.faces = Some(FaceShare::Feature { g: facing.g, cosines: facing.cosines });
             }
             points.push(meeting.point(&model.law, site, sites, state, None, &mut known));
         });
@@ -276,7 +276,7 @@ impl PairWork {
                 let site = facing.site(k as u32);
                 let sites = facing.sites(poses, cell, shapes);
                 let mut state = meeting.state(&Start::of(carried, site.feature), per_area * cell.area);
-                state.faces = Some(FaceShare::Patch);
+                state.faces = Some(FaceShare::Patch { g: facing.g });
                 points.push(meeting.point(&law, site, sites, state, Some(&cell.on), &mut known));
             }
         }

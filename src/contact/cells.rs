@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::face::Face;
 use crate::contact::features::Feature;
 use crate::contact::point_memory::PointMemory;
+use crate::geometry::planar::common_part;
 use crate::grain::{Surface, SurfacePoint};
 use crate::tensor::{Pose, Vec3};
 
@@ -162,25 +163,7 @@ fn segment_into(points: &mut Vec<Point>, a: &Polygon, b: &Polygon, least: f64) {
     if apart(0) || apart(1) {
         return;
     }
-    let mut common = a.clone();
-    for (k, from) in b.iter().enumerate() {
-        let to = b[(k + 1) % b.len()];
-        let height =
-            |p: &[f64; 2]| (to[0] - from[0]) * (p[1] - from[1]) - (to[1] - from[1]) * (p[0] - from[0]);
-        let mut kept = Polygon::with_capacity(common.len() + 1);
-        for (i, start) in common.iter().enumerate() {
-            let end = &common[(i + 1) % common.len()];
-            let (before, after) = (height(start), height(end));
-            if before >= 0.0 {
-                kept.push(*start);
-            }
-            if (before < 0.0) != (after < 0.0) {
-                let share = before / (before - after);
-                kept.push([0, 1].map(|axis| start[axis] + (end[axis] - start[axis]) * share));
-            }
-        }
-        common = kept;
-    }
+    let common = common_part(a, b);
     for k in 1..common.len().saturating_sub(1) {
         let corners = [common[0], common[k], common[k + 1]];
         let side = |i: usize, axis: usize| corners[i][axis] - corners[0][axis];

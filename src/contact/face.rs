@@ -2,25 +2,28 @@
 //!
 //! A face is a facet plane of the core moved out by the rounding, and its polygon that of the body before its edges were rounded: a
 //! patch that ended a rounding before the block does could not put a uniform stress into the block. Two faces carry by
-//! the patch that they share with the weight `f`, which depends on the angle between them alone: 1 below [`FULL`], 0 from
-//! [`NONE`] on, the angles between which an edge counts as flat. A corner or an edge with the normal n then counts
-//! `1 - f h_a h_b`; `h_a` says how deep n lies in the cone of directions about the face's normal: 1 within half its angle, 0
+//! the patch that they share with the weight `f g`. `f` depends on the angle between them: 1 below [`FULL`], 0 from [`NONE`] on. `g` is 0 where only
+//! the rims of the two overlap, which are round, and 1 where their flat parts have [`FLAT_SHARE`] of the patch in common: of two edges tip to tip
+//! the faces behind would else carry before they touch. A corner or an edge with the normal n then counts
+//! `1 - f g h_a h_b`; `h_a` says how deep n lies in the cone of directions about the face's normal: 1 within half its angle, 0
 //! from the cone on. Cones of one body's faces do not meet, so a contact belongs to one pair of faces at most, and it leaves no
 //! pair but where `h` is zero.
 //!
-//! Forces are the derivatives of the energy `f E_patch + (1 - f h) E_contact` by the angle; what `h` does is left out: it
-//! changes only while a corner turns by a quarter of a radian about an edge between two parallel faces.
+//! Forces are the derivatives of the energy `f g E_patch + (1 - f g h) E_contact` by the angle; what `h` and `g` do is left out: they
+//! change only while a corner turns by a quarter of a radian about an edge between two parallel faces, or a face slides over another's rim.
 
 use crate::contact::features::fade;
-use crate::geometry::Polyhedron;
 use crate::geometry::rounded::{HalfSpace, RoundedBody, facet_polygon};
+use crate::geometry::{Polyhedron, planar};
 use crate::tensor::dual::{Real, Vector};
 use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Angle between two faces below which they carry by their patch alone, and from which on by corners and edges alone [rad].
-pub const FULL: f64 = 1e-3;
-pub const NONE: f64 = 1e-2;
+pub const FULL: f64 = 3e-2;
+pub const NONE: f64 = 1e-1;
+/// Share of a patch that is flat on both sides from which on it carries in full.
+const FLAT_SHARE: f64 = 0.5;
 
 /// Widest cone of a face, and narrowest of one that takes part [rad].
 const WIDEST: f64 = 0.5;
@@ -49,6 +52,8 @@ pub struct Face {
     pub normal: Vec3,
     /// Corners before edges are rounded [m], counter-clockwise from outside.
     pub ring: Vec<Vec3>,
+    /// The same of what rounding leaves flat.
+    flat: Vec<Vec3>,
     /// In its plane, with the normal right-handed.
     pub axes: [Vec3; 2],
     /// [m^2]
@@ -97,6 +102,8 @@ impl Face {
             depth.asin().min(0.5 * nearest).min(WIDEST)
         };
         let angles: Vec<f64> = planes.iter().enumerate().map(half_angle).collect();
+        let flats: Vec<Vec<Vec3>> =
+            (0..planes.len()).map(|index| facet_polygon(&planes, index, core.vertices[0], size)).collect();
         planes.iter_mut().for_each(|plane| plane.offset += body.radius);
         let face = |(index, angle): (usize, &f64)| {
             // Not wide enough, or not a number.
@@ -110,7 +117,8 @@ impl Face {
             let spans = |k: usize| (ring[k] - first).cross(&(ring[k + 1] - first)).dot(&normal);
             let area = 0.5 * (1..ring.len() - 1).map(spans).sum::<f64>();
             let axes = [along, normal.cross(&along)];
-            (area > 0.0).then(|| Face { normal, axes, area, cosine: angle.cos(), inside, ring })
+            let flat = flats[index].iter().map(|corner| corner + normal * body.radius).collect();
+            (area > 0.0).then(|| Face { normal, axes, area, cosine: angle.cos(), inside, ring, flat })
         };
         angles.iter().enumerate().map(face).collect()
     }
@@ -181,10 +189,10 @@ fn planes_of_faces(core: &Polyhedron) -> (Vec<HalfSpace>, Vec<usize>) {
 /// What a contact has to do with a pair of faces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FaceShare {
-    /// It is part of their patch: weight `f`.
-    Patch,
-    /// It is a corner or an edge; cosines of the two cones' half angles: weight `1 - f h_a h_b`.
-    Feature([f64; 2]),
+    /// It is part of their patch: weight `f g`.
+    Patch { g: f64 },
+    /// It is a corner or an edge; cosines of the two cones' half angles: weight `1 - f g h_a h_b`.
+    Feature { g: f64, cosines: [f64; 2] },
 }
 
 /// The weight and its derivative by the spin of `a`; that by the spin of `b` is the opposite.
@@ -198,8 +206,10 @@ impl<T: Real> FaceWeight<T> {
     pub fn new(share: FaceShare, normals: [Vector<T>; 2], normal: Vector<T>) -> Self {
         let (f, by_turn) = facing(normals);
         match share {
-            FaceShare::Patch => FaceWeight { value: f, by_turn },
-            FaceShare::Feature(cosines) => {
+            FaceShare::Patch { g } => {
+                FaceWeight { value: f.scaled(g), by_turn: by_turn.times(T::constant(g)) }
+            }
+            FaceShare::Feature { g, cosines } => {
                 let depth = |along: T, cosine: f64| {
                     // Cosine of half the angle less that of the angle.
                     let span = (0.5 * (1.0 + cosine)).sqrt() - cosine;
@@ -207,6 +217,7 @@ impl<T: Real> FaceWeight<T> {
                 };
                 let h =
                     depth(normal.dot(normals[0]), cosines[0]) * depth(-normal.dot(normals[1]), cosines[1]);
+                let h = h.scaled(g);
                 FaceWeight { value: T::constant(1.0) - f * h, by_turn: -by_turn.times(h) }
             }
         }
@@ -225,6 +236,19 @@ fn facing<T: Real>(normals: [Vector<T>; 2]) -> (T, Vector<T>) {
     // Squared sine |a x b|^2 by the spin of a: -2 (a.b) a x b.
     let by_turn = across.times((slope * along).scaled(2.0 / (none - full)));
     (T::constant(1.0) - gone, by_turn)
+}
+
+/// The share `g` of a patch that comes of how much of it is flat on both sides.
+pub fn flat_share(faces: [&Face; 2], poses: [&Pose; 2]) -> f64 {
+    let seen = |p: &Vec3| faces[1].coordinates(&poses[1].to_body(&poses[0].to_space(p)));
+    let common = |rings: [&[Vec3]; 2]| {
+        // Seen from outside the second face, what is counter-clockwise on the first runs clockwise.
+        let first: Vec<[f64; 2]> = rings[0].iter().rev().map(seen).collect();
+        let second: Vec<[f64; 2]> = rings[1].iter().map(|p| faces[1].coordinates(p)).collect();
+        planar::area(&planar::common_part(&first, &second))
+    };
+    let whole = common(faces.map(|face| &face.ring[..]));
+    if whole > 0.0 { fade(common(faces.map(|face| &face.flat[..])) / whole / FLAT_SHARE).0 } else { 0.0 }
 }
 
 /// Whether two faces look at each other, not their bodies' backs: whether either body lies in front of the other one's face.

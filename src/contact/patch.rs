@@ -33,10 +33,12 @@ pub struct FacesInSpace<'a> {
     normals: [Vec3; 2],
     axes: [Vec3; 2],
     faces: [&'a Face; 2],
+    /// How much of the patch is flat on both sides ([`crate::contact::face`]).
+    g: f64,
 }
 
 impl<'a> FacesInSpace<'a> {
-    pub fn new(faces: [&'a Face; 2], poses: [&Pose; 2]) -> Self {
+    pub fn new(faces: [&'a Face; 2], poses: [&Pose; 2], g: f64) -> Self {
         let turns = poses.map(|pose| pose.rotation.to_rotation_matrix());
         FacesInSpace {
             ring: faces[0].ring.iter().map(|p| poses[0].position + turns[0] * p).collect(),
@@ -44,6 +46,7 @@ impl<'a> FacesInSpace<'a> {
             normals: [turns[0] * faces[0].normal, turns[1] * faces[1].normal],
             axes: faces[1].axes.map(|axis| turns[1] * axis),
             faces,
+            g,
         }
     }
 
@@ -86,7 +89,7 @@ fn wrenches<T: Real>(
     let [frame_a, frame_b] = frames;
     let normals = [frame_a.turned(&faces.normals[0]), frame_b.turned(&faces.normals[1])];
     let normal = normals[0];
-    let weight = FaceWeight::new(FaceShare::Patch, normals, normal);
+    let weight = FaceWeight::new(FaceShare::Patch { g: faces.g }, normals, normal);
     if weight.value.value() <= 0.0 {
         return None;
     }
@@ -295,7 +298,7 @@ mod tests {
         fn evaluate(&self, poses: &[Pose; 2]) -> Option<([Evaluation; POINTS], [Tangent; POINTS])> {
             let committed = [Pose::identity(), Pose::new(Vec3::new(0.0, 0.0, 0.02), Rotation::identity())];
             let kinematics = [0, 1].map(|i| Kinematics::between(&committed[i], &poses[i]));
-            let faces = FacesInSpace::new(self.facing(), [&poses[0], &poses[1]]);
+            let faces = FacesInSpace::new(self.facing(), [&poses[0], &poses[1]], 1.0);
             let state = PointState {
                 radii: 2e-3,
                 radius_difference: 0.0,
@@ -384,7 +387,7 @@ mod tests {
                 (SMALL, poses(1e-3, 2e-3, 2e-5, [1e-4, 2e-4, 0.4])),
                 (EQUAL, poses(4e-3, 7e-3, 1e-5, [2e-4, -3e-4, 0.2])),
                 // Part of the face is open, and the weight fades.
-                (EQUAL, poses(4e-3, 7e-3, 1e-5, [2e-3, -3e-3, 0.2])),
+                (EQUAL, poses(4e-3, 7e-3, 1e-5, [2e-2, -4e-2, 0.2])),
             ] {
                 let boxes = Boxes::new(sizes, friction);
                 let (_, exact) = boxes.evaluate(&at).expect("a patch");
@@ -414,8 +417,8 @@ mod tests {
     #[test]
     fn force_is_derivative_of_energy_at_a_given_area() {
         let boxes = Boxes::new(SMALL, 0.0);
-        for turn in [[1e-4, 2e-4, 0.4], [1e-3, 2.5e-3, 0.4]] {
-            let at = poses(1e-3, 2e-3, 6e-5, turn);
+        for (depth, turn) in [(6e-5, [1e-4, 2e-4, 0.4]), (1.2e-3, [2e-2, 3.5e-2, 0.4])] {
+            let at = poses(1e-3, 2e-3, depth, turn);
             let (wrench, _) = boxes.total(&at);
             for k in 0..9 {
                 let h = if k < 3 { 1e-9 } else { 1e-7 };
@@ -445,8 +448,8 @@ mod tests {
         let boxes = Boxes::new(EQUAL, 0.3);
         let ways: [&dyn Fn(f64) -> [Pose; 2]; 3] = [
             &|t| poses(-0.029 + 0.058 * t, 0.004, 1e-5, [2e-4, 3e-4, 0.3]),
-            &|t| poses(2e-3, 0.004, 1e-5, [0.0, 1.2e-2 * t, 0.0]),
-            &|t| poses(2e-3, 0.004, 1e-5, [-1.1e-2 * t, 0.5e-2 - 1e-2 * t, 0.2]),
+            &|t| poses(2e-3, 0.004, 1e-5, [0.0, 0.12 * t, 0.0]),
+            &|t| poses(2e-3, 0.004, 1e-5, [-0.11 * t, 0.05 - 0.1 * t, 0.2]),
         ];
         for (number, way) in ways.iter().enumerate() {
             let largest = |steps: usize| {

@@ -139,21 +139,21 @@ fn vertex_on_vertex(friction: f64) -> Scene {
 /// A corner on a face whose own face is within the angle at which patches fade.
 fn vertex_beside_patch(friction: f64) -> Scene {
     let mut scene = vertex_on_facet(friction);
-    scene.state.faces = Some(FaceShare::Feature([0.9; 2]));
+    scene.state.faces = Some(FaceShare::Feature { g: 0.8, cosines: [0.9; 2] });
     nearly_parallel(scene)
 }
 
 /// A point of such a patch.
 fn point_of_patch(friction: f64) -> Scene {
     let mut scene = vertex_on_facet(friction);
-    scene.state.faces = Some(FaceShare::Patch);
+    scene.state.faces = Some(FaceShare::Patch { g: 0.8 });
     nearly_parallel(scene)
 }
 
 fn nearly_parallel(mut scene: Scene) -> Scene {
     let [p, q, r] = scene.body_a;
     let normal = (q - p).cross(&(r - p)).normalize();
-    let tilted = Rotation::from_scaled_axis(Vec3::new(3e-3, -4e-3, 1e-3)) * normal;
+    let tilted = Rotation::from_scaled_axis(Vec3::new(3e-2, -4e-2, 1e-2)) * normal;
     scene.faces = [normal, -(scene.committed[1].rotation.inverse() * tilted)];
     scene
 }
@@ -163,9 +163,9 @@ fn edges_beside_patch(friction: f64) -> Scene {
     let mut scene = edges(friction);
     let normal = scene.evaluate_at(&scene.committed).0.normal;
     let tilted = Rotation::from_scaled_axis(Vec3::new(0.25, 0.1, 0.0)) * normal;
-    let other = Rotation::from_scaled_axis(Vec3::new(4e-3, -2e-3, 0.0)) * tilted;
+    let other = Rotation::from_scaled_axis(Vec3::new(4e-2, -2e-2, 0.0)) * tilted;
     scene.faces = [tilted, -(scene.committed[1].rotation.inverse() * other)];
-    scene.state.faces = Some(FaceShare::Feature([0.9; 2]));
+    scene.state.faces = Some(FaceShare::Feature { g: 0.8, cosines: [0.9; 2] });
     scene
 }
 
