@@ -241,7 +241,7 @@ fn runs_that_stop_say_why_first() {
         case["rock"]["youngs_modulus"] = json!(modulus);
         reason_of(&case)
     };
-    let soft = falling(9.81, "24 kPa");
+    let soft = falling(9.81, "8 kPa");
     assert!(soft.starts_with("the load of \"brick\" over its size: a pressure of"), "{soft}");
     assert!(soft.contains("rock is too soft") && soft.contains("of its roundings; after"), "{soft}");
     let tiny = falling(2e-11, "20 GPa");

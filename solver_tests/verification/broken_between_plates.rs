@@ -24,6 +24,8 @@ fn case(rock: &str, increments: f64) -> Case {
     for (key, given) in rock.as_object().expect("an object") {
         value["rock"][key] = given.clone();
     }
+    // So that rock without damage meets as rock with it does.
+    value["contact"]["faces"] = serde_json::json!("corners");
     let stage = &mut value["stages"][0];
     stage["increments"] = serde_json::json!(increments);
     stage["bodies"]["pusher"]["displacement"][2] = serde_json::json!(-2.5e-6 * increments);

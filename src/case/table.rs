@@ -346,10 +346,10 @@ static CONTACT: &[Key] = &[
         "0.02",
         "Radius of edges and corners over the size of the grain (of a scene's body: its smallest extent along its own axes).",
     ),
-    Key::default(
+    Key::derived(
         "faces",
         Choice(&["corners", "area"]),
-        "\"corners\"",
+        "area of scenes without damage and accuracy, else corners",
         "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
     ),
     Key::derived(

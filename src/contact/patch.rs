@@ -126,6 +126,7 @@ fn wrenches<T: Real>(
     let offsets = root(second, sums.area.value());
     let share = sums.area.scaled(1.0 / faces.reference_area());
     let mean = sums.depth / sums.area;
+    let deepest = polygon.iter().map(|c| c.depth.value()).fold(0.0, f64::max);
     let point = |k: usize| {
         let (state, [dx, dy]) = (&states[k], offsets[k]);
         let place = in_space(&[centre[0] + dx, centre[1] + dy]);
@@ -133,7 +134,7 @@ fn wrenches<T: Real>(
         let load = mean.scaled(state.spring);
         let pressure = weight_here * load;
         let mut evaluation = Evaluation {
-            gap: -mean.value(),
+            gap: -deepest,
             load: load.value(),
             ..Evaluation::new(state, weight_here.value(), normal.value(), place.value(), pressure.value())
         };
