@@ -3,7 +3,7 @@
 //! A face is a facet plane of the core moved out by the rounding, and its polygon that of the body before its edges were rounded: a
 //! patch that ended a rounding before the block does could not put a uniform stress into the block. Two faces carry by
 //! the patch that they share with the weight `f g`. `f` depends on the angle between them: 1 below [`FULL`], 0 from [`NONE`] on. `g` is 0 where only
-//! the rims of the two overlap, which are round, and 1 where their flat parts have [`FLAT_SHARE`] of the patch in common: of two edges tip to tip
+//! the rims of the two overlap, which are round, and 1 where their flat parts have a half of the patch in common: of two edges tip to tip
 //! the faces behind would else carry before they touch. A corner or an edge with the normal n then counts
 //! `1 - f g h_a h_b`; `h_a` says how deep n lies in the cone of directions about the face's normal: 1 within half its angle, 0
 //! from the cone on. Cones of one body's faces do not meet, so a contact belongs to one pair of faces at most, and it leaves no

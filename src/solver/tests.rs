@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::*;
-use crate::assembly::Contacts;
 use crate::assembly::cubes::pile;
+use crate::assembly::{Contacts, Dofs};
 use crate::contact::law::{CORE_FLOOR, Friction};
 use crate::contact::{ContactLaw, ContactShape};
 use crate::geometry::Polyhedron;
@@ -17,6 +17,7 @@ use crate::model::{
     Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Membrane,
     MembraneParameters, Model, Thickness,
 };
+use crate::solver::balance::Yardsticks;
 use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vec3, Vector6};
 
@@ -568,4 +569,27 @@ fn control_finds_the_load_that_a_position_needs() {
         assert!((report.factor / force - 1.0).abs() < 2e-3, "{} N, not {force} N", report.factor);
         assert!((report.poses[1].position.z - put.poses[1].position.z).abs() <= 1e-3 * depth);
     }
+}
+
+/// Two bodies that touch by less than positions are known to, and nothing presses them: what rounding leaves is no force to be balanced.
+#[test]
+fn contacts_without_a_load_are_judged_by_rounding() {
+    let (model, mut committed, loads) = block_on_plate(0.65);
+    committed.poses[1].position.z -= 1e-15;
+    let least = |loads: &Loads| {
+        let mut contacts = Contacts::default();
+        contacts.start(&model, &committed);
+        contacts.evaluate(&model, &committed, &committed.poses).expect("far enough apart");
+        let mean = contacts.mean_force();
+        let dofs = Dofs::new(&model, loads);
+        [mean, Yardsticks::new(&model, &dofs, &contacts, loads, &committed.poses).least()]
+    };
+    let [force, yardstick] = least(&loads);
+    let rounding = f64::EPSILON * model.typical_stiffness() * 0.1;
+    assert!(force > 0.0 && force < rounding, "{force} {rounding}");
+    assert!(yardstick > rounding, "{yardstick} {rounding}");
+    // A load counts, however small.
+    let mut loaded = loads;
+    loaded.applied[1].z = -rounding;
+    assert!(least(&loaded)[1] < rounding);
 }
