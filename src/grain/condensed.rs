@@ -59,12 +59,10 @@ struct OnPatches {
 /// Displacement of nodes under unit forces on surface nodes [m/N].
 #[derive(Debug)]
 enum Flexibility {
-    Dense(DenseFlexibility),
+    /// Of all surface nodes, and of the inner ones or the factor to solve for them.
+    Dense { dense: DenseFlexibility, held: Option<Box<HeldGrain>> },
     /// The factor, and the columns (all surface nodes) computed so far.
-    OnDemand {
-        held: Box<HeldGrain>,
-        columns: Vec<OnceLock<Vec<Mat3>>>,
-    },
+    OnDemand { held: Box<HeldGrain>, columns: Vec<OnceLock<Vec<Mat3>>> },
 }
 
 impl CondensedGrain {
@@ -132,8 +130,12 @@ impl CondensedGrain {
         let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
         let mut held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
             .map_err(|fault| fail(fault.to_string()))?;
-        let flexibility = if surface.nodes().len() <= dense_nodes {
-            Flexibility::Dense(held.dense(&surface).map_err(|fault| fail(fault.to_string()))?)
+        let count = surface.nodes().len();
+        let flexibility = if count <= dense_nodes {
+            // Inner nodes, which only stresses ask for, take most of the memory of a large grain.
+            let with_inner = count <= DENSE_SURFACE_NODES;
+            let dense = held.dense(&surface, with_inner).map_err(|fault| fail(fault.to_string()))?;
+            Flexibility::Dense { dense, held: (!with_inner).then(|| Box::new(held)) }
         } else {
             let columns = surface.nodes().iter().map(|_| OnceLock::new()).collect();
             Flexibility::OnDemand { held: Box::new(held), columns }
@@ -148,7 +150,7 @@ impl CondensedGrain {
         let size = (6.0 * self.mesh.volume() / std::f64::consts::PI).cbrt();
         let patches = Arc::new(Patches::new(&self.mesh, &self.surface, PATCH_OF_BODY * size));
         let flexibility = match &self.flexibility {
-            Flexibility::Dense(_) => self.over(&patches),
+            Flexibility::Dense { .. } => self.over(&patches),
             Flexibility::OnDemand { .. } => Vec::new(),
         };
         self.patches = Some(OnPatches { patches, flexibility });
@@ -226,7 +228,7 @@ impl CondensedGrain {
     /// its own flexibility, or that of a patch as large as the facet on a grain of very many nodes.
     pub fn flexibility_along(&self, at: &SurfacePoint, n: &Vec3) -> f64 {
         match &self.flexibility {
-            Flexibility::Dense(_) => n.dot(&(self.flexibility(at, at) * n)),
+            Flexibility::Dense { .. } => n.dot(&(self.flexibility(at, at) * n)),
             Flexibility::OnDemand { .. } if self.surface.nodes().len() <= DENSE_SURFACE_NODES => {
                 let mut field = Vec::new();
                 self.surface_field_into(&mut field, &[(at.clone(), *n)]);
@@ -304,7 +306,7 @@ impl CondensedGrain {
             Flexibility::OnDemand { held, .. } if self.patches.is_none() => {
                 held.column(&self.surface, shares.iter().map(|(node, share)| (*node as usize, *share)))
             }
-            Flexibility::OnDemand { .. } | Flexibility::Dense(_) => {
+            Flexibility::OnDemand { .. } | Flexibility::Dense { .. } => {
                 let by = |i: usize| {
                     shares.iter().map(|(j, share)| self.surface_block(i, *j as usize) * *share).sum()
                 };
@@ -397,7 +399,7 @@ impl CondensedGrain {
         let nodes = self.surface.nodes();
         let forces = self.surface_forces(loads);
         match &self.flexibility {
-            Flexibility::Dense(DenseFlexibility { inner, inner_nodes, .. }) => {
+            Flexibility::Dense { dense: DenseFlexibility { inner, inner_nodes, .. }, held: None } => {
                 let spread = self.patches.as_ref().map(|on| on.patches.spread(&forces));
                 let forces = spread.unwrap_or(forces);
                 let loaded: Vec<usize> = (0..nodes.len()).filter(|&k| forces[k] != Vec3::zeros()).collect();
@@ -410,7 +412,9 @@ impl CondensedGrain {
                 }
                 u
             }
-            Flexibility::OnDemand { held, .. } => held.solve(&self.on_all_nodes(&forces)),
+            Flexibility::OnDemand { held, .. } | Flexibility::Dense { held: Some(held), .. } => {
+                held.solve(&self.on_all_nodes(&forces))
+            }
         }
     }
 
@@ -451,7 +455,7 @@ impl CondensedGrain {
             + size_of_val(&self.mesh.cells[..])
             + size_of_val(&self.mesh.surface[..]);
         let flexibility = match &self.flexibility {
-            Flexibility::Dense(DenseFlexibility { surface, inner, inner_nodes }) => {
+            Flexibility::Dense { dense: DenseFlexibility { surface, inner, inner_nodes }, .. } => {
                 size_of_val(&surface[..]) + size_of_val(&inner[..]) + size_of_val(&inner_nodes[..])
             }
             Flexibility::OnDemand { columns, .. } => {
@@ -466,8 +470,8 @@ impl CondensedGrain {
     /// Flexibility between surface nodes number `i` and `j`, of patches where these are what forces act on.
     fn surface_block(&self, i: usize, j: usize) -> Mat3 {
         match (&self.flexibility, &self.patches) {
-            (Flexibility::Dense(_), None) => self.point_block(i, j),
-            (Flexibility::Dense(_), Some(on)) => lower(&on.flexibility, i, j),
+            (Flexibility::Dense { .. }, None) => self.point_block(i, j),
+            (Flexibility::Dense { .. }, Some(on)) => lower(&on.flexibility, i, j),
             (Flexibility::OnDemand { held, columns }, patches) => {
                 // The column of the larger number, whoever asks, so that both give the same bits.
                 let (row, column) = (i.min(j), i.max(j));
@@ -488,7 +492,7 @@ impl CondensedGrain {
     /// Displacement of surface node number `i` by a force on number `j`; zero where columns are solved for on demand.
     fn point_block(&self, i: usize, j: usize) -> Mat3 {
         match &self.flexibility {
-            Flexibility::Dense(DenseFlexibility { surface, .. }) => lower(surface, i, j),
+            Flexibility::Dense { dense: DenseFlexibility { surface, .. }, .. } => lower(surface, i, j),
             Flexibility::OnDemand { .. } => Mat3::zeros(),
         }
     }

@@ -34,7 +34,7 @@ pub(crate) enum HoldFault {
 pub(crate) struct DenseFlexibility {
     /// `[i (i + 1) / 2 + j]` for surface nodes number i >= j.
     pub surface: Vec<Mat3>,
-    /// `[k * surface nodes + j]` for the k-th inner node.
+    /// `[k * surface nodes + j]` for the k-th inner node, of those that are asked for.
     pub inner: Vec<Mat3>,
     pub inner_nodes: Vec<NodeId>,
 }
@@ -169,12 +169,12 @@ impl HeldGrain {
         surface.nodes().iter().map(|node| block(&x, size, *node)).collect()
     }
 
-    /// Flexibility of the whole surface, and of the inner nodes for forces on it.
-    pub fn dense(&mut self, surface: &Surface) -> Result<DenseFlexibility, HoldFault> {
+    /// Flexibility of the whole surface, and of the inner nodes for forces on it where `with_inner` asks for them.
+    pub fn dense(&mut self, surface: &Surface, with_inner: bool) -> Result<DenseFlexibility, HoldFault> {
         let nodes = surface.nodes();
         let on_surface = |node: &NodeId| nodes.binary_search(node).is_ok();
-        let inner_nodes: Vec<NodeId> =
-            (0..self.frame.arms.len() as u32).map(NodeId).filter(|node| !on_surface(node)).collect();
+        let all = if with_inner { self.frame.arms.len() as u32 } else { 0 };
+        let inner_nodes: Vec<NodeId> = (0..all).map(NodeId).filter(|node| !on_surface(node)).collect();
         let mut packed = vec![Mat3::zeros(); nodes.len() * (nodes.len() + 1) / 2];
         let mut inner = vec![Mat3::zeros(); inner_nodes.len() * nodes.len()];
         let size = 3 * self.frame.arms.len();

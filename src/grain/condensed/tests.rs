@@ -279,6 +279,26 @@ fn on_demand_is(made: fn(CondensedGrain) -> CondensedGrain) {
     assert!(u.iter().zip(&v).all(|(u, v)| (u - v).norm() < 1e-10 * scale));
 }
 
+/// A large grain that is touched all over knows its surface and solves for the rest.
+#[test]
+fn touched_all_over_equals_on_demand() {
+    let mesh = cuboid_mesh([0.012; 3], 0.002).expect("a mesh");
+    let rock = rocks(mesh.cells.len());
+    let whole = CondensedGrain::touched_all_over(mesh.clone(), &rock, DENSITY).expect("a grain");
+    let count = whole.surface().nodes().len();
+    assert!((DENSE_SURFACE_NODES..DENSE_NODES_OF_FACES).contains(&count), "{count}");
+    let lazy = CondensedGrain::stressed(mesh, &rock, DENSITY).expect("a grain");
+    let loads = loads(&whole);
+    let [(a, _), (b, _), ..] = &loads[..] else { panic!("loads") };
+    let expected = lazy.flexibility(a, b);
+    assert!((whole.flexibility(a, b) - expected).norm() < 1e-10 * lazy.flexibility(a, a).norm());
+    let (u, v) = (whole.nodal_displacements(&loads), lazy.nodal_displacements(&loads));
+    let scale = largest(&v);
+    assert!(u.iter().zip(&v).all(|(u, v)| (u - v).norm() < 1e-10 * scale));
+    let packed = count * (count + 1) / 2 * size_of::<Mat3>();
+    assert!(whole.memory() < packed + 2_000_000, "{} B, {packed} of them its surface", whole.memory());
+}
+
 #[test]
 fn grain_is_small() {
     let memory = grain().memory();
