@@ -119,8 +119,13 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
     let tangent = run.at_end(|row| row.gravity.x / -row.gravity.z);
     match name {
         "incline_slides" => return at_stop("tan where it stops", tangent, 0.65, 4e-3),
-        // b / h of a hard block; this one stands on a rim that yields, and falls about 1 % before (cases/scenes/README.md).
-        "tipping_falls" => return at_stop("tan where it stops", tangent, 0.3, 2e-2),
+        // b / h of a hard block, less what the rim that it stands on yields (cases/scenes/README.md).
+        "tipping_falls" => {
+            let [width, depth, height]: [f64; 3] = [0.03, 0.1, 0.1];
+            let block = 2180.0 * width * depth * height * 9.81;
+            let rim = 2.0 * block / (9.0 * run.scene.model.patch_stiffness(0, 1) * depth * height.powi(2));
+            return at_stop("tan where it stops", tangent, width / height - 3.0 * rim.cbrt(), 1e-2);
+        }
         _ => {}
     }
     let near = |share: f64| Tolerance::Relative(share);

@@ -12,7 +12,7 @@ use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::SurfacePoint;
 use crate::model::{Loads, Model};
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::{Mat3, Pose, Vec3};
 
 /// An open contact's force is an unknown where the bodies would yield by its gap under this share of the mean contact force.
 const NEAR: f64 = 1.0;
@@ -118,13 +118,14 @@ impl Contacts {
             let turn = poses[body].rotation.to_rotation_matrix().into_inner();
             let own = grain.flexibilities(&places.iter().map(|(.., place)| place).collect::<Vec<_>>());
             let n = places.len();
-            let turned = |k: usize| {
-                // Of the lower half, so that it stays symmetric.
-                let (i, j) = ((k / n).max(k % n), (k / n).min(k % n));
-                let block = turn * own[i * n + j] * turn.transpose();
-                if k / n >= k % n { block } else { block.transpose() }
-            };
-            let flexibility = (0..n * n).map(turned).collect();
+            let mut flexibility = vec![Mat3::zeros(); n * n];
+            for i in 0..n {
+                for j in 0..=i {
+                    let block = turn * own[i * n + j] * turn.transpose();
+                    flexibility[i * n + j] = block;
+                    flexibility[j * n + i] = block.transpose();
+                }
+            }
             Some(Patch { body, places, flexibility })
         };
         self.unknown_forces.patches = places.into_par_iter().enumerate().filter_map(patch).collect();

@@ -62,7 +62,9 @@ fn compare(faces: FaceContact) {
     contacts.evaluate(&model, &committed, &committed.poses).expect("far enough apart");
     assert!(contacts.gather(&model, &loads, &committed.poses), "new unknowns");
     dofs.renew_contacts(contacts.unknown_forces.owners());
-    assert!(contacts.unknown_forces.count() >= 8, "{} unknowns", contacts.unknown_forces.count());
+    // Two patches have four cells each.
+    let [unknowns, touching] = if faces == FaceContact::Area { [8, 8] } else { [11, 9] };
+    assert!(contacts.unknown_forces.count() >= unknowns, "{} unknowns", contacts.unknown_forces.count());
     // Bodies turned and forces that are not the law's, so that no term vanishes by chance.
     let start: Vec<f64> = unpatterned(dofs.count(), 1).iter().map(|x| 5e-6 * x).collect();
     let mut began = committed.poses.clone();
@@ -95,7 +97,7 @@ fn compare(faces: FaceContact) {
         .filter(|unknown| unknown.tangent.lift != unknown.tangent.plain)
         .count();
     let fades = faded > 0 || faces == FaceContact::Area;
-    assert!(active >= 8 && fades, "{active} touch, {faded} of them with part of their weight");
+    assert!(active >= touching && fades, "{active} touch, {faded} of them with part of their weight");
     let scale = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for seed in 2..6 {
         let direction = unpatterned(dofs.count(), seed);
