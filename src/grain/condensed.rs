@@ -28,8 +28,6 @@ use crate::tensor::{Mat3, Vec3};
 /// Up to this many surface nodes the whole flexibility is computed at once; beyond, column by
 /// column when first asked for.
 const DENSE_SURFACE_NODES: usize = 600;
-/// The same where faces carry over their area, so that all columns are asked for: one by one they take five times as long.
-const DENSE_NODES_OF_FACES: usize = 1500;
 
 /// A condensed elastic grain.
 #[derive(Debug)]
@@ -59,8 +57,8 @@ struct OnPatches {
 /// Displacement of nodes under unit forces on surface nodes [m/N].
 #[derive(Debug)]
 enum Flexibility {
-    /// Of all surface nodes, and of the inner ones or the factor to solve for them.
-    Dense { dense: DenseFlexibility, held: Option<Box<HeldGrain>> },
+    /// Of all nodes, by forces on those of the surface.
+    Dense(DenseFlexibility),
     /// The factor, and the columns (all surface nodes) computed so far.
     OnDemand { held: Box<HeldGrain>, columns: Vec<OnceLock<Vec<Mat3>>> },
 }
@@ -73,13 +71,6 @@ impl CondensedGrain {
     pub fn new(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
         let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
         Self::with_damage(mesh, cell_elasticity, density, &intact)
-    }
-
-    /// As [`Self::new`], for a body that others touch over its whole surface.
-    pub fn touched_all_over(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
-        let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
-        let surface = Surface::new(&mesh);
-        Self::build(mesh, surface, cell_elasticity, density, &intact, DENSE_NODES_OF_FACES)
     }
 
     /// As [`Self::new`], each integration point keeping only the part `intact` of its stiffness (1:
@@ -132,10 +123,7 @@ impl CondensedGrain {
             .map_err(|fault| fail(fault.to_string()))?;
         let count = surface.nodes().len();
         let flexibility = if count <= dense_nodes {
-            // Inner nodes, which only stresses ask for, take most of the memory of a large grain.
-            let with_inner = count <= DENSE_SURFACE_NODES;
-            let dense = held.dense(&surface, with_inner).map_err(|fault| fail(fault.to_string()))?;
-            Flexibility::Dense { dense, held: (!with_inner).then(|| Box::new(held)) }
+            Flexibility::Dense(held.dense(&surface).map_err(|fault| fail(fault.to_string()))?)
         } else {
             let columns = surface.nodes().iter().map(|_| OnceLock::new()).collect();
             Flexibility::OnDemand { held: Box::new(held), columns }
@@ -150,7 +138,7 @@ impl CondensedGrain {
         let size = (6.0 * self.mesh.volume() / std::f64::consts::PI).cbrt();
         let patches = Arc::new(Patches::new(&self.mesh, &self.surface, PATCH_OF_BODY * size));
         let flexibility = match &self.flexibility {
-            Flexibility::Dense { .. } => self.over(&patches),
+            Flexibility::Dense(_) => self.over(&patches),
             Flexibility::OnDemand { .. } => Vec::new(),
         };
         self.patches = Some(OnPatches { patches, flexibility });
@@ -228,7 +216,7 @@ impl CondensedGrain {
     /// its own flexibility, or that of a patch as large as the facet on a grain of very many nodes.
     pub fn flexibility_along(&self, at: &SurfacePoint, n: &Vec3) -> f64 {
         match &self.flexibility {
-            Flexibility::Dense { .. } => n.dot(&(self.flexibility(at, at) * n)),
+            Flexibility::Dense(_) => n.dot(&(self.flexibility(at, at) * n)),
             Flexibility::OnDemand { .. } if self.surface.nodes().len() <= DENSE_SURFACE_NODES => {
                 let mut field = Vec::new();
                 self.surface_field_into(&mut field, &[(at.clone(), *n)]);
@@ -286,33 +274,32 @@ impl CondensedGrain {
 
     /// Displacements of all surface nodes by a unit force at each of `places` that is spread over more than a point.
     fn displaced_by(&self, places: &[&SurfacePoint]) -> Vec<Option<Arc<Vec<Mat3>>>> {
-        let known = std::mem::take(&mut *self.spread.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut known = self.spread.lock().unwrap_or_else(PoisonError::into_inner);
+        let spread = || places.iter().map(|place| &place.shares).filter(|shares| shares.len() > OF_POINT);
+        let mut kept: Vec<(Shares, Arc<Vec<Mat3>>)> = std::mem::take(&mut *known);
+        kept.retain(|(shares, _)| spread().any(|asked| asked == shares));
+        let missing: Vec<&Shares> =
+            spread().filter(|asked| kept.iter().all(|(shares, _)| shares != *asked)).collect();
+        let found = self.displaced_by_shares(&missing);
+        kept.extend(missing.into_iter().cloned().zip(found.into_iter().map(Arc::new)));
         let of = |place: &&SurfacePoint| {
-            let shares = &place.shares;
-            (shares.len() > OF_POINT).then(|| {
-                let before = known.iter().find(|(other, _)| other == shares);
-                before.map_or_else(|| Arc::new(self.displaced_by_shares(shares)), |(_, found)| found.clone())
-            })
+            kept.iter().find(|(shares, _)| *shares == place.shares).map(|(_, displaced)| displaced.clone())
         };
-        let displaced: Vec<Option<Arc<Vec<Mat3>>>> = places.iter().map(of).collect();
-        let kept = places.iter().zip(&displaced);
-        *self.spread.lock().unwrap_or_else(PoisonError::into_inner) =
-            kept.filter_map(|(place, found)| Some((place.shares.clone(), found.clone()?))).collect();
+        let displaced = places.iter().map(of).collect();
+        *known = kept;
         displaced
     }
 
-    fn displaced_by_shares(&self, shares: &Shares) -> Vec<Mat3> {
-        match &self.flexibility {
-            Flexibility::OnDemand { held, .. } if self.patches.is_none() => {
-                held.column(&self.surface, shares.iter().map(|(node, share)| (*node as usize, *share)))
-            }
-            Flexibility::OnDemand { .. } | Flexibility::Dense { .. } => {
-                let by = |i: usize| {
-                    shares.iter().map(|(j, share)| self.surface_block(i, *j as usize) * *share).sum()
-                };
-                (0..self.surface.nodes().len()).map(by).collect()
-            }
+    fn displaced_by_shares(&self, forces: &[&Shares]) -> Vec<Vec<Mat3>> {
+        if let (Flexibility::OnDemand { held, .. }, None) = (&self.flexibility, &self.patches) {
+            let forces: Vec<&[(u32, f64)]> = forces.iter().map(|shares| &shares[..]).collect();
+            return held.columns(&self.surface, &forces);
         }
+        let by = |i: usize, shares: &Shares| {
+            shares.iter().map(|(j, share)| self.surface_block(i, *j as usize) * *share).sum()
+        };
+        let all = 0..self.surface.nodes().len();
+        forces.iter().map(|shares| all.clone().map(|i| by(i, shares)).collect()).collect()
     }
 
     /// Displacements [m] at `at`, in the frame, under forces [N] on surface points.
@@ -399,7 +386,7 @@ impl CondensedGrain {
         let nodes = self.surface.nodes();
         let forces = self.surface_forces(loads);
         match &self.flexibility {
-            Flexibility::Dense { dense: DenseFlexibility { inner, inner_nodes, .. }, held: None } => {
+            Flexibility::Dense(DenseFlexibility { inner, inner_nodes, .. }) => {
                 let spread = self.patches.as_ref().map(|on| on.patches.spread(&forces));
                 let forces = spread.unwrap_or(forces);
                 let loaded: Vec<usize> = (0..nodes.len()).filter(|&k| forces[k] != Vec3::zeros()).collect();
@@ -412,9 +399,7 @@ impl CondensedGrain {
                 }
                 u
             }
-            Flexibility::OnDemand { held, .. } | Flexibility::Dense { held: Some(held), .. } => {
-                held.solve(&self.on_all_nodes(&forces))
-            }
+            Flexibility::OnDemand { held, .. } => held.solve(&self.on_all_nodes(&forces)),
         }
     }
 
@@ -455,7 +440,7 @@ impl CondensedGrain {
             + size_of_val(&self.mesh.cells[..])
             + size_of_val(&self.mesh.surface[..]);
         let flexibility = match &self.flexibility {
-            Flexibility::Dense { dense: DenseFlexibility { surface, inner, inner_nodes }, .. } => {
+            Flexibility::Dense(DenseFlexibility { surface, inner, inner_nodes }) => {
                 size_of_val(&surface[..]) + size_of_val(&inner[..]) + size_of_val(&inner_nodes[..])
             }
             Flexibility::OnDemand { columns, .. } => {
@@ -470,15 +455,18 @@ impl CondensedGrain {
     /// Flexibility between surface nodes number `i` and `j`, of patches where these are what forces act on.
     fn surface_block(&self, i: usize, j: usize) -> Mat3 {
         match (&self.flexibility, &self.patches) {
-            (Flexibility::Dense { .. }, None) => self.point_block(i, j),
-            (Flexibility::Dense { .. }, Some(on)) => lower(&on.flexibility, i, j),
+            (Flexibility::Dense(_), None) => self.point_block(i, j),
+            (Flexibility::Dense(_), Some(on)) => lower(&on.flexibility, i, j),
             (Flexibility::OnDemand { held, columns }, patches) => {
                 // The column of the larger number, whoever asks, so that both give the same bits.
                 let (row, column) = (i.min(j), i.max(j));
+                let solve = |force: &[(u32, f64)]| held.column(&self.surface, force);
                 let solved = || match patches {
-                    None => held.column(&self.surface, std::iter::once((column, 1.0))),
+                    None => solve(&[(column as u32, 1.0)]),
                     Some(OnPatches { patches, .. }) => {
-                        let displaced = held.column(&self.surface, patches.of(column));
+                        let shares: Vec<(u32, f64)> =
+                            patches.of(column).map(|(node, share)| (node as u32, share)).collect();
+                        let displaced = solve(&shares);
                         let felt = |i| patches.of(i).map(|(j, share)| displaced[j] * share).sum();
                         (0..displaced.len()).map(felt).collect()
                     }
@@ -492,7 +480,7 @@ impl CondensedGrain {
     /// Displacement of surface node number `i` by a force on number `j`; zero where columns are solved for on demand.
     fn point_block(&self, i: usize, j: usize) -> Mat3 {
         match &self.flexibility {
-            Flexibility::Dense { dense: DenseFlexibility { surface, .. }, .. } => lower(surface, i, j),
+            Flexibility::Dense(DenseFlexibility { surface, .. }) => lower(surface, i, j),
             Flexibility::OnDemand { .. } => Mat3::zeros(),
         }
     }

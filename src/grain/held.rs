@@ -15,6 +15,8 @@ use crate::tensor::{Mat3, Vec3};
 
 /// Nodes whose flexibility is solved for together.
 const BATCH: usize = 32;
+/// The same of forces that are spread over some.
+const TOGETHER: usize = 8;
 /// Nodes from which nested dissection beats minimum degree.
 const DISSECTION_NODES: usize = 500;
 
@@ -34,7 +36,7 @@ pub(crate) enum HoldFault {
 pub(crate) struct DenseFlexibility {
     /// `[i (i + 1) / 2 + j]` for surface nodes number i >= j.
     pub surface: Vec<Mat3>,
-    /// `[k * surface nodes + j]` for the k-th inner node, of those that are asked for.
+    /// `[k * surface nodes + j]` for the k-th inner node.
     pub inner: Vec<Mat3>,
     pub inner_nodes: Vec<NodeId>,
 }
@@ -154,27 +156,40 @@ impl HeldGrain {
         }
     }
 
-    /// Displacement of all surface nodes by a unit force of which the surface nodes `on` have these shares.
-    pub fn column(&self, surface: &Surface, on: impl Iterator<Item = (usize, f64)>) -> Vec<Mat3> {
+    /// Displacement of all surface nodes by a unit force of which the surface nodes have these shares; NaN where the solution overflows.
+    pub fn column(&self, surface: &Surface, force: &[(u32, f64)]) -> Vec<Mat3> {
+        self.solve_for(surface, &[force], 1).swap_remove(0)
+    }
+
+    /// The same of many forces, which take less time together. Each has the bits that it has whatever the others are, but not those of [`Self::column`].
+    pub fn columns(&self, surface: &Surface, forces: &[&[(u32, f64)]]) -> Vec<Vec<Mat3>> {
+        forces.chunks(TOGETHER).flat_map(|batch| self.solve_for(surface, batch, TOGETHER)).collect()
+    }
+
+    /// As many forces as are given, solved for with so many in all: how a factor is worked through depends on their number.
+    fn solve_for(&self, surface: &Surface, forces: &[&[(u32, f64)]], number: usize) -> Vec<Vec<Mat3>> {
         let size = 3 * self.frame.arms.len();
-        let (mut x, mut alone) = (vec![0.0; 3 * size], vec![0.0; 3 * size]);
-        for (node, share) in on {
-            self.unit_loads_into(&mut alone, surface.nodes()[node].index());
-            x.iter_mut().zip(&alone).for_each(|(x, own)| *x += share * own);
+        let (mut x, mut alone) = (vec![0.0; 3 * size * number], vec![0.0; 3 * size]);
+        for (three, shares) in x.chunks_exact_mut(3 * size).zip(forces) {
+            for (node, share) in *shares {
+                self.unit_loads_into(&mut alone, surface.nodes()[*node as usize].index());
+                three.iter_mut().zip(&alone).for_each(|(x, own)| *x += share * own);
+            }
         }
-        if self.factor.back_substitute_shared(&mut x, 3).is_err() {
+        if self.factor.back_substitute_shared(&mut x, 3 * number).is_err() {
             x.fill(f64::NAN);
         }
         x.chunks_exact_mut(size).for_each(|u| self.remove_mean_motion(u));
-        surface.nodes().iter().map(|node| block(&x, size, *node)).collect()
+        let of = |three: &[f64]| surface.nodes().iter().map(|node| block(three, size, *node)).collect();
+        x.chunks_exact(3 * size).take(forces.len()).map(of).collect()
     }
 
-    /// Flexibility of the whole surface, and of the inner nodes for forces on it where `with_inner` asks for them.
-    pub fn dense(&mut self, surface: &Surface, with_inner: bool) -> Result<DenseFlexibility, HoldFault> {
+    /// Flexibility of the whole surface, and of the inner nodes for forces on it.
+    pub fn dense(&mut self, surface: &Surface) -> Result<DenseFlexibility, HoldFault> {
         let nodes = surface.nodes();
         let on_surface = |node: &NodeId| nodes.binary_search(node).is_ok();
-        let all = if with_inner { self.frame.arms.len() as u32 } else { 0 };
-        let inner_nodes: Vec<NodeId> = (0..all).map(NodeId).filter(|node| !on_surface(node)).collect();
+        let all = 0..self.frame.arms.len() as u32;
+        let inner_nodes: Vec<NodeId> = all.map(NodeId).filter(|node| !on_surface(node)).collect();
         let mut packed = vec![Mat3::zeros(); nodes.len() * (nodes.len() + 1) / 2];
         let mut inner = vec![Mat3::zeros(); inner_nodes.len() * nodes.len()];
         let size = 3 * self.frame.arms.len();

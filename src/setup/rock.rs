@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use crate::case::{ContactCase, Law, RockCase, RubbleCase, Scatter};
 use crate::contact::NormalLaw;
-use crate::contact::face::FaceContact;
 use crate::element::Strains;
 use crate::error::{Error, Result};
 use crate::grain::{Ancestry, CondensedGrain, DamagedGrain, FullGrain};
@@ -80,11 +79,8 @@ pub fn condensed(
 ) -> Result<Arc<CondensedGrain>> {
     tracing::debug!(name, cells = mesh.cells.len(), nodes = mesh.nodes.len(), "condensing");
     let elasticity = elasticity(rock, name, index, mesh.cells.len(), seed)?;
-    let on_points = match contact.faces {
-        FaceContact::Corners => CondensedGrain::new(mesh, &elasticity, rock.density),
-        FaceContact::Area => CondensedGrain::touched_all_over(mesh, &elasticity, rock.density),
-    };
-    Ok(Arc::new(loaded(on_points.map_err(named(name))?, contact.normal)))
+    let on_points = CondensedGrain::new(mesh, &elasticity, rock.density).map_err(named(name))?;
+    Ok(Arc::new(loaded(on_points, contact.normal)))
 }
 
 /// A grain whose contact forces act as the law wants.

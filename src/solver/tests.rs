@@ -75,52 +75,6 @@ fn a_balance_of_bodies_inside_each_other_is_none() {
     assert!(!report.converged());
 }
 
-/// A block pressed on a plate that is moved away by 1 um under it: a spring pulled through a dashpot, in steps `x = K (d - x) / (K + c k)` with the
-/// stiffness `K` of the contacts, the drag `c k` and the motion `d` of the plate. The work of contacts is what they lose, that of the
-/// drag its mean force times the way. `K` is a secant of contacts that are not quite linear.
-#[test]
-fn a_spring_is_pulled_through_a_dashpot() {
-    let (model, mut committed, mut loads) = block_on_plate(0.65);
-    loads.applied[1].z = -1e4;
-    let rest = |loads: &Loads, committed: &Committed| {
-        let settings = Settings { force_tolerance: 1e-9, ..Settings::default() };
-        let increment = Increment { model: &model, committed, loads, settings: &settings };
-        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
-        assert!(report.converged(), "{:?}", report.history);
-        report
-    };
-    let first = rest(&loads, &committed);
-    let heavier = Loads { applied: vec![loads.applied[0], 1.01 * loads.applied[1]], ..loads.clone() };
-    let second = rest(&heavier, &committed);
-    let stiffness = 100.0 / (first.poses[1].position.z - second.poses[1].position.z);
-    committed =
-        Committed { poses: first.poses.clone(), memory: first.memory, forces: first.forces, ..committed };
-    let d = -1e-6;
-    let mut moved = committed.poses.clone();
-    moved[0].position.z += d;
-    // So little may move that three steps are taken, and each is solved well.
-    let settings = Settings { stabilisation: Stabilisation::Unrest(1e-7), ..Settings::default() };
-    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-    let report = advance(&increment, vec![moved], &mut Contacts::default());
-    assert!(report.converged() && !report.restless && report.augmentations == 3, "{:?}", report.history);
-    let (mut x, mut force) = (0.0, 0.0);
-    for share in [0.1, 3e-2, 9e-3] {
-        let drag = share * model.typical_stiffness();
-        let step = stiffness * (d - x) / (stiffness + drag);
-        (x, force) = (x + step, drag * step);
-    }
-    // Friction counts all three steps as one straight way, on which the drag grows from nothing to its last force.
-    let expected = 0.5 * force * x;
-    let moved = report.poses[1].position.z - committed.poses[1].position.z;
-    assert!((moved / x - 1.0).abs() < 1e-4, "{moved:e} {x:e}, stiffness {stiffness:e}");
-    let contacts: f64 = report.work.iter().map(Vector6::sum).sum();
-    let lost = first.energy.elastic - report.energy.elastic;
-    assert!((contacts - lost).abs() < 1e-9 * first.energy.elastic, "{contacts:e} {lost:e}");
-    let dragged = report.work[1].sum() + loads.applied[1].z * moved;
-    // What is left to go has the stiffness in it three times.
-    assert!((dragged / expected - 1.0).abs() < 1e-2, "{dragged:e} {expected:e}");
-}
-
 /// Rest does not depend on the drag on the way.
 #[test]
 fn steps_come_to_the_same_rest() {

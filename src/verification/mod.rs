@@ -15,6 +15,7 @@ pub mod breaking;
 pub mod cells;
 pub mod cores;
 pub mod damage;
+mod drag;
 pub mod edges;
 pub mod finding;
 pub mod grains;
@@ -80,6 +81,7 @@ pub const PROBLEMS: &[Problem] = &[
         solve: spheres::pressed_and_pushed,
     },
     Problem { name: "patch", title: "contact patch test, non-matching meshes", solve: patch::columns },
+    Problem { name: "drag", title: "steps against a drag, which fades", solve: drag::steps },
     Problem { name: "newton", title: "order of Newton's method", solve: newton::orders },
     Problem { name: "incline", title: "block on an incline: slides, or tips first", solve: blocks::incline },
     Problem { name: "nafems_wedge", title: "NAFEMS CGS-4: pushed up a slope", solve: wedges::up_a_slope },

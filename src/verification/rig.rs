@@ -32,7 +32,7 @@ use crate::verification::{Findings, Tolerance, timed};
 const E: f64 = 30e9;
 const NU: f64 = 0.2;
 
-fn parameters(friction: f64) -> RigParameters {
+pub(super) fn parameters(friction: f64) -> RigParameters {
     RigParameters {
         density: 2700.0,
         youngs_modulus: E,
@@ -65,7 +65,7 @@ fn steps(nominal: f64) -> Steps {
     Steps::Strain { nominal, largest: nominal, growth: 1.5 }
 }
 
-fn consolidation(pressure: f64, increments: usize) -> Stage {
+pub(super) fn consolidation(pressure: f64, increments: usize) -> Stage {
     Stage {
         path: Path::Stress { axial: pressure, radial: pressure },
         steps: Steps::Count(increments),
@@ -73,12 +73,12 @@ fn consolidation(pressure: f64, increments: usize) -> Stage {
     }
 }
 
-fn drive(axial_strain: f64, increment: f64, lateral: Lateral) -> Stage {
+pub(super) fn drive(axial_strain: f64, increment: f64, lateral: Lateral) -> Stage {
     Stage { path: Path::Strain { axial_strain, lateral }, steps: steps(increment), until: Until::default() }
 }
 
 /// The rows of a stage; nothing where it does not finish.
-fn run(rig: &mut Rig, test: &mut Test, stage: &Stage) -> Option<Vec<Row>> {
+pub(super) fn run(rig: &mut Rig, test: &mut Test, stage: &Stage) -> Option<Vec<Row>> {
     let mut rows = Vec::new();
     let end = test.run(rig, stage, &mut |_, step| {
         rows.push(step.row.clone());
@@ -87,7 +87,7 @@ fn run(rig: &mut Rig, test: &mut Test, stage: &Stage) -> Option<Vec<Row>> {
     (end == StageEnd::Finished && !rows.is_empty()).then_some(rows)
 }
 
-fn factorisations(rows: &[Row]) -> usize {
+pub(super) fn factorisations(rows: &[Row]) -> usize {
     rows.iter().map(|row| row.counters.factorisations).sum()
 }
 

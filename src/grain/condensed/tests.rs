@@ -279,24 +279,25 @@ fn on_demand_is(made: fn(CondensedGrain) -> CondensedGrain) {
     assert!(u.iter().zip(&v).all(|(u, v)| (u - v).norm() < 1e-10 * scale));
 }
 
-/// A large grain that is touched all over knows its surface and solves for the rest.
+/// What a continued run solves for alone has the bits of what the first run solved for together.
 #[test]
-fn touched_all_over_equals_on_demand() {
+fn columns_do_not_depend_on_what_is_solved_for_with_them() {
     let mesh = cuboid_mesh([0.012; 3], 0.002).expect("a mesh");
     let rock = rocks(mesh.cells.len());
-    let whole = CondensedGrain::touched_all_over(mesh.clone(), &rock, DENSITY).expect("a grain");
-    let count = whole.surface().nodes().len();
-    assert!((DENSE_SURFACE_NODES..DENSE_NODES_OF_FACES).contains(&count), "{count}");
-    let lazy = CondensedGrain::stressed(mesh, &rock, DENSITY).expect("a grain");
-    let loads = loads(&whole);
-    let [(a, _), (b, _), ..] = &loads[..] else { panic!("loads") };
-    let expected = lazy.flexibility(a, b);
-    assert!((whole.flexibility(a, b) - expected).norm() < 1e-10 * lazy.flexibility(a, a).norm());
-    let (u, v) = (whole.nodal_displacements(&loads), lazy.nodal_displacements(&loads));
-    let scale = largest(&v);
-    assert!(u.iter().zip(&v).all(|(u, v)| (u - v).norm() < 1e-10 * scale));
-    let packed = count * (count + 1) / 2 * size_of::<Mat3>();
-    assert!(whole.memory() < packed + 2_000_000, "{} B, {packed} of them its surface", whole.memory());
+    let grain = CondensedGrain::stressed(mesh, &rock, DENSITY).expect("a grain");
+    let Flexibility::OnDemand { held, .. } = &grain.flexibility else { panic!("it is not dense") };
+    let forces: Vec<Vec<(u32, f64)>> =
+        (0..45).map(|k| (0..8).map(|j| (7 * k + j, 0.05 * f64::from(j + 1))).collect()).collect();
+    let forces: Vec<&[(u32, f64)]> = forces.iter().map(|force| &force[..]).collect();
+    let together = held.columns(grain.surface(), &forces);
+    for (force, column) in forces.iter().zip(&together) {
+        assert_eq!(held.columns(grain.surface(), &[force])[0], *column);
+        let alone = held.column(grain.surface(), force);
+        let scale = alone.iter().map(|block| block.norm()).fold(0.0, f64::max);
+        assert!(alone.iter().zip(column).all(|(a, b)| (a - b).norm() < 1e-10 * scale));
+    }
+    let few = held.columns(grain.surface(), &forces[3..10]);
+    assert_eq!(few[..], together[3..10]);
 }
 
 #[test]
