@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use crate::error::Fault;
+use crate::error::{Fault, Faults};
 
 use super::form::{Form, Key, Kind, Need};
 use super::quantity;
@@ -20,16 +20,19 @@ pub struct Walker {
     pub faults: Vec<Fault>,
 }
 
+impl Faults for Walker {
+    /// Where none is noted at its path.
+    fn note(&mut self, fault: Fault) {
+        if !self.faults.iter().any(|known| known.path == fault.path) {
+            self.faults.push(fault);
+        }
+    }
+}
+
 impl Walker {
     /// `known` are faults found before; further ones at the same places are not listed again.
     pub fn new(known: Vec<Fault>) -> Self {
         Walker { faults: known }
-    }
-
-    pub fn fault(&mut self, fault: Fault) {
-        if !self.faults.iter().any(|known| known.path == fault.path) {
-            self.faults.push(fault);
-        }
     }
 
     /// Whether nothing is wrong at `path` and below it.
@@ -197,7 +200,7 @@ impl Walker {
     }
 
     fn refuse(&mut self, form: &Form, value: &Value, path: &str, problem: String) -> Option<Value> {
-        self.fault(Fault::new(path, shown(value), problem, form.accepted()));
+        self.fault(path, shown(value), problem, form.accepted());
         None
     }
 
@@ -225,7 +228,7 @@ impl Walker {
                 keys if keys.is_empty() => "no key here".into(),
                 keys => format!("the keys {keys}"),
             };
-            self.fault(Fault::new(child(path, name), shown(value), problem, accepted));
+            self.fault(child(path, name), shown(value), problem, accepted);
         }
         let mut walked = Map::new();
         for key in keys {
@@ -240,7 +243,7 @@ impl Walker {
                 (None, Need::Required) => {
                     // A misspelt key is named once, as unknown.
                     if !meant.contains(&key.name) {
-                        self.fault(Fault::new(path, "nothing", "is missing", key.form.accepted()));
+                        self.fault(path, "nothing", "is missing", key.form.accepted());
                     }
                     None
                 }
@@ -271,7 +274,7 @@ impl Walker {
             Some(other) => format!("is {} where a text is needed", sort(other)),
         };
         let value = map.get("kind").map(shown).unwrap_or("nothing".into());
-        self.fault(Fault::new(place, value, problem, choices));
+        self.fault(place, value, problem, choices);
         None
     }
 
@@ -293,20 +296,19 @@ impl Walker {
             let problem = format!("does not belong to the law \"{law}\"");
             let accepted = format!("the law {}, or no {key}", laws.join(" or "));
             let value = map.get(*key).map(shown).unwrap_or_default();
-            self.fault(Fault::new(child(path, key), value, problem, accepted));
+            self.fault(child(path, key), value, problem, accepted);
         }
         for (key, _) in OWNERS.iter().filter(|(_, laws)| laws.contains(&law.as_str())) {
             if foreign.is_empty() && !map.contains_key(*key) {
                 let problem = format!("is missing for the law \"{law}\"");
-                self.fault(Fault::new(child(path, key), "nothing", problem, "a number"));
+                self.fault(child(path, key), "nothing", problem, "a number");
             }
         }
         if law != "weibull"
             && let Some(value) = map.get("reference_size")
         {
             let problem = format!("does not belong to the law \"{law}\"");
-            let fault = Fault::new(child(path, "reference_size"), shown(value), problem, "the law weibull");
-            self.fault(fault);
+            self.fault(child(path, "reference_size"), shown(value), problem, "the law weibull");
         }
         map.insert("law".into(), law.into());
     }
