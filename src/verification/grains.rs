@@ -12,7 +12,7 @@ use crate::linalg::{Factorisation, Ordering, Refinement, SparseCholesky};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, grain_mesh};
 use crate::tensor::Vec3;
-use crate::verification::{Findings, Tolerance, timed, worse};
+use crate::verification::{Absolute, Findings, timed, worse};
 
 /// A grain for the problems: ten corners, uneven, centred on its centroid.
 /// Stretched along z to `top` and `-bottom` [mm].
@@ -114,7 +114,7 @@ pub(super) fn condensed(findings: &mut Findings) {
     for (error, of) in
         errors.into_iter().zip(["stress", "work on the full mesh", "work on the condensed one"])
     {
-        let cost = (2, time, String::new());
-        findings.compare(format!("condensed = full: {of} off"), error, 0.0, Tolerance::Absolute(1e-8), cost);
+        let cost = (2, time);
+        findings.compare(format!("condensed = full: {of} off"), error, 0.0, Absolute(1e-8), cost);
     }
 }
