@@ -32,7 +32,7 @@ pub use schema::schema;
 pub use source::{RawCase, fault_of_pointer, parse_override, read, read_named, shortened};
 pub use support::unsupported;
 pub use types::*;
-pub use walk::{child as path_of_key, nearest, shown};
+pub use walk::{child as path_of_key, meant, nearest, shown};
 
 use std::path::Path;
 

@@ -91,16 +91,43 @@ pub fn grains(case: &Case, generated: &Generated<'_>) -> Vec<Column> {
 /// Tables of `/specimen`, each with its group.
 pub fn specimen(specimen: &Specimen, meshes: &[Mesh]) -> Vec<(String, Vec<Column>)> {
     let s = &specimen.statistics;
-    let quality: Vec<QualityReport> = meshes.iter().map(QualityReport::of).collect();
-    let over = |of: fn(&QualityReport) -> f64, fold: fn(f64, f64) -> f64| {
-        quality.iter().map(of).reduce(fold).unwrap_or(f64::NAN)
+    let summary = [packing(specimen), mesh_quality(meshes)].concat();
+    let class = |of: fn(&crate::specimen::statistics::ClassStatistics) -> f64| -> Vec<f64> {
+        s.classes.iter().map(of).collect()
     };
-    let cells: usize = quality.iter().map(|q| q.cells).sum();
-    let mean_ratio =
-        quality.iter().map(|q| q.mean_radius_ratio * q.cells as f64).sum::<f64>() / cells.max(1) as f64;
+    let largest = class(|c| c.sizes[0].max(c.sizes[1]));
+    let smallest = class(|c| c.sizes[0].min(c.sizes[1]));
+    let grading = vec![
+        Column::floats("smallest_size", "m", "smallest sieve size of the class", smallest),
+        Column::floats("largest_size", "m", "largest sieve size of the class", largest),
+        Column::integers("grains", "grains of the class", s.classes.iter().map(|c| c.grains)),
+        Column::floats("mass_fraction_asked", "1", "mass fraction asked", class(|c| c.mass_fraction[0])),
+        Column::floats("mass_fraction", "1", "mass fraction achieved", class(|c| c.mass_fraction[1])),
+    ];
+    let mut tables = vec![("specimen".to_string(), summary), ("specimen/grading".to_string(), grading)];
+    for (name, long_name, histogram) in [
+        ("elongation", "intermediate over long semi-axis", &s.elongation),
+        ("flatness", "short over intermediate semi-axis", &s.flatness),
+        ("sphericity", "surface of the ball of equal volume over the grain's", &s.sphericity),
+        ("vertices", "vertices", &s.vertices),
+        ("facets", "facets", &s.facets),
+        (
+            "square_opening",
+            "smallest square hole that the grain passes over its sieve size",
+            &s.square_opening,
+        ),
+    ] {
+        tables.push((format!("specimen/{name}"), distribution(long_name, histogram)));
+    }
+    tables
+}
+
+/// Size, density and contacts, and how the packing was reached.
+fn packing(specimen: &Specimen) -> Vec<Column> {
+    let s = &specimen.statistics;
     let (number, count) = (Column::number, Column::count);
     let contact = "gap below 1e-3 of the smaller sieve size";
-    let summary = vec![
+    vec![
         number("diameter", "m", "diameter of the specimen as generated", specimen.diameter),
         number("height", "m", "height of the specimen as generated", specimen.height),
         number("void_ratio", "1", "void ratio of the specimen as generated", s.void_ratio),
@@ -148,8 +175,22 @@ pub fn specimen(specimen: &Specimen, meshes: &[Mesh]) -> Vec<(String, Vec<Column
             "largest distance by which a grain passes a plate",
             s.plate_protrusion,
         ),
+    ]
+}
+
+/// Of the meshes of all grains.
+fn mesh_quality(meshes: &[Mesh]) -> Vec<Column> {
+    let quality: Vec<QualityReport> = meshes.iter().map(QualityReport::of).collect();
+    let over = |of: fn(&QualityReport) -> f64, fold: fn(f64, f64) -> f64| {
+        quality.iter().map(of).reduce(fold).unwrap_or(f64::NAN)
+    };
+    let cells: usize = quality.iter().map(|q| q.cells).sum();
+    let mean_ratio =
+        quality.iter().map(|q| q.mean_radius_ratio * q.cells as f64).sum::<f64>() / cells.max(1) as f64;
+    let (number, count) = (Column::number, Column::count);
+    vec![
         count("cells", "cells of all grains", cells),
-        count("nodes", "nodes of all grains", quality.iter().map(|q| q.nodes).sum()),
+        count("nodes", "nodes of all grains", quality.iter().map(|q| q.nodes).sum::<usize>()),
         number(
             "worst_radius_ratio",
             "1",
@@ -169,35 +210,7 @@ pub fn specimen(specimen: &Specimen, meshes: &[Mesh]) -> Vec<(String, Vec<Column
             "largest angle between two facets of a cell",
             over(|q| q.largest_dihedral, f64::max),
         ),
-    ];
-    let class = |of: fn(&crate::specimen::statistics::ClassStatistics) -> f64| -> Vec<f64> {
-        s.classes.iter().map(of).collect()
-    };
-    let largest = class(|c| c.sizes[0].max(c.sizes[1]));
-    let smallest = class(|c| c.sizes[0].min(c.sizes[1]));
-    let grading = vec![
-        Column::floats("smallest_size", "m", "smallest sieve size of the class", smallest),
-        Column::floats("largest_size", "m", "largest sieve size of the class", largest),
-        Column::integers("grains", "grains of the class", s.classes.iter().map(|c| c.grains)),
-        Column::floats("mass_fraction_asked", "1", "mass fraction asked", class(|c| c.mass_fraction[0])),
-        Column::floats("mass_fraction", "1", "mass fraction achieved", class(|c| c.mass_fraction[1])),
-    ];
-    let mut tables = vec![("specimen".to_string(), summary), ("specimen/grading".to_string(), grading)];
-    for (name, long_name, histogram) in [
-        ("elongation", "intermediate over long semi-axis", &s.elongation),
-        ("flatness", "short over intermediate semi-axis", &s.flatness),
-        ("sphericity", "surface of the ball of equal volume over the grain's", &s.sphericity),
-        ("vertices", "vertices", &s.vertices),
-        ("facets", "facets", &s.facets),
-        (
-            "square_opening",
-            "smallest square hole that the grain passes over its sieve size",
-            &s.square_opening,
-        ),
-    ] {
-        tables.push((format!("specimen/{name}"), distribution(long_name, histogram)));
-    }
-    tables
+    ]
 }
 
 fn distribution(long_name: &str, histogram: &Histogram) -> Vec<Column> {

@@ -88,6 +88,30 @@ struct Frame {
     bottom: f64,
 }
 
+/// A panel's axes, and where they are.
+#[derive(Clone, Copy)]
+struct Axes<'a> {
+    frame: Frame,
+    x: &'a Scale,
+    y: &'a Scale,
+}
+
+impl Axes<'_> {
+    /// Of an abscissa [px].
+    fn across(&self, value: f64) -> f64 {
+        self.frame.left + self.x.share(value) * (self.frame.right - self.frame.left)
+    }
+
+    /// Of an ordinate [px].
+    fn up(&self, value: f64) -> f64 {
+        self.frame.bottom - self.y.share(value) * (self.frame.bottom - self.frame.top)
+    }
+
+    fn place(&self, point: &[f64; 2]) -> [f64; 2] {
+        [self.across(point[0]), self.up(point[1])]
+    }
+}
+
 impl Chart {
     pub fn new(title: impl Into<String>, panels: Vec<Panel>, arrangement: Arrangement) -> Self {
         Chart { title: title.into(), panels, arrangement, size: [WIDTH, 460.0], beside: None }
@@ -135,7 +159,7 @@ impl Chart {
         }
         let scales = self.scales();
         for (panel, frame, (x, y), below) in self.frames(&scales, head) {
-            panel.draw(&mut drawing, frame, x, y, below);
+            panel.draw(&mut drawing, Axes { frame, x, y }, below);
         }
         drawing
     }
@@ -330,6 +354,64 @@ impl Layer {
             Layer::Level { .. } | Layer::Note { .. } => Vec::new(),
         }
     }
+
+    fn draw(&self, drawing: &mut Drawing, axes: Axes<'_>) {
+        let Frame { left, right, bottom, .. } = axes.frame;
+        let (across, up) = (|x| axes.across(x), |y| axes.up(y));
+        let place = |p: &[f64; 2]| axes.place(p);
+        match self {
+            Layer::Band { low, high, colour, .. } => {
+                let outline: Vec<_> = low.iter().chain(high.iter().rev()).map(place).collect();
+                drawing.area(outline, *colour, 1.0);
+                drawing.line(
+                    &high.iter().map(place).collect::<Vec<_>>(),
+                    Stroke { width: 1.2, ..Stroke::thin(WHITE) },
+                );
+            }
+            Layer::Bars { bars, colour, .. } => {
+                for [from, to, value] in bars {
+                    let tall = up(*value).min(bottom);
+                    let outline = rectangle(across(*from) + 0.5, tall, across(*to) - 0.5, bottom);
+                    drawing.area(outline, *colour, 1.0);
+                }
+            }
+            Layer::Level { value, stroke, .. } => {
+                drawing.line(&[[left, up(*value)], [right, up(*value)]], *stroke);
+            }
+            Layer::Curve { points, stroke, .. } => {
+                drawing.line(&points.iter().map(place).collect::<Vec<_>>(), *stroke);
+            }
+            Layer::Points { points, colour, radius, .. } => {
+                for point in points {
+                    drawing.disc(place(point), *radius, *colour);
+                }
+            }
+            Layer::Note { .. } => {}
+        }
+    }
+}
+
+/// The lines behind everything.
+fn draw_grid(drawing: &mut Drawing, axes: Axes<'_>) {
+    let Axes { frame: Frame { left, right, top, bottom }, x, y } = axes;
+    let (across, up) = (|x| axes.across(x), |y| axes.up(y));
+    let faint = Stroke { width: 0.5, ..Stroke::thin(GRID) };
+    for &value in &x.minor {
+        drawing.line(&[[across(value), top], [across(value), bottom]], faint);
+    }
+    for &value in &y.minor {
+        drawing.line(&[[left, up(value)], [right, up(value)]], faint);
+    }
+    for &value in &x.ticks {
+        drawing.line(&[[across(value), top], [across(value), bottom]], Stroke::thin(GRID));
+    }
+    for &value in &y.ticks {
+        drawing.line(&[[left, up(value)], [right, up(value)]], Stroke::thin(GRID));
+    }
+    // Zero is worth a line where values lie on both of its sides.
+    if !y.logarithmic && y.low < 0.0 && y.high > 0.0 {
+        drawing.line(&[[left, up(0.0)], [right, up(0.0)]], Stroke::thin(AXIS));
+    }
 }
 
 impl Panel {
@@ -343,66 +425,25 @@ impl Panel {
         self.values(1).into_iter().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn draw(&self, drawing: &mut Drawing, frame: Frame, x: &Scale, y: &Scale, below: bool) {
-        let Frame { left, right, top, bottom } = frame;
-        let across = |value: f64| left + x.share(value) * (right - left);
-        let up = |value: f64| bottom - y.share(value) * (bottom - top);
-        let place = |p: &[f64; 2]| [across(p[0]), up(p[1])];
-
-        let faint = Stroke { width: 0.5, ..Stroke::thin(GRID) };
-        for &value in &x.minor {
-            drawing.line(&[[across(value), top], [across(value), bottom]], faint);
-        }
-        for &value in &y.minor {
-            drawing.line(&[[left, up(value)], [right, up(value)]], faint);
-        }
-        for &value in &x.ticks {
-            drawing.line(&[[across(value), top], [across(value), bottom]], Stroke::thin(GRID));
-        }
-        for &value in &y.ticks {
-            drawing.line(&[[left, up(value)], [right, up(value)]], Stroke::thin(GRID));
-        }
-        // Zero is worth a line where values lie on both of its sides.
-        if !y.logarithmic && y.low < 0.0 && y.high > 0.0 {
-            drawing.line(&[[left, up(0.0)], [right, up(0.0)]], Stroke::thin(AXIS));
-        }
+    fn draw(&self, drawing: &mut Drawing, axes: Axes<'_>, below: bool) {
+        let place = |p: &[f64; 2]| axes.place(p);
+        draw_grid(drawing, axes);
         for layer in &self.layers {
-            match layer {
-                Layer::Band { low, high, colour, .. } => {
-                    let outline: Vec<_> = low.iter().chain(high.iter().rev()).map(place).collect();
-                    drawing.area(outline, *colour, 1.0);
-                    drawing.line(
-                        &high.iter().map(place).collect::<Vec<_>>(),
-                        Stroke { width: 1.2, ..Stroke::thin(WHITE) },
-                    );
-                }
-                Layer::Bars { bars, colour, .. } => {
-                    for [from, to, value] in bars {
-                        let tall = up(*value).min(bottom);
-                        let outline = rectangle(across(*from) + 0.5, tall, across(*to) - 0.5, bottom);
-                        drawing.area(outline, *colour, 1.0);
-                    }
-                }
-                Layer::Level { value, stroke, .. } => {
-                    drawing.line(&[[left, up(*value)], [right, up(*value)]], *stroke);
-                }
-                Layer::Curve { points, stroke, .. } => {
-                    drawing.line(&points.iter().map(place).collect::<Vec<_>>(), *stroke);
-                }
-                Layer::Points { points, colour, radius, .. } => {
-                    for point in points {
-                        drawing.disc(place(point), *radius, *colour);
-                    }
-                }
-                Layer::Note { .. } => {}
-            }
+            layer.draw(drawing, axes);
         }
-        self.notes(drawing, frame, &place);
+        self.notes(drawing, axes.frame, &place);
         // Where there are curves a name would lie on one.
         let curves = self.layers.iter().any(|layer| matches!(layer, Layer::Curve { .. }));
         for layer in self.layers.iter().filter(|_| !curves) {
             name_inside(drawing, layer, &place);
         }
+        self.draw_axes(drawing, axes, below);
+    }
+
+    /// Both axes with their ticks and labels, named below where that is asked for, and the title.
+    fn draw_axes(&self, drawing: &mut Drawing, axes: Axes<'_>, below: bool) {
+        let Axes { frame: Frame { left, right, top, bottom }, x, y } = axes;
+        let (across, up) = (|x| axes.across(x), |y| axes.up(y));
         let axis = Stroke { width: 1.2, ..Stroke::thin(AXIS) };
         drawing.line(&[[left, top], [left, bottom], [right, bottom]], axis);
         for (&value, label) in y.ticks.iter().zip(y.labels()) {

@@ -20,7 +20,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use crate::case::{RawCase, fault_of_pointer, nearest, path_of_key, read, read_named, shortened, shown};
+use crate::case::{
+    RawCase, fault_of_pointer, meant, nearest, path_of_key, read, read_named, shortened, shown,
+};
 use crate::error::{Error, Fault, Faults, Result};
 
 use super::cluster::{self, SLURM_KEYS, Slurm};
@@ -135,10 +137,7 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
 
 fn unknown_keys(map: &Map<String, Value>, known: &[&str], path: &str, faults: &mut Vec<Fault>) {
     for (key, value) in map.iter().filter(|(key, _)| !known.contains(&key.as_str()) && *key != "$schema") {
-        let problem = match nearest(key, known.iter().copied()) {
-            Some(near) => format!("is an unknown key: did you mean \"{near}\"?"),
-            None => "is an unknown key".into(),
-        };
+        let problem = meant("is an unknown key", nearest(key, known.iter().copied()));
         let accepted = format!("the keys {}", known.join(", "));
         faults.fault(path_of_key(path, key), shown(value), problem, accepted);
     }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::error::Faults;
 
-use super::super::walk::{Walker, child, nearest, number, shown};
+use super::super::walk::{Walker, child, meant, nearest, number, shown};
 
 /// Stages in which the confining pressure follows from something else.
 const FLOATING: [&str; 3] = ["oedometer", "constant_volume", "constant_p"];
@@ -169,10 +169,7 @@ pub fn check_scene(stages: &Value, bodies: &Value, walker: &mut Walker) {
             let place = child(&format!("{path}.bodies"), name);
             match list().find(|body| body["name"] == **name) {
                 None if all_named => {
-                    let problem = match nearest(name, names.iter().copied()) {
-                        Some(near) => format!("names an unknown body: did you mean \"{near}\"?"),
-                        None => "names an unknown body".into(),
-                    };
+                    let problem = meant("names an unknown body", nearest(name, names.iter().copied()));
                     let accepted = format!("the bodies {}", names.join(", "));
                     walker.fault(place, format!("\"{name}\""), problem, accepted);
                 }
