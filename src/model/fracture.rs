@@ -77,16 +77,6 @@ impl Model {
         self.generated.iter().any(Option::is_some)
     }
 
-    /// Whether cells have been deleted.
-    pub fn is_broken(&self) -> bool {
-        let whole = |first: &DamagedGrain| {
-            self.bodies.get(first.ancestry().origin as usize).is_some_and(|body| {
-                body.damaged().is_some_and(|grain| grain.states().len() == first.states().len())
-            })
-        };
-        self.generated.iter().flatten().any(|first| !whole(first))
-    }
-
     /// Notes the sound grains that damage begins with; once, when the bodies are complete.
     pub fn begin_damage(&mut self) {
         self.generated = self.bodies.iter().map(|body| body.damaged().cloned()).collect();

@@ -27,8 +27,6 @@ pub enum Layer {
     Points { label: String, points: Vec<[f64; 2]>, colour: Colour, radius: f64 },
     /// Between two curves over the same abscissae; named inside where it is thick enough.
     Band { label: String, low: Vec<[f64; 2]>, high: Vec<[f64; 2]>, colour: Colour },
-    /// Bars from the axis' low end: (left, right, value).
-    Bars { label: String, bars: Vec<[f64; 3]>, colour: Colour },
     /// A level across the panel.
     Level { label: String, value: f64, stroke: Stroke },
     /// A word beside a point, above it where there is room.
@@ -319,7 +317,7 @@ fn sample(drawing: &mut Drawing, layer: &Layer, [x, y]: [f64; 2]) {
             drawing.line(&[[x, y], [x + SAMPLE, y]], *stroke);
         }
         Layer::Points { colour, radius, .. } => drawing.disc([x + 0.5 * SAMPLE, y], *radius, *colour),
-        Layer::Band { colour, .. } | Layer::Bars { colour, .. } => {
+        Layer::Band { colour, .. } => {
             drawing.area(rectangle(x + 6.0, y - 6.0, x + SAMPLE, y + 6.0), *colour, 1.0);
         }
         Layer::Note { .. } => {}
@@ -336,7 +334,6 @@ impl Layer {
             Layer::Curve { label, .. }
             | Layer::Points { label, .. }
             | Layer::Band { label, .. }
-            | Layer::Bars { label, .. }
             | Layer::Level { label, .. } => label,
             Layer::Note { .. } => "",
         }
@@ -348,16 +345,13 @@ impl Layer {
         match self {
             Layer::Curve { points, .. } | Layer::Points { points, .. } => of(points),
             Layer::Band { low, high, .. } => [of(low), of(high)].concat(),
-            Layer::Bars { bars, .. } if axis == 0 => bars.iter().flat_map(|b| [b[0], b[1]]).collect(),
-            Layer::Bars { bars, .. } => bars.iter().map(|b| b[2]).collect(),
             Layer::Level { value, .. } if axis == 1 => vec![*value],
             Layer::Level { .. } | Layer::Note { .. } => Vec::new(),
         }
     }
 
     fn draw(&self, drawing: &mut Drawing, axes: Axes<'_>) {
-        let Frame { left, right, bottom, .. } = axes.frame;
-        let (across, up) = (|x| axes.across(x), |y| axes.up(y));
+        let Frame { left, right, .. } = axes.frame;
         let place = |p: &[f64; 2]| axes.place(p);
         match self {
             Layer::Band { low, high, colour, .. } => {
@@ -368,15 +362,8 @@ impl Layer {
                     Stroke { width: 1.2, ..Stroke::thin(WHITE) },
                 );
             }
-            Layer::Bars { bars, colour, .. } => {
-                for [from, to, value] in bars {
-                    let tall = up(*value).min(bottom);
-                    let outline = rectangle(across(*from) + 0.5, tall, across(*to) - 0.5, bottom);
-                    drawing.area(outline, *colour, 1.0);
-                }
-            }
             Layer::Level { value, stroke, .. } => {
-                drawing.line(&[[left, up(*value)], [right, up(*value)]], *stroke);
+                drawing.line(&[[left, axes.up(*value)], [right, axes.up(*value)]], *stroke);
             }
             Layer::Curve { points, stroke, .. } => {
                 drawing.line(&points.iter().map(place).collect::<Vec<_>>(), *stroke);
@@ -480,7 +467,7 @@ impl Panel {
             match layer {
                 Layer::Curve { points, .. } => lines.push(points.iter().map(place).collect()),
                 Layer::Points { points, .. } => lines.extend(points.iter().map(|point| vec![place(point)])),
-                Layer::Band { .. } | Layer::Bars { .. } | Layer::Level { .. } | Layer::Note { .. } => {}
+                Layer::Band { .. } | Layer::Level { .. } | Layer::Note { .. } => {}
             }
         }
         let panel = [frame.left, frame.top, frame.right, frame.bottom];

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use crate::geometry::Polyhedron;
 use crate::grain::stiffness::{node_graph, stiffness_matrix};
 use crate::grain::{CondensedGrain, SurfacePoint};
-use crate::linalg::{Factorisation, Ordering, Refinement, SparseCholesky};
+use crate::linalg::{Ordering, Refinement, SparseCholesky};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, grain_mesh};
 use crate::tensor::Vec3;
@@ -92,7 +92,7 @@ pub fn condensed_against_full() -> [f64; 3] {
         debug_assert!(known, "on the diagonal");
     }
     let ordering = Ordering::nested_dissection(&node_graph(&mesh).expect("a graph"), 3).expect("an ordering");
-    let mut factor = SparseCholesky::analyse(k.pattern(), &ordering, Factorisation::Llt).expect("analysed");
+    let mut factor = SparseCholesky::analyse(k.pattern(), &ordering).expect("analysed");
     factor.factorise(&k).expect("supports hold the grain");
     let mut x = vec![0.0; f.len()];
     factor.solve_into(&mut x, &k, &f, Refinement { steps: 2, tolerance: 1e-10 }).expect("solved");
