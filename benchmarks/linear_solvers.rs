@@ -1,10 +1,8 @@
 //! How long does it take to solve the linear system of a Newton step, by the number of grains?
 //!
-//! Four ways on the same made-up contact networks: faer's sparse LU (COLAMD), the multifrontal LU that the solver
-//! uses, on one thread and on all, and GMRES on the LDLT of the tangent in which sliding contacts have lost all but a
-//! thousandth of their tangential stiffness and what makes them unsymmetric. The networks have the graph of a
-//! packing (a jittered lattice in a cylinder, seven contacts a grain, two points a contact, 40 %
-//! sliding), not its geometry: the times are meant, the numbers of GMRES iterations depend on the rest.
+//! Three ways on the same made-up contact networks: faer's sparse LU (COLAMD), the multifrontal LU that the solver
+//! uses, on one thread and on all. The networks have the graph of a packing (a jittered lattice in a cylinder, seven
+//! contacts a grain, two points a contact, 40 % sliding), not its geometry: the times are meant.
 //!
 //! `cargo bench --bench linear_solvers [-- GRAINS ...]` prints CSV: one row a size, way and repetition.
 //!

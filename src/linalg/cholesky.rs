@@ -1,4 +1,4 @@
-//! Supernodal LLT and LDLT of symmetric sparse matrices: analysed once, refactored into the same
+//! Supernodal LLT of symmetric sparse matrices: analysed once, refactored into the same
 //! buffers, solved with iterative refinement and a residual check.
 //!
 //! faer does the work, sequentially: parallelism inside one factorisation gains little on the

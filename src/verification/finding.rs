@@ -111,6 +111,13 @@ impl From<Duration> for Cost {
     }
 }
 
+impl Run {
+    /// What the run took, with a note.
+    pub fn cost(&self, note: String) -> Cost {
+        (self.factorisations(), self.time, note).into()
+    }
+}
+
 /// What a problem has found so far.
 #[derive(Debug)]
 pub struct Findings {

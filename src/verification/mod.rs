@@ -30,7 +30,7 @@ pub mod spheres;
 pub mod standing;
 pub mod wedges;
 
-pub use Tolerance::{Absolute, Relative};
+pub use finding::Tolerance::{Absolute, Relative};
 pub(crate) use finding::worse;
 pub use finding::{Finding, Findings, Tolerance, timed};
 pub use run::Run;

@@ -6,7 +6,6 @@ use crate::contact::NormalLaw;
 use crate::loading::StageEnd;
 use crate::scene::{Row, Scene, SceneParameters};
 use crate::solver::audit::{self, deepest_overlap};
-use crate::verification::finding::Cost;
 
 /// A finished run.
 #[derive(Debug, Clone)]
@@ -77,11 +76,6 @@ impl Run {
     pub fn factorisations(&self) -> usize {
         let given_up = self.scene.dossier.as_ref().map_or(0, |dossier| dossier.factorisations);
         self.rows.iter().map(|r| r.counters.factorisations).sum::<usize>() + given_up
-    }
-
-    /// What the run took, with a note.
-    pub fn cost(&self, note: String) -> Cost {
-        (self.factorisations(), self.time, note).into()
     }
 
     pub fn cuts(&self) -> usize {
