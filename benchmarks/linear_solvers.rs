@@ -1,10 +1,8 @@
 //! How long does it take to solve the linear system of a Newton step, by the number of grains?
 //!
-//! Four ways on the same made-up contact networks: faer's sparse LU (COLAMD), the multifrontal LU that the solver
-//! uses, on one thread and on all, and GMRES on the LDLT of the tangent in which sliding contacts have lost all but a
-//! thousandth of their tangential stiffness and what makes them unsymmetric. The networks have the graph of a
-//! packing (a jittered lattice in a cylinder, seven contacts a grain, two points a contact, 40 %
-//! sliding), not its geometry: the times are meant, the numbers of GMRES iterations depend on the rest.
+//! Three ways on the same made-up contact networks: faer's sparse LU (COLAMD), the multifrontal LU that the solver
+//! uses, on one thread and on all. The networks have the graph of a packing (a jittered lattice in a cylinder, seven
+//! contacts a grain, two points a contact, 40 % sliding), not its geometry: the times are meant.
 //!
 //! `cargo bench --bench linear_solvers [-- GRAINS ...]` prints CSV: one row a size, way and repetition.
 //!
@@ -17,10 +15,8 @@
 
 use riprap::geometry::Polyhedron;
 use riprap::grain::stiffness::stiffness_matrix;
-use riprap::linalg::lu::{LuSymbolic, Pattern};
-use riprap::linalg::{
-    Factorisation, MultifrontalLu, NodeGraph, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern,
-};
+use riprap::linalg::lu::Pattern;
+use riprap::linalg::{MultifrontalLu, NodeGraph, SymmetricMatrix, SymmetricPattern};
 use riprap::material::Elastic;
 use riprap::mesh::grain_mesh;
 use riprap::tensor::{Mat3, Vec3};
@@ -73,7 +69,6 @@ fn main() {
             network.by_faer();
             network.by_fronts(1);
             network.by_fronts(2);
-            network.by_gmres();
         }
     }
 }
@@ -375,12 +370,13 @@ impl Network {
 
     fn by_faer(&self) {
         let start = Instant::now();
-        let lu = LuSymbolic::analyse(self.pattern.clone()).expect("analysed");
+        let matrix = self.matrix();
+        let mut lu = self::faer::ByColamd::analyse(matrix.symbolic());
         let analysed = Instant::now();
-        let factor = lu.factorise(&self.values).expect("factorised");
+        lu.factorise(matrix);
         let factorised = Instant::now();
         let mut x = self.right_side.clone();
-        factor.solve_in_place(&mut x).expect("solved");
+        lu.solve(&mut x);
         self.row("faer LU", 1, times(start, analysed, factorised), 0, &x, 0);
     }
 
@@ -403,68 +399,6 @@ impl Network {
                 lu.factor_entries(),
             );
         });
-    }
-
-    fn by_gmres(&self) {
-        let start = Instant::now();
-        let ordering = Ordering::nested_dissection(&self.graph, 6).expect("an ordering");
-        let mut ldlt = SparseCholesky::analyse(self.symmetric.pattern(), &ordering, Factorisation::Ldlt)
-            .expect("analysed");
-        let analysed = Instant::now();
-        ldlt.factorise(&self.symmetric).expect("factorised");
-        let factorised = Instant::now();
-        let (x, iterations) = self.gmres(&mut ldlt, 1e-8, 200);
-        self.row("GMRES on LDLT", 1, times(start, analysed, factorised), iterations, &x, 0);
-    }
-
-    /// Saad & Schultz (1986), preconditioned from the right, without restarts.
-    fn gmres(&self, preconditioner: &mut SparseCholesky, tolerance: f64, most: usize) -> (Vec<f64>, usize) {
-        let size = self.right_side.len();
-        let scale = norm(&self.right_side);
-        let mut basis = vec![self.right_side.iter().map(|b| b / scale).collect::<Vec<f64>>()];
-        let mut turned: Vec<Vec<f64>> = vec![];
-        let (mut columns, mut turns): (Vec<Vec<f64>>, Vec<[f64; 2]>) = (vec![], vec![]);
-        let mut right = vec![scale];
-        for k in 0..most {
-            let mut z = basis[k].clone();
-            preconditioner.back_substitute(&mut z, 1).expect("solved");
-            let mut w = self.multiply(&z);
-            turned.push(z);
-            let mut column: Vec<f64> = vec![];
-            for v in &basis {
-                let h: f64 = v.iter().zip(&w).map(|(v, w)| v * w).sum();
-                w.iter_mut().zip(v).for_each(|(w, v)| *w -= h * v);
-                column.push(h);
-            }
-            let rest = norm(&w);
-            basis.push(w.iter().map(|w| w / rest).collect());
-            for (i, [c, s]) in turns.iter().enumerate() {
-                let (a, b) = (column[i], column[i + 1]);
-                (column[i], column[i + 1]) = (c * a + s * b, c * b - s * a);
-            }
-            let length = column[k].hypot(rest);
-            let [c, s] = [column[k] / length, rest / length];
-            column[k] = length;
-            turns.push([c, s]);
-            columns.push(column);
-            right.push(-s * right[k]);
-            right[k] *= c;
-            if right[k + 1].abs() <= tolerance * scale || k + 1 == most {
-                break;
-            }
-        }
-        let count = columns.len();
-        for k in (0..count).rev() {
-            right[k] /= columns[k][k];
-            for i in 0..k {
-                right[i] -= columns[k][i] * right[k];
-            }
-        }
-        let mut x = vec![0.0; size];
-        for (z, y) in turned.iter().zip(&right) {
-            x.iter_mut().zip(z).for_each(|(x, z)| *x += y * z);
-        }
-        (x, count)
     }
 }
 

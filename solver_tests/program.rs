@@ -573,7 +573,7 @@ fn verify_prints_its_table_and_fails_by_its_exit_code_only() {
     assert!(table.lines().filter(|line| line.contains("pass")).count() >= 9, "{table}");
     assert!(!table.contains("card_tent"), "{table}");
     let (_, complaint) = place.ends_with(2, &["verify", "--only", "nothing like it"]);
-    assert!(complaint.contains("no such rung"), "{complaint}");
+    assert!(complaint.contains("no such problem"), "{complaint}");
 }
 
 #[test]

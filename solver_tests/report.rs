@@ -157,7 +157,7 @@ fn the_curve_is_where_the_ticks_say() {
     let file = folder.path().join("made.h5");
     write_made_run(&file, Outcome::Finished);
     let out = folder.path().join("report");
-    write_report(&[file], &[], &out).unwrap_or_else(|e| panic!("{e}"));
+    write_report(&[file], &[], &out, None).unwrap_or_else(|e| panic!("{e}"));
     let svg = read(&out.join("stress_strain.svg"));
     let texts = texts(&svg);
     let at = |label: &str| -> Vec<[f64; 2]> {
@@ -197,7 +197,7 @@ fn the_page_needs_nothing_but_itself() {
     std::fs::write(&peaks, "curve, axial_strain [%], deviatoric_stress [MPa]\nsource: peak, 3, 3.5\n")
         .expect("a table");
     let out = folder.path().join("report");
-    let report = write_report(&[one, two], &[table, peaks], &out).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_report(&[one, two], &[table, peaks], &out, None).unwrap_or_else(|e| panic!("{e}"));
     assert!(report.files.iter().all(|file| file.exists()));
     let html = read(&report.page);
     // Nothing is fetched: no address at all but SVG's own name.
@@ -278,7 +278,7 @@ fn captions_say_what_strains_count_from() {
         let file = folder.path().join(name);
         write_run_of(&file, Outcome::Finished, stages, "A test");
         let report =
-            write_report(&[file], &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
+            write_report(&[file], &[], &folder.path().join("report"), None).unwrap_or_else(|e| panic!("{e}"));
         read(&report.page)
     };
     let whole = captions("whole.h5", &["consolidate", "shear"]);
@@ -291,7 +291,8 @@ fn captions_say_what_strains_count_from() {
     }
     // Beside each other, by name.
     let files = ["whole.h5", "shear.h5"].map(|name| folder.path().join(name));
-    let report = write_report(&files, &[], &folder.path().join("report")).unwrap_or_else(|e| panic!("{e}"));
+    let report =
+        write_report(&files, &[], &folder.path().join("report"), None).unwrap_or_else(|e| panic!("{e}"));
     assert!(read(&report.page).contains("those of shear from the start of the run"));
 }
 
@@ -306,7 +307,7 @@ fn long_titles_are_told_apart() {
             write_run_of(file, Outcome::Finished, &["consolidate", "shear"], &title(number));
         }
         let out = folder.path().join("report");
-        write_report(&files, &[], &out).unwrap_or_else(|e| panic!("{e}"));
+        write_report(&files, &[], &out, None).unwrap_or_else(|e| panic!("{e}"));
         texts(&read(&out.join("stress_strain.svg"))).into_iter().map(|(text, ..)| text).collect()
     };
     let ends = legend(["1", "2"], &|number| format!("{far}number {number}"));
@@ -328,7 +329,7 @@ fn measured_lines_join_their_own_points() {
     let header = "axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]";
     std::fs::write(&table, format!("{header}\n0,0,\n1,,0.2\n2,2,\n3,,0.5\n4,3,\n5,,0.7\n")).expect("a table");
     let out = folder.path().join("report");
-    write_report(&[file], &[table], &out).unwrap_or_else(|e| panic!("{e}"));
+    write_report(&[file], &[table], &out, None).unwrap_or_else(|e| panic!("{e}"));
     let svg = read(&out.join("stress_strain.svg"));
     // Other black lines (axes, ticks) are of two or three points, too, but not this far along.
     let long = |line: &&Vec<[f64; 2]>| line.len() == 3 && line[0][0] < line[1][0] && line[1][0] < line[2][0];
@@ -344,13 +345,13 @@ fn files_without_runs_are_errors_and_empty_runs_are_reports() {
     let out = folder.path().join("report");
     for file in [missing, text] {
         let message =
-            write_report(std::slice::from_ref(&file), &[], &out).expect_err("no report").to_string();
+            write_report(std::slice::from_ref(&file), &[], &out, None).expect_err("no report").to_string();
         assert!(message.contains(&*file.file_name().expect("a name").to_string_lossy()), "{message}");
     }
     let empty = folder.path().join("empty.h5");
     let record = CaseRecord { completed: "{}".into(), stages: vec!["shear".into()], ..CaseRecord::default() };
     drop(Writer::create(&empty, &record, Existing::Refuse).expect("a new file"));
-    let report = write_report(&[empty], &[], &out).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_report(&[empty], &[], &out, None).unwrap_or_else(|e| panic!("{e}"));
     assert!(read(&report.page).contains("killed"));
 }
 

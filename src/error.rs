@@ -34,6 +34,27 @@ impl Fault {
     }
 }
 
+/// What faults are noted in.
+pub trait Faults {
+    fn note(&mut self, fault: Fault);
+
+    fn fault(
+        &mut self,
+        path: impl Into<String>,
+        value: impl std::fmt::Display,
+        problem: impl Into<String>,
+        accepted: impl Into<String>,
+    ) {
+        self.note(Fault::new(path, value, problem, accepted));
+    }
+}
+
+impl Faults for Vec<Fault> {
+    fn note(&mut self, fault: Fault) {
+        self.push(fault);
+    }
+}
+
 /// On one line, whatever the parts have in them: all of them may repeat a stranger's text.
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -3,7 +3,7 @@
 use super::faer::{ByColamd, Ordered};
 use super::{Network, REPETITIONS, cpu_seconds, norm};
 use ::faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use riprap::linalg::{Factorisation, MultifrontalLu, NodeGraph, Ordering, SparseCholesky};
+use riprap::linalg::{MultifrontalLu, NodeGraph, Ordering, SparseCholesky};
 use std::path::Path;
 
 const HEAD: &str = "grains,unknowns,entries,library,way,analysis_cpu_s,factor_cpu_s,again_cpu_s,solve_cpu_s,relative_residual,factor_entries";
@@ -101,8 +101,7 @@ impl Network {
         let analyse = || {
             let width = (self.first[1] - self.first[0]) as usize;
             let ordering = Ordering::nested_dissection(&self.graph, width).expect("an ordering");
-            SparseCholesky::analyse(self.symmetric.pattern(), &ordering, Factorisation::Llt)
-                .expect("analysed")
+            SparseCholesky::analyse(self.symmetric.pattern(), &ordering).expect("analysed")
         };
         let (clock, ..) = self.timed(
             analyse,
@@ -141,7 +140,7 @@ impl Network {
         self.print("faer", "LU (nested dissection of A'A)", &clock, self.left(&x), 0);
     }
 
-    fn matrix(&self) -> SparseColMatRef<'_, usize, f64> {
+    pub fn matrix(&self) -> SparseColMatRef<'_, usize, f64> {
         let (size, starts, rows) = (self.pattern.size, &self.pattern.column_starts, &self.pattern.rows);
         SparseColMatRef::new(
             SymbolicSparseColMatRef::new_checked(size, size, starts, None, rows),

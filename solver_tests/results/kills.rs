@@ -36,11 +36,8 @@ fn child_writes_without_end() {
             writer.append(&history_row(increment), &[body_row(increment)])?;
             if increment % 10 == 0 {
                 let state = writer.save_state(&Fields::new(&mesh, increment / 10).at(increment))?;
-                let table = [Column::integers(
-                    "first",
-                    "first grain",
-                    (0..1000).map(|n| n * increment as i64).collect(),
-                )];
+                let table =
+                    [Column::integers("first", "first grain", (0..1000).map(|n| n * increment as i64))];
                 writer.write_table(&format!("contacts/{state}"), &table)?;
                 writer.save_restart(increment as u64, &vec![(increment % 251) as u8; 200_000 + increment])?;
             }

@@ -44,7 +44,7 @@ fn sheared(accuracy: Option<f64>) -> Vec<Row> {
         rig.rest_all();
         rig.settings.accuracy = accuracy;
         seated(&mut rig, &mut test);
-        rig.wake_seated();
+        rig.condense_seated();
     } else {
         let elasticity = rig.stiffen().expect("condensed grains");
         seated(&mut rig, &mut test);
@@ -93,7 +93,7 @@ fn grains_that_bend_move_on_through_a_collapse() {
     rig.rest_all();
     rig.settings.accuracy = Some(0.05);
     seated(&mut rig, &mut test);
-    rig.wake_seated();
+    rig.condense_seated();
     consolidate_seated(&mut rig, &mut test, 6);
     rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
     // Slippery grains cannot bear what they bore.

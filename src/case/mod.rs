@@ -32,11 +32,11 @@ pub use schema::schema;
 pub use source::{RawCase, fault_of_pointer, parse_override, read, read_named, shortened};
 pub use support::unsupported;
 pub use types::*;
-pub use walk::{child as path_of_key, nearest, shown};
+pub use walk::{child as path_of_key, meant, nearest, shown};
 
 use std::path::Path;
 
-use crate::error::{Error, Fault, Result};
+use crate::error::{Error, Faults, Result};
 
 impl RawCase {
     /// Checks the case.
@@ -59,14 +59,14 @@ impl RawCase {
             match document::to_case(walked.unwrap_or_default(), grains.as_ref()) {
                 Ok(case) => return Ok(Case { notes, brought, ..case }),
                 // The table accepts what the types do not: an error of this program, said as one.
-                Err(problem) => faults.push(Fault::new(
+                Err(problem) => faults.fault(
                     "$",
                     "this case",
                     format!(
                         "passes the checks of riprap and cannot be built ({problem}): please report this"
                     ),
                     "a case as riprap schema describes it",
-                )),
+                ),
             }
         }
         Err(Error::Case { file: self.file.clone(), faults })

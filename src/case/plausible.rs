@@ -21,102 +21,116 @@ fn first_size(grading: &[[f64; 2]]) -> f64 {
     grading.first().map_or(0.0, |point| point[0])
 }
 
+const METRES: &str = "a plain number is in metres, \"60 mm\" in millimetres";
+const PASCALS: &str = "a plain number is in Pa, \"0.8 MPa\" in MPa";
+const RADIANS: &str = "plain numbers are radians, \"30 deg\" are degrees";
+
+/// What is far from the usual, a sentence each.
+#[derive(Default)]
+struct Found(Vec<String>);
+
+impl Found {
+    fn look(&mut self, name: &str, value: f64, unit: &str, [low, high]: [f64; 2], instead: &str) {
+        if value < low || value > high {
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            let shown = match value.abs() < 1e-5 || value.abs() >= 1e7 {
+                true => format!("{value:e}"),
+                false => format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_string(),
+            };
+            let usual = format!("{low:e} to {high:e}{unit}");
+            self.0
+                .push(format!("{name} is {shown}{unit}, which is far from rockfill's ({usual}): {instead}"));
+        }
+    }
+}
+
+fn norm(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
 impl Case {
     /// What no rockfill is like: mostly a forgotten unit.
     pub(super) fn implausible(&self) -> Vec<String> {
-        let mut found = Vec::new();
-        let mut look = |name: &str, value: f64, unit: &str, [low, high]: [f64; 2], instead: &str| {
-            if value < low || value > high {
-                let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-                let shown = format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_string();
-                let shown =
-                    if value.abs() < 1e-5 || value.abs() >= 1e7 { format!("{value:e}") } else { shown };
-                let usual = format!("{low:e} to {high:e}{unit}");
-                found.push(format!(
-                    "{name} is {shown}{unit}, which is far from rockfill's ({usual}): {instead}"
-                ));
-            }
-        };
-        let metres = "a plain number is in metres, \"60 mm\" in millimetres";
-        let pascals = "a plain number is in Pa, \"0.8 MPa\" in MPa";
+        let mut found = Found::default();
+        self.look_at_sizes(&mut found);
+        self.look_at_motions(&mut found);
+        self.look_at_materials(&mut found);
+        found.0
+    }
+
+    fn look_at_sizes(&self, found: &mut Found) {
         match &self.geometry {
             Geometry::Specimen(it) => {
-                look("specimen.grading: the largest size", first_size(&it.grading), "m", SIZES, metres);
-                look("specimen.diameter", it.diameter, "m", [1e-3, 1e1], metres);
+                found.look("specimen.grading: the largest size", first_size(&it.grading), "m", SIZES, METRES);
+                found.look("specimen.diameter", it.diameter, "m", [1e-3, 1e1], METRES);
             }
             Geometry::Scene(scene) => {
                 // Those that are too thick are told of as meshes are, by what they span.
                 let thin = |size: &f64| *size < 1.0;
                 for body in &scene.bodies {
                     let Some(size) = body.shape.smallest_extent().filter(thin) else { continue };
-                    look(
-                        &format!("the smallest extent of the body {:?}", body.name),
-                        size,
-                        "m",
-                        [1e-5, 1e2],
-                        metres,
-                    );
+                    let name = format!("the smallest extent of the body {:?}", body.name);
+                    found.look(&name, size, "m", [1e-5, 1e2], METRES);
                 }
             }
         }
-        let norm = |vector: &[f64; 3]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if let Geometry::Scene(scene) = &self.geometry {
-            let radians = "plain numbers are radians, \"30 deg\" are degrees";
-            for (k, body) in scene.bodies.iter().enumerate() {
-                let name = format!("scene.bodies[{k}].rotation");
-                look(&name, norm(&body.rotation), "rad", ROTATIONS, radians);
-            }
-            let own = std::iter::once(("scene.gravity".to_string(), Some(scene.gravity)));
-            let of_stages = self.stages.iter().enumerate().filter_map(|(k, stage)| {
-                let StageCase::Load { gravity, .. } = stage else { return None };
-                Some((format!("stages[{k}].gravity"), *gravity))
-            });
-            for (name, gravity) in own.chain(of_stages) {
-                let size = norm(&gravity.unwrap_or_default());
-                if size > 0.0 {
-                    look(&name, size, "m/s2", GRAVITY, "the Earth's is 9.81");
-                }
-            }
-            for (k, stage) in self.stages.iter().enumerate() {
-                let StageCase::Load { bodies, .. } = stage else { continue };
-                for (name, rotation) in bodies.iter().filter_map(|(name, load)| Some((name, load.rotation?)))
-                {
-                    let rotation = norm(&rotation.map(|turn| turn.unwrap_or(0.0)));
-                    look(&format!("stages[{k}].bodies.{name}.rotation"), rotation, "rad", ROTATIONS, radians);
-                }
+    }
+
+    /// Rotations and gravity of a scene.
+    fn look_at_motions(&self, found: &mut Found) {
+        let Geometry::Scene(scene) = &self.geometry else { return };
+        for (k, body) in scene.bodies.iter().enumerate() {
+            let name = format!("scene.bodies[{k}].rotation");
+            found.look(&name, norm(&body.rotation), "rad", ROTATIONS, RADIANS);
+        }
+        let own = std::iter::once(("scene.gravity".to_string(), Some(scene.gravity)));
+        let of_stages = self.stages.iter().enumerate().filter_map(|(k, stage)| {
+            let StageCase::Load { gravity, .. } = stage else { return None };
+            Some((format!("stages[{k}].gravity"), *gravity))
+        });
+        for (name, gravity) in own.chain(of_stages) {
+            let size = norm(&gravity.unwrap_or_default());
+            if size > 0.0 {
+                found.look(&name, size, "m/s2", GRAVITY, "the Earth's is 9.81");
             }
         }
+        for (k, stage) in self.stages.iter().enumerate() {
+            let StageCase::Load { bodies, .. } = stage else { continue };
+            for (name, rotation) in bodies.iter().filter_map(|(name, load)| Some((name, load.rotation?))) {
+                let rotation = norm(&rotation.map(|turn| turn.unwrap_or(0.0)));
+                let name = format!("stages[{k}].bodies.{name}.rotation");
+                found.look(&name, rotation, "rad", ROTATIONS, RADIANS);
+            }
+        }
+    }
+
+    /// Rock, friction, pressures and rubber.
+    fn look_at_materials(&self, found: &mut Found) {
         let rock = &self.rock;
-        look(
-            "rock.density",
-            rock.density,
-            "kg/m3",
-            [1e3, 8e3],
-            "a plain number is in kg/m3, \"2.65 g/cm3\" is a way to write it",
-        );
-        look("rock.youngs_modulus", rock.youngs_modulus.mean, "Pa", [1e7, 1e12], pascals);
+        let instead = "a plain number is in kg/m3, \"2.65 g/cm3\" is a way to write it";
+        found.look("rock.density", rock.density, "kg/m3", [1e3, 8e3], instead);
+        found.look("rock.youngs_modulus", rock.youngs_modulus.mean, "Pa", [1e7, 1e12], PASCALS);
         for (name, strength) in
             [("tensile", &rock.tensile_strength), ("compressive", &rock.compressive_strength)]
         {
             let mean = strength.as_ref().map_or(1e7, |law| law.mean);
-            look(&format!("rock.{name}_strength"), mean, "Pa", [1e4, 1e10], pascals);
+            found.look(&format!("rock.{name}_strength"), mean, "Pa", [1e4, 1e10], PASCALS);
         }
         let coefficient = "friction is a coefficient, the tangent of the angle: 0.7 for 35 degrees";
-        look("contact.friction", self.contact.friction, "", [0.0, 2.0], coefficient);
-        look("plates.friction", self.plates.friction, "", [0.0, 2.0], coefficient);
+        found.look("contact.friction", self.contact.friction, "", [0.0, 2.0], coefficient);
+        found.look("plates.friction", self.plates.friction, "", [0.0, 2.0], coefficient);
         for (at, stage) in self.stages.iter().enumerate() {
             let pressure = stage.largest_pressure();
             if pressure > 0.0 {
-                look(&format!("stages[{at}]: the pressure"), pressure, "Pa", PRESSURES, pascals);
+                found.look(&format!("stages[{at}]: the pressure"), pressure, "Pa", PRESSURES, PASCALS);
             }
         }
         if let (MembraneCase::Rubber { thickness, shear_modulus, .. }, Geometry::Specimen(_)) =
             (self.membrane, &self.geometry)
         {
-            look("membrane.thickness", thickness, "m", [5e-5, 5e-2], metres);
-            look("membrane.shear_modulus", shear_modulus, "Pa", [1e4, 1e9], pascals);
+            found.look("membrane.thickness", thickness, "m", [5e-5, 5e-2], METRES);
+            found.look("membrane.shear_modulus", shear_modulus, "Pa", [1e4, 1e9], PASCALS);
         }
-        found
     }
 
     /// A rubber sheet over pores that it cannot bridge at the largest pressure: the run would stop and say so.

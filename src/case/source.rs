@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use jsonc_parser::common::Ranged;
 use serde_json::Value;
 
-use crate::error::{Error, Fault, Result};
+use crate::error::{Error, Fault, Faults, Result};
 use crate::input;
 
 use super::walk::{child, is_within, shown};
@@ -95,7 +95,7 @@ impl RawCase {
             self.text.push_str(&format!("\n// {line}"));
             if let Err((problem, accepted)) = set_at(&mut self.value, pointer, value.clone()) {
                 let place = format!("--set {}", shortened(pointer));
-                self.faults.push(Fault::new(place, shown(value), problem, accepted));
+                self.faults.fault(place, shown(value), problem, accepted);
             }
         }
         // An override heals the faults of the text that it replaces.
@@ -201,7 +201,7 @@ fn to_value(tree: &jsonc_parser::ast::Value, path: &str, text: &str, faults: &mu
             Ok(number) if number.as_f64().is_some_and(f64::is_finite) => Value::Number(number),
             _ => {
                 let accepted = "a finite number, or a text with a unit";
-                faults.push(Fault::new(path, lit.value, "is not a finite number", accepted));
+                faults.fault(path, lit.value, "is not a finite number", accepted);
                 Value::String(lit.value.into())
             }
         },
@@ -220,7 +220,7 @@ fn to_value(tree: &jsonc_parser::ast::Value, path: &str, text: &str, faults: &mu
                 if map.insert(key.to_string(), value.clone()).is_some() {
                     let line = 1 + text[..property.start().min(text.len())].matches('\n').count();
                     let problem = format!("is given a second time in line {line}");
-                    faults.push(Fault::new(path, shown(&value), problem, "each key once"));
+                    faults.fault(path, shown(&value), problem, "each key once");
                 }
             }
             Value::Object(map)

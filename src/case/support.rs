@@ -1,7 +1,7 @@
 //! What a case may ask for and riprap cannot run yet. Each room that fills strikes its line here.
 
 use crate::contact::face::FaceContact;
-use crate::error::Fault;
+use crate::error::{Fault, Faults};
 use crate::mesh::MOST_CELLS;
 
 use super::types::*;
@@ -10,7 +10,7 @@ use super::types::*;
 pub fn unsupported(case: &Case) -> Vec<Fault> {
     let mut faults = vec![];
     let mut refuse = |path: &str, value: &str, problem: &str, accepted: &str| {
-        faults.push(Fault::new(path, value, problem, accepted));
+        faults.fault(path, value, problem, accepted);
     };
     match &case.geometry {
         Geometry::Specimen(_) => {

@@ -638,7 +638,7 @@ static SOLVER: &[Key] = &[
         "max_dwell",
         Count(0, 100_000),
         "300",
-        "Augmentations of a dwell, in which bodies of a scene may fall a long way where the smallest increment does not balance; 0: stop there.",
+        "Augmentations of a rebalancing, in which bodies of a scene may fall a long way where the smallest increment does not balance; 0: stop there.",
     ),
     Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in a step."),
     Key::default(

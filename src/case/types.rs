@@ -16,6 +16,7 @@ use crate::tensor::Vec3;
 use crate::triaxial::Rims;
 
 pub use super::packed::{PackedCase, PackingCase};
+pub use crate::scene::BodyLoad;
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
 const CELLS_ACROSS: f64 = 3.0;
@@ -601,25 +602,6 @@ impl StageCase {
     }
 }
 
-/// What a load stage does to a body. A whole list that is `None` leaves things as the stage before
-/// left them (free and unloaded at first); a component that is `None` is free, or carries no load.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BodyLoad {
-    /// Of the reference point, over this stage [m].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub displacement: Option<[Option<f64>; 3]>,
-    /// Rotation vector over this stage, space axes [rad].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rotation: Option<[Option<f64>; 3]>,
-    /// At the end of the stage, space axes [N].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub force: Option<[Option<f64>; 3]>,
-    /// About the reference point at the end of the stage, space axes [N m].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub moment: Option<[Option<f64>; 3]>,
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolverCase {
@@ -643,7 +625,7 @@ pub struct SolverCase {
     pub first_penalty: f64,
     /// Before an increment is cut.
     pub max_augmentations: usize,
-    /// Of a dwell, where the smallest increment does not balance; zero: stop there. Scenes only.
+    /// Of a rebalancing, where the smallest increment does not balance; zero: stop there. Scenes only.
     pub max_dwell: usize,
     /// In one augmentation.
     pub max_newton_iterations: usize,

@@ -2,10 +2,10 @@
 
 use serde_json::{Map, Value};
 
-use crate::error::Fault;
+use crate::error::{Fault, Faults};
 
-use super::form::{Form, Key, Kind, Need};
-use super::quantity;
+use super::form::{Form, Key, Kind, Need, Range};
+use super::quantity::{self, Dimension};
 
 /// What to do about keys that are not there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,16 +20,19 @@ pub struct Walker {
     pub faults: Vec<Fault>,
 }
 
+impl Faults for Walker {
+    /// Where none is noted at its path.
+    fn note(&mut self, fault: Fault) {
+        if !self.faults.iter().any(|known| known.path == fault.path) {
+            self.faults.push(fault);
+        }
+    }
+}
+
 impl Walker {
     /// `known` are faults found before; further ones at the same places are not listed again.
     pub fn new(known: Vec<Fault>) -> Self {
         Walker { faults: known }
-    }
-
-    pub fn fault(&mut self, fault: Fault) {
-        if !self.faults.iter().any(|known| known.path == fault.path) {
-            self.faults.push(fault);
-        }
     }
 
     /// Whether nothing is wrong at `path` and below it.
@@ -50,60 +53,26 @@ impl Walker {
                 }
                 walked
             }
-            (Form::Quantity(dimension, range), value) => match quantity::read(value, *dimension) {
-                Err(problem) => self.refuse(form, value, path, problem),
-                Ok(x) => match range.problem(x, *dimension) {
-                    Some(problem) => {
-                        let hint = match (value, dimension.si_unit()) {
-                            (Value::Number(_), unit) if !unit.is_empty() && x != 0.0 => {
-                                format!("{problem} (a plain number is in {unit})")
-                            }
-                            _ => problem,
-                        };
-                        self.refuse(form, value, path, hint)
-                    }
-                    None => Some(Value::from(x)),
-                },
-            },
-            (Form::Count(low, high), value) => match whole(value) {
-                Some(n) if (*low..=*high).contains(&n) => Some(Value::from(n)),
-                Some(n) if n < *low => self.refuse(form, value, path, format!("must be at least {low}")),
-                Some(_) => self.refuse(form, value, path, format!("must be at most {high}")),
-                None if value.as_f64().is_some_and(|x| x < 0.0) => {
-                    self.refuse(form, value, path, "must not be negative".into())
-                }
-                None => {
-                    let problem = match value.as_f64() {
-                        Some(x) if x > EXACT && x >= *high as f64 => {
-                            format!("is too large: must be at most {high}")
-                        }
-                        Some(x) if x > EXACT => "is too large to be exact so: write all of its digits".into(),
-                        Some(_) | None => "is not a whole number".into(),
-                    };
-                    self.refuse(form, value, path, problem)
-                }
-            },
+            (Form::Quantity(dimension, range), value) => {
+                self.or_refuse(in_si(value, *dimension, range), form, value, path)
+            }
+            (Form::Count(low, high), value) => self.or_refuse(counted(value, *low, *high), form, value, path),
             (Form::Text, Value::String(text)) => Some(Value::from(text.as_str())),
             (Form::Flag, Value::Bool(flag)) => Some(Value::from(*flag)),
             (Form::Choice(words), Value::String(word)) => {
-                if words.contains(&word.as_str()) {
-                    return Some(value.clone());
-                }
-                let problem = match nearest(word, words.iter().copied()) {
-                    Some(near) => format!("is not one of the choices: did you mean \"{near}\"?"),
-                    None => "is not one of the choices".into(),
-                };
-                self.refuse(form, value, path, problem)
+                let is_known = words.contains(&word.as_str());
+                let problem = || meant("is not one of the choices", nearest(word, words.iter().copied()));
+                self.or_refuse(if is_known { Ok(value.clone()) } else { Err(problem()) }, form, value, path)
             }
             (Form::Tuple(forms), Value::Array(items)) => {
                 if items.len() != forms.len() {
                     let problem = format!("has {} items where {} are needed", items.len(), forms.len());
                     return self.refuse(form, value, path, problem);
                 }
-                let mut walked = vec![];
-                for (i, (form, item)) in forms.iter().zip(items).enumerate() {
-                    walked.push(self.walk(form, item, &format!("{path}[{i}]")));
-                }
+                let items = forms.iter().zip(items).enumerate();
+                // All of them, whatever is wrong with the first.
+                let walked: Vec<_> =
+                    items.map(|(i, (form, item))| self.walk(form, item, &format!("{path}[{i}]"))).collect();
                 walked.into_iter().collect::<Option<Vec<_>>>().map(Value::Array)
             }
             (Form::List(item_form, least), Value::Array(items)) => {
@@ -127,22 +96,16 @@ impl Walker {
                 Some(Value::Object(self.object(keys, &[], map, path, Gaps::Leave)))
             }
             (Form::OneOf(keys), Value::Object(map)) => {
-                let walked = Value::Object(self.object(keys, &[], map, path, Gaps::Leave));
-                let given: Vec<_> =
-                    keys.iter().filter(|key| map.contains_key(key.name)).map(|key| key.name).collect();
-                match given[..] {
-                    [_] => Some(walked),
-                    [] if !self.is_clean(path) => None,
-                    [] => {
-                        self.refuse(form, value, path, "has none of the keys of which one is needed".into())
-                    }
-                    _ => self.refuse(
-                        form,
-                        value,
-                        path,
-                        format!("has {} where one is needed", given.join(" and ")),
-                    ),
-                }
+                let walked = self.object(keys, &[], map, path, Gaps::Leave);
+                let named = keys.iter().map(|key| key.name);
+                let given: Vec<_> = named.filter(|name| map.contains_key(*name)).collect();
+                let problem = match given[..] {
+                    [_] => return Some(Value::Object(walked)),
+                    [] if !self.is_clean(path) => return None,
+                    [] => "has none of the keys of which one is needed".into(),
+                    _ => format!("has {} where one is needed", given.join(" and ")),
+                };
+                self.refuse(form, value, path, problem)
             }
             (Form::Kinds(kinds), Value::Object(map)) => self.kinds(kinds, map, path),
             (Form::Kinds(kinds), Value::String(word)) if kinds.iter().any(|kind| kind.name == word) => {
@@ -196,8 +159,19 @@ impl Walker {
         }
     }
 
+    /// What was read, or the fault of it.
+    fn or_refuse(
+        &mut self,
+        read: Result<Value, String>,
+        form: &Form,
+        value: &Value,
+        path: &str,
+    ) -> Option<Value> {
+        read.map_err(|problem| self.refuse(form, value, path, problem)).ok()
+    }
+
     fn refuse(&mut self, form: &Form, value: &Value, path: &str, problem: String) -> Option<Value> {
-        self.fault(Fault::new(path, shown(value), problem, form.accepted()));
+        self.fault(path, shown(value), problem, form.accepted());
         None
     }
 
@@ -211,21 +185,17 @@ impl Walker {
         gaps: Gaps,
     ) -> Map<String, Value> {
         let known = || also.iter().copied().chain(keys.iter().map(|key| key.name));
-        let mut meant = vec![];
+        let mut slips = vec![];
         for (name, value) in map.iter().filter(|(name, _)| !known().any(|k| k == name.as_str())) {
             // A key that is there already is meant by the slip of an override.
-            let problem = match nearest(name, known()) {
-                Some(near) => {
-                    meant.push(near);
-                    format!("is an unknown key: did you mean \"{near}\"?")
-                }
-                None => "is an unknown key".into(),
-            };
+            let near = nearest(name, known());
+            slips.extend(near);
+            let problem = meant("is an unknown key", near);
             let accepted = match known().collect::<Vec<_>>().join(", ") {
                 keys if keys.is_empty() => "no key here".into(),
                 keys => format!("the keys {keys}"),
             };
-            self.fault(Fault::new(child(path, name), shown(value), problem, accepted));
+            self.fault(child(path, name), shown(value), problem, accepted);
         }
         let mut walked = Map::new();
         for key in keys {
@@ -239,8 +209,8 @@ impl Walker {
                 }
                 (None, Need::Required) => {
                     // A misspelt key is named once, as unknown.
-                    if !meant.contains(&key.name) {
-                        self.fault(Fault::new(path, "nothing", "is missing", key.form.accepted()));
+                    if !slips.contains(&key.name) {
+                        self.fault(path, "nothing", "is missing", key.form.accepted());
                     }
                     None
                 }
@@ -263,15 +233,12 @@ impl Walker {
                     walked.extend(self.object(kind.keys, &["kind"], map, path, Gaps::Fill));
                     return Some(Value::Object(walked));
                 }
-                None => match nearest(name, kinds.iter().map(|kind| kind.name)) {
-                    Some(near) => format!("is an unknown kind: did you mean \"{near}\"?"),
-                    None => "is an unknown kind".into(),
-                },
+                None => meant("is an unknown kind", nearest(name, kinds.iter().map(|kind| kind.name))),
             },
             Some(other) => format!("is {} where a text is needed", sort(other)),
         };
         let value = map.get("kind").map(shown).unwrap_or("nothing".into());
-        self.fault(Fault::new(place, value, problem, choices));
+        self.fault(place, value, problem, choices);
         None
     }
 
@@ -293,20 +260,19 @@ impl Walker {
             let problem = format!("does not belong to the law \"{law}\"");
             let accepted = format!("the law {}, or no {key}", laws.join(" or "));
             let value = map.get(*key).map(shown).unwrap_or_default();
-            self.fault(Fault::new(child(path, key), value, problem, accepted));
+            self.fault(child(path, key), value, problem, accepted);
         }
         for (key, _) in OWNERS.iter().filter(|(_, laws)| laws.contains(&law.as_str())) {
             if foreign.is_empty() && !map.contains_key(*key) {
                 let problem = format!("is missing for the law \"{law}\"");
-                self.fault(Fault::new(child(path, key), "nothing", problem, "a number"));
+                self.fault(child(path, key), "nothing", problem, "a number");
             }
         }
         if law != "weibull"
             && let Some(value) = map.get("reference_size")
         {
             let problem = format!("does not belong to the law \"{law}\"");
-            let fault = Fault::new(child(path, "reference_size"), shown(value), problem, "the law weibull");
-            self.fault(fault);
+            self.fault(child(path, "reference_size"), shown(value), problem, "the law weibull");
         }
         map.insert("law".into(), law.into());
     }
@@ -359,6 +325,11 @@ pub fn shown(value: &Value) -> String {
     text.chars().take(LONGEST - 3).chain("...".chars()).collect()
 }
 
+/// A problem with what was meant, where that is known.
+pub fn meant(problem: &str, near: Option<&str>) -> String {
+    near.map_or(problem.into(), |near| format!("{problem}: did you mean \"{near}\"?"))
+}
+
 /// The word meant by `word`, if one is near enough to be a slip.
 pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let slip = |candidate: &str| {
@@ -380,6 +351,34 @@ pub fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&
 
 /// Up to here every whole number is one of floating point: 2^53.
 const EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// A quantity in SI, or what is wrong with it.
+fn in_si(value: &Value, dimension: Dimension, range: &Range) -> Result<Value, String> {
+    let x = quantity::read(value, dimension)?;
+    match (range.problem(x, dimension), dimension.si_unit()) {
+        (None, _) => Ok(Value::from(x)),
+        (Some(problem), unit) if value.is_number() && !unit.is_empty() && x != 0.0 => {
+            Err(format!("{problem} (a plain number is in {unit})"))
+        }
+        (Some(problem), _) => Err(problem),
+    }
+}
+
+/// A whole number between two, or what is wrong with it.
+fn counted(value: &Value, low: u64, high: u64) -> Result<Value, String> {
+    let is = |problem: &str| Err(problem.to_string());
+    match (whole(value), value.as_f64()) {
+        (Some(n), _) if (low..=high).contains(&n) => Ok(Value::from(n)),
+        (Some(n), _) if n < low => Err(format!("must be at least {low}")),
+        (Some(_), _) => Err(format!("must be at most {high}")),
+        (None, Some(x)) if x < 0.0 => is("must not be negative"),
+        (None, Some(x)) if x > EXACT && x >= high as f64 => {
+            Err(format!("is too large: must be at most {high}"))
+        }
+        (None, Some(x)) if x > EXACT => is("is too large to be exact so: write all of its digits"),
+        (None, _) => is("is not a whole number"),
+    }
+}
 
 fn whole(value: &Value) -> Option<u64> {
     match value.as_u64() {

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
 use crate::error::Error;
 use crate::linalg;
-use crate::report::{duration, write_printed_report};
+use crate::report::{duration, write_report};
 use crate::results::{
     Existing, Reader, Summary, results_file, write_bodies_csv, write_history_csv, write_network, write_stl,
     write_tables, write_vtu_series,
@@ -171,7 +171,7 @@ pub fn report(arguments: &Report) -> Ended {
     };
     let folder = arguments.out.clone().unwrap_or_else(beside);
     let width = arguments.width.map(|width| 1e-3 * f64::from(width));
-    let written = write_printed_report(&arguments.files, &arguments.laboratory, &folder, width)?;
+    let written = write_report(&arguments.files, &arguments.laboratory, &folder, width)?;
     for remark in &written.remarks {
         note(&format!("riprap: {remark}"));
     }
@@ -187,7 +187,7 @@ pub fn verify(arguments: &Verify) -> Ended {
     if problems.is_empty() {
         let names: Vec<&str> = PROBLEMS.iter().map(|problem| problem.name).collect();
         let message =
-            format!("--only {}: no such rung; there are {}", arguments.only.join(" "), names.join(", "));
+            format!("--only {}: no such problem; there are {}", arguments.only.join(" "), names.join(", "));
         return Err(Error::Usage(message).into());
     }
     if arguments.list {

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::case::{Case, Geometry, StageCase, parse_override};
+use serde_json::Value;
+
+use crate::case::{Case, Geometry, RawCase, StageCase, parse_override};
 use crate::error::Error;
 use crate::report::chart::Chart;
 use crate::report::{Section, duration, write_chart, write_page};
@@ -27,65 +29,87 @@ pub fn study(arguments: &Study) -> Ended {
     // The member's process reads the case file anew, so that it needs what --set said here too.
     let given: Vec<_> =
         arguments.input.overrides.iter().filter_map(|text| parse_override(text).ok()).collect();
-    let (mut members, mut kept): (Vec<Member>, Vec<Setting>) = Default::default();
-    let mut faults = Vec::new();
     let specimen = match shares_specimen(&case, arguments.vary) && settings.len() > 1 {
         true => Member::new("specimen", &source, given.clone(), &folder).ok(),
         false => None,
     };
+    let (members, mut kept) =
+        members_of(arguments.vary, settings, &source, &given, specimen.as_ref(), &folder)?;
+    if let Some(specimen) = &specimen {
+        note(&format!("one specimen for all: {}", specimen.results.display()));
+        generate(&program()?, specimen, arguments.threads)?;
+    }
+    let whole = launch(&members, arguments.jobs, arguments.threads, arguments.force)?;
+    let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
+    let built = arguments.vary.as_built(&mut kept, &figures);
+    show_study(&case, arguments.vary, &kept, built.as_deref(), &figures, &folder)?;
+    Ok(conclude(whole, &members, &figures))
+}
+
+/// A member for each setting that riprap can run, on the `specimen` where they share one; what is left out is noted.
+fn members_of(
+    vary: Vary,
+    settings: Vec<Setting>,
+    source: &RawCase,
+    given: &[(String, Value)],
+    specimen: Option<&Member>,
+    folder: &Path,
+) -> Result<(Vec<Member>, Vec<Setting>), Error> {
+    let (mut members, mut kept) = (Vec::new(), Vec::new());
+    let mut faults = Vec::new();
     for setting in settings {
-        let name = format!("{}_{}", arguments.vary.word(), setting.label);
-        let mut overrides = given.clone();
+        let name = format!("{}_{}", vary.word(), setting.label);
+        let mut overrides = given.to_vec();
         overrides.extend(setting.overrides.iter().cloned());
-        if let Some(specimen) = &specimen {
+        if let Some(specimen) = specimen {
             let file = std::path::absolute(&specimen.results).unwrap_or_else(|_| specimen.results.clone());
             overrides.push(("/start_from".into(), file.to_string_lossy().into()));
         }
-        match Member::new(&name, &source, overrides, &folder) {
+        match Member::new(&name, source, overrides, folder) {
             Ok(member) => {
                 members.push(member);
                 kept.push(setting);
             }
             Err(Refusal::Unsupported(faults)) => {
-                note(&format!(
-                    "left out: {} {}, since riprap cannot do it yet:",
-                    arguments.vary.word(),
-                    setting.label
-                ));
+                let (word, label) = (vary.word(), &setting.label);
+                note(&format!("left out: {word} {label}, since riprap cannot do it yet:"));
                 faults.iter().for_each(|fault| note(&format!("  {fault}")));
             }
             Err(refusal @ Refusal::Faulty(_)) => plan::list(&name, &refusal, &mut faults),
         }
     }
     if !faults.is_empty() {
-        return Err(Error::Case { file: source.file, faults }.into());
+        return Err(Error::Case { file: source.file.clone(), faults });
     }
     if members.is_empty() {
-        let message = format!("--vary {}: nothing is left to run", arguments.vary.word());
-        return Err(Error::Usage(message).into());
+        return Err(Error::Usage(format!("--vary {}: nothing is left to run", vary.word())));
     }
-    if let Some(specimen) = &specimen {
-        note(&format!("one specimen for all: {}", specimen.results.display()));
-        generate(&program()?, specimen, arguments.threads)?;
-    }
-    let whole = launch(&members, arguments.jobs, arguments.threads, arguments.force)?;
+    Ok((members, kept))
+}
 
-    let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
-    let quantities = compared(&figures);
-    let heading = arguments.vary.heading(&case);
-    let built = arguments.vary.as_built(&mut kept, &figures);
-    let mut values = table::study(heading, &kept, &figures, &quantities);
+/// Tables and charts of a study, on the terminal and in its folder; `built` is what was varied as it came out.
+fn show_study(
+    case: &Case,
+    vary: Vary,
+    kept: &[Setting],
+    built: Option<&[f64]>,
+    figures: &[Figures],
+    folder: &Path,
+) -> Result<(), Error> {
+    let quantities = compared(figures);
+    let heading = vary.heading(case);
+    let mut values = table::study(heading, kept, figures, &quantities);
     if let Some(built) = built {
-        values.insert_column(1, "as built [1]", &built);
+        values.insert_column(1, "as built [1]", built);
     }
     let turned = values.turned();
     say(&format!("{}\n\n{}", case.title, turned.to_markdown()));
     values.write_csv(&folder.join("study.csv"))?;
     let mut sections = vec![Section::Table(turned.header, turned.rows)];
-    let ensemble = arguments.vary == Vary::Seed;
+    let ensemble = vary == Vary::Seed;
     let second = match ensemble {
         true => table::scatter(&quantities),
-        false => table::orders(&kept, &quantities),
+        false => table::orders(kept, &quantities),
     };
     if ensemble || kept.iter().any(|setting| setting.size.is_some()) {
         say(&format!("\n{}", second.turned().to_markdown()));
@@ -94,27 +118,27 @@ pub fn study(arguments: &Study) -> Ended {
     }
     let mut draw = |stem: &str, chart: Option<Chart>, caption: &str| -> Result<(), Error> {
         if let Some(chart) = chart {
-            sections.push(Section::Chart(write_chart(&folder, stem, &chart)?, caption.into()));
+            sections.push(Section::Chart(write_chart(folder, stem, &chart)?, caption.into()));
             note(&folder.join(format!("{stem}.png")).display().to_string());
         }
         Ok(())
     };
     draw(
         "curves",
-        chart::curves(&kept, &figures, ensemble),
+        chart::curves(kept, figures, ensemble),
         "Strains count from the end of the consolidation.",
     )?;
     if !ensemble {
         let caption =
             "Orders after Roache (1994), from the three finest values; from one triple an order is a hint.";
-        draw("convergence", chart::convergence(heading, &kept, &quantities), caption)?;
-        let chart = chart::speed_and_accuracy(heading, &kept, &figures, &quantities);
+        draw("convergence", chart::convergence(heading, kept, &quantities), caption)?;
+        let chart = chart::speed_and_accuracy(heading, kept, figures, &quantities);
         draw("speed_accuracy", chart, "Further down is better, further left is faster.")?;
     }
     let page = folder.join("study.html");
     write_page(&page, &format!("{}: {heading} varied", case.title), sections)?;
     say(&format!("\n{}", page.display()));
-    Ok(conclude(whole, &members, &figures))
+    Ok(())
 }
 
 /// Whether all members of a study begin with the specimen as generated, which is made once then. Their bits are those of runs by themselves.

@@ -2,7 +2,7 @@
 //!
 //! The plates are normal to z. Contact is nodal (every surface node against both planes, as far as the plates reach), small displacements throughout,
 //! damage staggered: the contact forces under frozen damage, then more damage from the strains, until
-//! nothing moves. Where softening outruns the plates (snap-back) that loop is a dwell at fixed plates; the energy it sets free beyond what damage takes is
+//! nothing moves. Where softening outruns the plates (snap-back) that loop rebalances at fixed plates; the energy it sets free beyond what damage takes is
 //! booked as stabilisation.
 //!
 //! A grain that comes apart goes on as [`Part`]s that stand between the plates side by side. Not modelled: contact of these parts with one another, and

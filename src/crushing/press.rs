@@ -1,7 +1,7 @@
 //! A whole crushing test without a file: increments, cuts, the ledger, the end.
 
 use crate::crushing::bench::{Bench, Grip, Plate};
-use crate::crushing::part::{Limits, Part};
+use crate::crushing::part::{Kept, Limits, Part, Settled};
 use crate::error::Result;
 use crate::grain::{BreakUp, DamagedGrain};
 use crate::tensor::Pose;
@@ -58,6 +58,33 @@ pub struct Row {
     /// Rounds of contact and damage, and factors made.
     pub rounds: usize,
     pub factorisations: usize,
+}
+
+impl Row {
+    /// The row after this one, its plate at `travel` [m].
+    fn next(&self, travel: f64, settled: &Settled, kept: &Kept) -> Row {
+        let force = settled.contact.force();
+        let mut row = Row {
+            travel,
+            force,
+            touching_nodes: settled.contact.pushes.len(),
+            external: self.external + 0.5 * (self.force + force) * (travel - self.travel),
+            elastic: kept.commit.elastic + settled.contact.patch_energy,
+            damage: self.damage + kept.commit.dissipated,
+            stabilisation: 0.0,
+            failed_points: self.failed_points + kept.commit.newly_failed,
+            deleted_cells: self.deleted_cells,
+            rounds: settled.rounds,
+            factorisations: settled.factorisations,
+        };
+        if let Some(broken) = &kept.broken {
+            row.deleted_cells += broken.deleted.len();
+            row.damage += broken.lost_energy;
+            row.elastic -= broken.lost_energy;
+        }
+        row.stabilisation = row.external - row.elastic - row.damage;
+        row
+    }
 }
 
 /// How a test ended.
@@ -132,27 +159,7 @@ pub fn crush(grain: DamagedGrain, press: &Press) -> Result<Record> {
         };
         let kept = part.keep(&settled, press.grip, 0, least_volume)?;
         let force = settled.contact.force();
-        let external = last.external + 0.5 * (last.force + force) * (travel - last.travel);
-        let mut row = Row {
-            travel,
-            force,
-            touching_nodes: settled.contact.pushes.len(),
-            external,
-            elastic: kept.commit.elastic + settled.contact.patch_energy,
-            damage: last.damage + kept.commit.dissipated,
-            stabilisation: 0.0,
-            failed_points: last.failed_points + kept.commit.newly_failed,
-            deleted_cells: last.deleted_cells,
-            rounds: settled.rounds,
-            factorisations: settled.factorisations,
-        };
-        if let Some(broken) = &kept.broken {
-            row.deleted_cells += broken.deleted.len();
-            row.damage += broken.lost_energy;
-            row.elastic -= broken.lost_energy;
-        }
-        row.stabilisation = row.external - row.elastic - row.damage;
-        rows.push(row);
+        rows.push(last.next(travel, &settled, &kept));
         done += advance;
         match kept.broken {
             Some(broken) if broken.fragments.len() > 1 => {
@@ -160,7 +167,7 @@ pub fn crush(grain: DamagedGrain, press: &Press) -> Result<Record> {
                 break;
             }
             Some(broken) => {
-                // Dwell: a new equilibrium of what is left, at the same travel.
+                // Rebalancing: a new equilibrium of what is left, at the same travel.
                 match part.pieces(broken).pop() {
                     Some(rest) => part = rest,
                     None => {

@@ -17,7 +17,6 @@ use nalgebra::Vector6;
 use crate::element::{POINT_COUNT, StraightTet10};
 use crate::error::{Error, Result};
 use crate::grain::held::{DenseFlexibility, HeldGrain};
-use crate::grain::local::LocalStiffness;
 use crate::grain::mass::MassProperties;
 use crate::grain::patch::{PATCH_OF_BODY, Patches};
 use crate::grain::surface::{Shares, Surface, SurfacePoint};
@@ -207,11 +206,6 @@ impl CondensedGrain {
         self.surface.locate(xi)
     }
 
-    /// Where the line from `xi` along `outward` leaves the body; see [`Surface::locate_along`].
-    pub fn locate_along(&self, xi: &Vec3, outward: &Vec3) -> SurfacePoint {
-        self.surface.locate_along(xi, outward)
-    }
-
     /// About the displacement along the unit vector `n` per force along it [m/N] at a surface point:
     /// its own flexibility, or that of a patch as large as the facet on a grain of very many nodes.
     pub fn flexibility_along(&self, at: &SurfacePoint, n: &Vec3) -> f64 {
@@ -224,7 +218,8 @@ impl CondensedGrain {
             }
             Flexibility::OnDemand { .. } => {
                 let patch = (self.surface.facet_area(at.facet) / std::f64::consts::PI).sqrt();
-                LocalStiffness::of_patch(&self.rock[0], patch).normal.recip()
+                // A rigid punch on a half-space: Johnson (1985), "Contact Mechanics", section 3.4.
+                (2.0 * patch * self.rock[0].contact_modulus()).recip()
             }
         }
     }
@@ -426,12 +421,6 @@ impl CondensedGrain {
     /// Elastic law of a cell.
     pub fn rock(&self, cell: CellId) -> &Elastic {
         &self.rock[cell.index()]
-    }
-
-    /// Local contact stiffness [N/m] at a surface point, from its own flexibility. It is that of a
-    /// patch as large as the cells there.
-    pub fn local_stiffness(&self, at: &SurfacePoint) -> LocalStiffness {
-        LocalStiffness::of_flexibility(&self.flexibility(at, at), &at.normal)
     }
 
     /// Bytes on the heap, without a factor that is kept for columns on demand.

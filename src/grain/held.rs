@@ -6,9 +6,7 @@ use crate::element::POINT_COUNT;
 use crate::grain::mass::{MassProperties, nodal_moments};
 use crate::grain::stiffness::{StiffnessFault, node_graph, stiffness_on, stiffness_pattern};
 use crate::grain::surface::Surface;
-use crate::linalg::{
-    FactorError, Factorisation, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern,
-};
+use crate::linalg::{FactorError, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::{Mat3, Vec3};
@@ -79,7 +77,7 @@ impl HeldGrain {
         } else {
             Ordering::nested_dissection(&node_graph(mesh)?, 3)?
         };
-        let mut factor = SparseCholesky::analyse(stiffness.pattern(), &ordering, Factorisation::Llt)?;
+        let mut factor = SparseCholesky::analyse(stiffness.pattern(), &ordering)?;
         factor.factorise(&stiffness)?;
         let inverse_inertia = mass.inertia.try_inverse().ok_or(HoldFault::NoExtent)?;
         let (pattern, inverse_mass) = (stiffness.pattern().clone(), 1.0 / mass.mass);

@@ -36,14 +36,9 @@ const MOST_OF_DEPTH: f64 = 0.5;
 /// First and last turn of the search for a plane [rad].
 const TURNS: [f64; 2] = [0.3, 0.01];
 
-impl ContactShape {
-    /// The rounded body, `radius` [m] reduced to half the least depth of the facets below the centroid where the part is thin.
-    pub fn rounded(&self, radius: f64) -> Result<RoundedBody> {
-        rounded(&self.nominal, radius)
-    }
-}
+impl ContactShape {}
 
-/// As [`ContactShape::rounded`].
+/// The rounded body, `radius` [m] reduced to half the least depth of the facets below the centroid where the part is thin.
 pub fn rounded(nominal: &Polyhedron, radius: f64) -> Result<RoundedBody> {
     let centre = nominal.centroid();
     let depth = facet_planes(nominal)
@@ -218,10 +213,10 @@ mod tests {
             let shape = shape.as_ref().expect("a shape");
             assert!((shape.nominal.volume() - 1.0).abs() < 1e-9 && (shape.hull_over_own - 1.0).abs() < 1e-9);
             assert!(shape.cut_off == 0.0);
-            let rounded = shape.rounded(0.05).expect("fits");
-            assert!((rounded.core.volume() - 0.9_f64.powi(3)).abs() < 1e-9);
+            let body = rounded(&shape.nominal, 0.05).expect("fits");
+            assert!((body.core.volume() - 0.9_f64.powi(3)).abs() < 1e-9);
             // A radius that does not fit is reduced to half the depth.
-            assert!((shape.rounded(10.0).expect("fits").radius - 0.25).abs() < 1e-9);
+            assert!((rounded(&shape.nominal, 10.0).expect("fits").radius - 0.25).abs() < 1e-9);
         }
     }
 
@@ -269,10 +264,10 @@ mod tests {
                         .fold(f64::NEG_INFINITY, f64::max)
                 };
                 let corners: Vec<Vec3> = part.cell_ids().flat_map(|cell| part.corners(cell)).collect();
-                let rounded = shape.rounded(4e-4).expect("a rounded body");
+                let body = rounded(&shape.nominal, 4e-4).expect("a rounded body");
                 for plane in &planes {
                     assert!(highest(plane, &corners).abs() < 1e-7, "{left}: {}", highest(plane, &corners));
-                    assert!(highest(plane, &rounded.core.vertices) < 1e-6 - rounded.radius);
+                    assert!(highest(plane, &body.core.vertices) < 1e-6 - body.radius);
                 }
             }
         }
@@ -314,7 +309,7 @@ mod tests {
                 for b in &shapes[..i] {
                     assert!(overlap(a, b) > -1e-8, "{}", overlap(a, b));
                 }
-                a.rounded(2e-4).expect("a rounded body");
+                rounded(&a.nominal, 2e-4).expect("a rounded body");
             }
         }
         assert!(shapes_made >= 24, "{shapes_made}");

@@ -9,7 +9,6 @@ pub mod fragments;
 pub mod full;
 mod held;
 pub mod hulls;
-pub mod local;
 pub mod mass;
 mod nearness;
 mod patch;
@@ -22,7 +21,6 @@ pub use damaged::{Ancestry, DamageChange, DamageCommit, DamageSummary, DamagedGr
 pub use fragments::{BreakUp, Fragment, Loss};
 pub use full::FullGrain;
 pub use hulls::{ContactShape, contact_shapes};
-pub use local::LocalStiffness;
 pub use mass::{MassProperties, mean_motion};
 pub use patch::PATCH_OF_BODY;
 pub use stored::StoredGrain;

@@ -5,8 +5,6 @@
 pub enum FactorError {
     #[error("the matrix is not positive definite (pivot {pivot} of the elimination)")]
     NotPositiveDefinite { pivot: usize },
-    #[error("the matrix has a zero pivot (pivot {pivot} of the elimination)")]
-    ZeroPivot { pivot: usize },
     #[error("{0} holds a value that is not finite")]
     NotFinite(&'static str),
     #[error("the solution leaves a relative residual of {residual:.1e}, more than {tolerance:.1e}")]

@@ -8,7 +8,7 @@ pub mod multifrontal;
 pub mod ordering;
 pub mod symmetric;
 
-pub use cholesky::{Factorisation, Refinement, SparseCholesky};
+pub use cholesky::{Refinement, SparseCholesky};
 pub use fault::FactorError;
 pub use gmres::gmres;
 pub use multifrontal::MultifrontalLu;

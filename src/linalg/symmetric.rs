@@ -108,10 +108,6 @@ impl SymmetricMatrix {
         self.pattern.size()
     }
 
-    pub fn set_zero(&mut self) {
-        self.values.fill(0.0);
-    }
-
     /// Adds `block(a, b)` to entries (`3 row + a`, `3 column + b`), `row` at least `column`, of a matrix whose pattern has three unknowns a
     /// node ([`SymmetricPattern::from_graph`]); of a diagonal block the lower triangle. Returns whether the block is in the pattern.
     #[must_use = "a block outside the pattern is not added"]

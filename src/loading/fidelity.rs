@@ -25,10 +25,10 @@ pub struct FidelityCounts {
 impl FidelityCounts {
     /// `early`: times that the increment was repeated, and grains that were made condensed for that.
     pub fn of(model: &Model, verdict: &Verdict, transition: &Transition, early: [usize; 2]) -> Self {
-        let [repeats, woken] = early;
+        let [repeats, condensed_early] = early;
         FidelityCounts {
             condensed: model.bodies.iter().filter(|body| body.is_elastic()).count(),
-            promoted: woken + transition.woken,
+            promoted: condensed_early + transition.woken,
             demoted: transition.rested,
             repeats,
             error: Some(verdict.error).filter(|error| !error.is_nan()),

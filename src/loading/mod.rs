@@ -59,12 +59,12 @@ pub struct StageProgress<S> {
     #[serde(skip)]
     repeats: usize,
     #[serde(skip)]
-    woken: usize,
+    condensed: usize,
 }
 
 impl<S> StageProgress<S> {
     pub fn new(pace: Pace, own: S) -> Self {
-        StageProgress { pace, own, spent: Counters::default(), repeats: 0, woken: 0 }
+        StageProgress { pace, own, spent: Counters::default(), repeats: 0, condensed: 0 }
     }
 
     /// Whether an increment has to be repeated because of what its outcome tells of the fidelity of bodies; `condense` does what it asks for, and says
@@ -73,14 +73,14 @@ impl<S> StageProgress<S> {
         let again = verdict.urgent && self.repeats < MOST_REPEATS;
         if again {
             self.repeats += 1;
-            self.woken += condense();
+            self.condensed += condense();
         }
         again
     }
 
     /// Times that the increment was repeated, and bodies made condensed for it; counted anew from here on.
     pub fn take_repeats(&mut self) -> [usize; 2] {
-        [std::mem::take(&mut self.repeats), std::mem::take(&mut self.woken)]
+        [std::mem::take(&mut self.repeats), std::mem::take(&mut self.condensed)]
     }
 
     /// What the accepted increment took, with all that was tried for it.

@@ -23,7 +23,7 @@
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
-use crate::material::softening::{Branch, Softening, relative_energy};
+use crate::material::softening::{Branch, Softening};
 use crate::material::{Elastic, MaterialError};
 use crate::tensor::{Mat3, Vec3};
 
@@ -197,13 +197,6 @@ impl DamageLaw {
     /// `d_t` and `d_c` of a state, without recovery.
     pub fn parts(&self, state: &DamageState) -> [f64; 2] {
         [self.tension.damage(state.tension), self.compression.damage(state.compression)]
-    }
-
-    /// Energy per volume that loading to failure in uniaxial tension takes [J/m^3].
-    pub fn energy_to_fail_in_tension(&self) -> f64 {
-        let threshold = self.threshold.min(1.0 - 1e-12);
-        let onset = self.tension.onset;
-        self.elastic.youngs_modulus() * onset * onset * relative_energy(self.tension.exponent, threshold)
     }
 
     fn principal(&self, strain: &Vector6<f64>) -> Principal {

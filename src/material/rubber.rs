@@ -119,15 +119,6 @@ impl Rubber {
         self.shear_modulus
     }
 
-    /// Young's modulus at small strain, 3 G [Pa].
-    pub fn youngs_modulus(&self) -> f64 {
-        3.0 * self.shear_modulus
-    }
-
-    pub const fn law(&self) -> RubberLaw {
-        self.law
-    }
-
     /// The energy of a sheet held flat. Infinite beyond a Gent limit and where `d` is not positive.
     pub fn energy(&self, a: f64, d: f64) -> SheetEnergy {
         let half = 0.5 * self.shear_modulus;

@@ -48,7 +48,7 @@ impl Branch {
 /// Energy per volume under the uniaxial curve up to failure, over `E e0^2`:
 /// `1/2 + (1 - q^(2 - N)) / (N - 2)` with `q = (1 - threshold)^(-1/N)`; `1/2 + ln q` at N = 2.
 /// Falls from `q - 1/2` at N = 1 to 1/2.
-pub(super) fn relative_energy(exponent: f64, threshold: f64) -> f64 {
+fn relative_energy(exponent: f64, threshold: f64) -> f64 {
     let log_q = -(-threshold).ln_1p() / exponent;
     let s = exponent - 2.0;
     // (1 - exp(-s ln q)) / s, whose limit at s = 0 is ln q.

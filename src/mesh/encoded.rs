@@ -1,4 +1,4 @@
-//! Unstructured grids of VTK (`.vtu`) whose numbers are not text: binary in place, or appended, plain or zlib-compressed.
+//! Unstructured grids of VTK (`.vtu`), their numbers as text, binary in place, or appended, plain or zlib-compressed.
 //!
 //! Source: VTK file formats (Kitware), "XML file formats". An array in place is base64: its header and its bytes; appended ones lie behind `_` at the
 //! `offset` of their tag, raw or base64. The header is the number of bytes; of compressed data the number of blocks, their size, that of the
@@ -50,8 +50,9 @@ pub fn vtu(bytes: &[u8]) -> Read<Cells> {
     }
     let whole = |name: &str| -> Read<Vec<usize>> {
         // What is no number of a point becomes one that names none, and is refused as such.
-        let numbers = file.array(section("Cells")?, Some(name))?;
-        Ok(numbers.iter().map(|&x| if (0.0..1e15).contains(&x) { x as usize } else { usize::MAX }).collect())
+        let number =
+            |x: f64| if (0.0..1e15).contains(&x) && x.fract() == 0.0 { x as usize } else { usize::MAX };
+        Ok(file.array(section("Cells")?, Some(name))?.into_iter().map(number).collect())
     };
     let (connectivity, offsets, types) = (whole("connectivity")?, whole("offsets")?, whole("types")?);
     if offsets.len() != types.len() {
@@ -59,8 +60,10 @@ pub fn vtu(bytes: &[u8]) -> Read<Cells> {
     }
     let mut cells = Vec::new();
     let mut first = 0;
-    for (last, kind) in offsets.into_iter().zip(types) {
-        let nodes = connectivity.get(first..last).ok_or("has offsets that do not fit its connectivity")?;
+    for (index, (last, kind)) in offsets.into_iter().zip(types).enumerate() {
+        let nodes = connectivity.get(first..last).ok_or_else(|| {
+            format!("cell {index}: its offsets {first}..{last} do not fit the connectivity")
+        })?;
         cells.push((u32::try_from(kind).unwrap_or(u32::MAX), nodes.to_vec()));
         first = last;
     }
@@ -109,7 +112,7 @@ impl<'a> File<'a> {
 
     /// The numbers of the array of this name in a section, or of its first.
     fn array(&self, section: &str, name: Option<&str>) -> Read<Vec<f64>> {
-        let what = name.unwrap_or("Points");
+        let what = name.map_or("Points".to_string(), |name| format!("Cells/{name}"));
         let mut tags = section.match_indices("<DataArray").map(|(at, _)| &section[at..]);
         let found = tags.find(|rest| {
             let tag = &rest[..rest.find('>').unwrap_or(rest.len())];

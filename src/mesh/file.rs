@@ -1,17 +1,17 @@
-//! Meshes from files: VTK XML unstructured grids (`.vtu`), those with ASCII data read here, and Gmsh's (`.msh`).
+//! Meshes from files: VTK XML unstructured grids (`.vtu`) and Gmsh's (`.msh`).
 //!
 //! Tetrahedra (cell type 10) and quadratic tetrahedra with straight sides (24) are read; cells of
 //! lower dimension are ignored; anything else is refused. Lengths are metres.
-//! Source: VTK file formats, "XML file formats", UnstructuredGrid.
+//! Sources: `mesh::encoded` and `mesh::formats`, which read them.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
 use crate::input;
+use crate::mesh::encoded::{Cells, vtu};
+use crate::mesh::formats;
 use crate::mesh::tet10::{EDGES, Mesh, NodeId, SurfaceFacet};
-use crate::mesh::{encoded, formats};
 use crate::tensor::Vec3;
 
 /// How a case takes points alone.
@@ -28,22 +28,18 @@ const CONVEX: f64 = 1e-6;
 /// not a .vtu or .msh of tetrahedra, a cell is flat or curved, the cells do not form one part, or the
 /// body is not convex (contact needs convex bodies for now).
 pub fn read_mesh(path: &Path) -> Result<Mesh> {
-    let (bytes, name) = (
-        input::read_named(path).map_err(|source| Error::io("read", path, source))?,
-        path.display().to_string(),
-    );
+    let bytes = input::read_named(path).map_err(|source| Error::io("read", path, source))?;
     let read = match formats::ending(path).as_str() {
         "msh" => formats::gmsh(&bytes),
-        _ if !formats::is_ascii_vtu(&bytes) => encoded::vtu(&bytes),
-        _ => return parse_mesh(&name, &String::from_utf8_lossy(&bytes)),
+        _ => vtu(&bytes),
     };
-    let corners = read.and_then(|read| corners_of(read.points, &read.cells));
-    convex_body(&name, corners.map_err(|message| Error::Mesh { name: name.clone(), message })?)
+    mesh_of(&path.display().to_string(), read)
 }
 
-/// [`read_mesh`] from text; `name` is what errors call it.
-pub fn parse_mesh(name: &str, text: &str) -> Result<Mesh> {
-    convex_body(name, tetrahedra_of(text).map_err(|message| Error::Mesh { name: name.into(), message })?)
+/// The mesh of what was read; `name` is what errors call it.
+fn mesh_of(name: &str, read: std::result::Result<Cells, String>) -> Result<Mesh> {
+    let corners = read.and_then(|read| corners_of(read.points, &read.cells));
+    convex_body(name, corners.map_err(|message| Error::Mesh { name: name.into(), message })?)
 }
 
 /// The mesh of these tetrahedra, if it is one convex body.
@@ -142,31 +138,6 @@ fn is_met([a, b, c]: &[Vec3; 3], point: &Vec3, normal: &Vec3, behind: f64) -> bo
 
 type Corners = (Vec<Vec3>, Vec<[u32; 4]>);
 
-fn tetrahedra_of(text: &str) -> std::result::Result<Corners, String> {
-    let data = Arrays::read(text)?;
-    let coordinates: Vec<f64> = data.numbers("Points", None)?;
-    if coordinates.is_empty() || !coordinates.len().is_multiple_of(3) {
-        return Err(format!("Points holds {} numbers, not three a point", coordinates.len()));
-    }
-    let points: Vec<Vec3> = coordinates.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])).collect();
-    let connectivity: Vec<usize> = data.numbers("Cells", Some("connectivity"))?;
-    let offsets: Vec<usize> = data.numbers("Cells", Some("offsets"))?;
-    let types: Vec<u32> = data.numbers("Cells", Some("types"))?;
-    if offsets.len() != types.len() {
-        return Err(format!("{} offsets and {} types", offsets.len(), types.len()));
-    }
-    let mut given = Vec::new();
-    let mut first = 0;
-    for (index, (&last, &kind)) in offsets.iter().zip(&types).enumerate() {
-        let nodes = connectivity.get(first..last).ok_or_else(|| {
-            format!("cell {index}: its offsets {first}..{last} do not fit the connectivity")
-        })?;
-        first = last;
-        given.push((kind, nodes.to_vec()));
-    }
-    corners_of(points, &given)
-}
-
 /// The corners of the tetrahedra among cells of these VTK types, and the points that these use.
 fn corners_of(points: Vec<Vec3>, given: &[(u32, Vec<usize>)]) -> std::result::Result<Corners, String> {
     if let Some(bad) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
@@ -218,100 +189,6 @@ fn check_straight(index: usize, nodes: &[usize], points: &[Vec3]) -> std::result
     Ok(())
 }
 
-/// The ASCII data arrays of the piece, by section and name.
-struct Arrays<'a> {
-    found: BTreeMap<(String, String), &'a str>,
-}
-
-impl<'a> Arrays<'a> {
-    /// Scans the tags of the file; what it needs of XML is tags, attributes and comments.
-    fn read(text: &'a str) -> std::result::Result<Self, String> {
-        let mut found = BTreeMap::new();
-        let (mut section, mut pieces, mut grid) = (String::new(), 0, false);
-        let mut rest = text;
-        while let Some(open) = rest.find('<') {
-            rest = &rest[open..];
-            if let Some(comment) = rest.strip_prefix("<!--") {
-                let end = comment.find("-->").ok_or("a comment is not closed")?;
-                rest = &comment[end + 3..];
-                continue;
-            }
-            let end = rest.find('>').ok_or("a tag is not closed: the file is not XML or is cut off")?;
-            let tag = rest[1..end].trim_end_matches('/').trim();
-            let empty = rest[..end].ends_with('/');
-            rest = &rest[end + 1..];
-            let (element, attributes) = tag.split_once(char::is_whitespace).unwrap_or((tag, ""));
-            match element {
-                "VTKFile" => {
-                    let kind = attribute(attributes, "type").unwrap_or_default();
-                    if kind != "UnstructuredGrid" {
-                        return Err(format!("is a VTK file of type {kind:?}, not UnstructuredGrid"));
-                    }
-                    grid = true;
-                }
-                "Piece" => pieces += 1,
-                "Points" | "Cells" | "PointData" | "CellData" | "FieldData" => section = element.to_string(),
-                "AppendedData" => return Err("holds appended binary data; save it as ASCII .vtu".into()),
-                "DataArray" if section == "Points" || section == "Cells" => {
-                    let name = attribute(attributes, "Name").unwrap_or_default();
-                    let format = attribute(attributes, "format").unwrap_or_default();
-                    if format != "ascii" {
-                        return Err(format!(
-                            "the array {name:?} of {section} has the format {format:?}; save it as ASCII .vtu"
-                        ));
-                    }
-                    let body = if empty {
-                        ""
-                    } else {
-                        let close = rest.find('<').ok_or("an array is not closed: the file is cut off")?;
-                        &rest[..close]
-                    };
-                    let key = if section == "Points" { String::new() } else { name.to_string() };
-                    found.insert((section.clone(), key), body);
-                }
-                _ => {}
-            }
-        }
-        if !grid {
-            return Err("is not a VTK XML file (no VTKFile tag)".into());
-        }
-        if pieces != 1 {
-            return Err(format!("has {pieces} pieces; save it as one"));
-        }
-        Ok(Arrays { found })
-    }
-
-    fn numbers<T: std::str::FromStr>(
-        &self,
-        section: &str,
-        name: Option<&str>,
-    ) -> std::result::Result<Vec<T>, String> {
-        let key = (section.to_string(), name.unwrap_or_default().to_string());
-        let what = name.map_or(section.to_string(), |name| format!("{section}/{name}"));
-        let text = self.found.get(&key).ok_or_else(|| format!("has no {what}"))?;
-        text.split_ascii_whitespace()
-            .map(|word| word.parse().map_err(|_| format!("{what}: {word:?} is not a number that fits")))
-            .collect()
-    }
-}
-
-/// The value of `name="value"` or `name='value'`.
-fn attribute<'a>(attributes: &'a str, name: &str) -> Option<&'a str> {
-    let mut rest = attributes;
-    while let Some(equals) = rest.find('=') {
-        let key = rest[..equals].trim();
-        let value = rest[equals + 1..].trim_start();
-        let quote = value.chars().next().filter(|c| *c == '"' || *c == '\'')?;
-        let value = &value[1..];
-        let end = value.find(quote)?;
-        if key == name {
-            return Some(&value[..end]);
-        }
-        rest = &value[end + 1..];
-    }
-    None
-}
-
 #[cfg(test)]
 mod tests {
     use std::fmt::Write;
@@ -361,15 +238,19 @@ mod tests {
         (mesh, text)
     }
 
+    fn parse_mesh(text: &str) -> Result<Mesh> {
+        mesh_of("body.vtu", super::vtu(text.as_bytes()))
+    }
+
     fn message(text: &str) -> String {
-        parse_mesh("body.vtu", text).expect_err("refused").to_string()
+        parse_mesh(text).expect_err("refused").to_string()
     }
 
     #[test]
     fn linear_and_quadratic_files_give_the_same_mesh() {
         for quadratic in [false, true] {
             let (mesh, text) = box_file(quadratic);
-            assert_eq!(parse_mesh("body.vtu", &text).expect("a mesh"), mesh);
+            assert_eq!(parse_mesh(&text).expect("a mesh"), mesh);
         }
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("body.vtu");
@@ -469,7 +350,7 @@ mod tests {
         assert!(message(&vtu(&folded, &corners)).contains("cells that overlap"));
         let cells: Vec<Vec<u32>> =
             whole.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
-        assert!(parse_mesh("body.vtu", &vtu(&whole.nodes, &cells)).is_ok());
+        assert!(parse_mesh(&vtu(&whole.nodes, &cells)).is_ok());
     }
 
     #[test]
@@ -477,9 +358,7 @@ mod tests {
         let (mesh, text) = box_file(true);
         assert!(message("").contains("not a VTK XML file"));
         assert!(message(&text.replace("UnstructuredGrid\"", "PolyData\"")).contains("PolyData"));
-        assert!(
-            message(&text.replace("format = \"ascii\"", "format = \"binary\"")).contains("save it as ASCII")
-        );
+        assert!(message(&text.replace("format = \"ascii\"", "format = \"binary\"")).contains("is no base64"));
         assert!(message(&text[..text.len() / 2]).contains("body.vtu"));
         assert!(message(&text.replace("Name=\"types\"", "Name=\"kinds\"")).contains("has no Cells/types"));
         let corners: Vec<u32> = mesh.cells[0].iter().map(|node| node.0).collect();

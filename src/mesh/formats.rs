@@ -61,20 +61,6 @@ pub fn read_points(path: &Path) -> Result<Vec<Vec3>> {
     finite.map_err(|message| Error::Mesh { name: path.display().to_string(), message })
 }
 
-/// Whether the points and cells of a `.vtu` are written as text, and nothing behind its tags is not.
-pub fn is_ascii_vtu(bytes: &[u8]) -> bool {
-    let after = |bytes: &'_ [u8], word: &[u8]| bytes.windows(word.len()).position(|w| w == word);
-    let is_ascii = |open: &[u8], close: &[u8]| {
-        let Some(start) = after(bytes, open) else { return true };
-        let rest = &bytes[start..];
-        let section = &rest[..after(rest, close).unwrap_or(rest.len())];
-        after(section, b"\"binary\"").is_none() && after(section, b"\"appended\"").is_none()
-    };
-    after(bytes, b"<AppendedData").is_none()
-        && is_ascii(b"<Points", b"</Points")
-        && is_ascii(b"<Cells", b"</Cells")
-}
-
 /// A mesh of Gmsh, MSH 2.2 or 4.1, ASCII.
 pub fn gmsh(bytes: &[u8]) -> Read<Cells> {
     let text = String::from_utf8_lossy(bytes);

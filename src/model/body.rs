@@ -11,10 +11,6 @@ use crate::tensor::{Pose, Vec3, Vector6};
 /// A body's share of a contact's stiffness ([`Body::stiffness`]) over `E / (1 - nu^2)` times its size, the diameter of the ball of its volume.
 pub const STIFFNESS_RATIO: f64 = 0.1;
 
-/// Index of a body in its model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct BodyId(pub usize);
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BodyKind {
     Grain,
@@ -270,11 +266,6 @@ impl Body {
     /// Whether it may be rigid for a while: damage has not changed how it bends.
     pub fn may_rest(&self) -> bool {
         self.is_sound() || self.is_brittle()
-    }
-
-    /// Whether it bends now and may be rigid for a while.
-    pub fn can_rest(&self) -> bool {
-        matches!(self.deformation, Deformation::Condensed(_)) && self.may_rest()
     }
 
     /// Makes a condensed body rigid for a while, if it may be; says whether it did.

@@ -18,7 +18,7 @@ use crate::geometry::rounded::{HalfSpace, facet_planes, intersection, plain_hull
 use crate::geometry::separation::separating_axis;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::hulls::{self, contact_shapes};
-use crate::grain::{DamagedGrain, Fragment};
+use crate::grain::{BreakUp, DamagedGrain, Fragment};
 use crate::mesh::Mesh;
 use crate::model::cover::CoverNode;
 use crate::model::{Body, BodyKind, Breakage, Committed, Deformation, Model};
@@ -75,16 +75,6 @@ impl Model {
     /// Whether there are bodies that can break (or could, before nothing was left of them).
     pub fn can_break(&self) -> bool {
         self.generated.iter().any(Option::is_some)
-    }
-
-    /// Whether cells have been deleted.
-    pub fn is_broken(&self) -> bool {
-        let whole = |first: &DamagedGrain| {
-            self.bodies.get(first.ancestry().origin as usize).is_some_and(|body| {
-                body.damaged().is_some_and(|grain| grain.states().len() == first.states().len())
-            })
-        };
-        self.generated.iter().flatten().any(|first| !whole(first))
     }
 
     /// Notes the sound grains that damage begins with; once, when the bodies are complete.
@@ -163,92 +153,114 @@ impl Model {
     ) -> Result<Vec<Fracture>> {
         let mut fractures = Vec::new();
         for index in 0..self.bodies.len() {
-            let Some(grain) = self.bodies[index].damaged().cloned() else { continue };
             let Some(displacements) = displacements.get(index).filter(|u| !u.is_empty()) else { continue };
-            let brittle = self.bodies[index].is_brittle();
-            let least = least_share * grain.origin_volume();
-            let Some(broken) = grain.break_up_from(displacements, index as u32, least)? else { continue };
-            let mut fracture = Fracture {
-                body: index,
-                parts: vec![],
-                deleted_cells: broken.deleted.len(),
-                crushed_volume: broken.deleted_volume + broken.lost_volume,
-                lost_parts: broken.lost.len(),
-                lost_energy: broken.lost_energy,
-                former: vec![],
-            };
-            let mut parts = Vec::new();
-            let meshes = broken.fragments.iter().map(|fragment| fragment.grain.mesh_with_rubble());
-            let meshes: Vec<_> = meshes.collect::<Result<_>>()?;
-            let meshes: Vec<&Mesh> = meshes.iter().map(|mesh| &**mesh).collect();
-            let alone = meshes.len() == 1;
-            for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
-                let made = shape.and_then(|shape| {
-                    self.part(index, fragment, shape, displacements, &committed.poses, alone)
-                });
-                match made {
-                    Ok(part) => parts.push(part),
-                    // A body that contact cannot handle (too thin, say) is debris.
-                    Err(reason) => {
-                        tracing::debug!(body = self.bodies[index].name, %reason, "a part is given up");
-                        fracture.lost_parts += 1;
-                        fracture.crushed_volume += fragment.grain.mesh().volume();
-                        fracture.lost_energy += fragment.grain.elastic_energy();
-                    }
-                }
-            }
-            let bodies = self.bodies.len();
-            let mut points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
-            let stays = parts.is_empty() && grain.keeps_rubble();
-            let changed = match &parts[..] {
-                [] => !stays,
-                [part] => part.nominal != self.bodies[index].nominal,
-                _ => true,
-            };
-            if changed {
-                let is_its = |(a, b): &PairKey| *a as usize == index || *b as usize == index;
-                fracture.former = committed.memory.extract_if(.., |key, _| is_its(key)).collect();
-                committed.memory.renew_features_of(index);
-            }
-            committed.fields.resize(self.bodies.len(), Vec::new());
-            if stays {
-                let body = &mut self.bodies[index];
-                (body.deformation, body.breakage) = (Deformation::Rigid, Breakage::Rubble);
-                fracture.parts.push(index);
-                points.push(Vec3::zeros());
-            } else if parts.is_empty() {
-                self.remove(index);
-            }
-            if parts.is_empty() {
-                committed.fields[index].clear();
-            }
-            for (number, part) in parts.into_iter().enumerate() {
-                let Part { grain, nominal, shape, pose, field, .. } = part;
-                let deformation = self.deformation_of_part(index, &grain)?;
-                let body = self.body_of(index, number, grain, nominal, deformation);
-                if number == 0 {
-                    self.bodies[index] = body;
-                    self.shapes[index] = shape;
-                    committed.poses[index] = pose;
-                    committed.fields[index] = field;
-                    fracture.parts.push(index);
-                } else {
-                    fracture.parts.push(self.bodies.len());
-                    committed.poses.insert(self.bodies.len(), pose);
-                    self.bodies.push(body);
-                    self.shapes.push(shape);
-                    committed.fields.push(field);
-                }
-            }
-            self.make_room(bodies)?;
-            self.glue_anew(&fracture, &points, &committed.poses)?;
-            if brittle {
-                // A rigid body stores nothing.
-                fracture.lost_energy = 0.0;
-            }
-            fractures.push(fracture);
+            fractures.extend(self.break_body(index, committed, displacements, least_share)?);
         }
         Ok(fractures)
+    }
+
+    /// Breaks up one body; `None` where it stays what it is.
+    fn break_body(
+        &mut self,
+        index: usize,
+        committed: &mut Committed,
+        displacements: &[Vec3],
+        least_share: f64,
+    ) -> Result<Option<Fracture>> {
+        let Some(grain) = self.bodies[index].damaged().cloned() else { return Ok(None) };
+        let brittle = self.bodies[index].is_brittle();
+        let least = least_share * grain.origin_volume();
+        let Some(broken) = grain.break_up_from(displacements, index as u32, least)? else { return Ok(None) };
+        let mut fracture = Fracture {
+            body: index,
+            parts: vec![],
+            deleted_cells: broken.deleted.len(),
+            crushed_volume: broken.deleted_volume + broken.lost_volume,
+            lost_parts: broken.lost.len(),
+            lost_energy: broken.lost_energy,
+            former: vec![],
+        };
+        let parts = self.parts_of(index, &broken, displacements, &committed.poses, &mut fracture)?;
+        let bodies = self.bodies.len();
+        let mut points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
+        let stays = parts.is_empty() && grain.keeps_rubble();
+        let changed = match &parts[..] {
+            [] => !stays,
+            [part] => part.nominal != self.bodies[index].nominal,
+            _ => true,
+        };
+        if changed {
+            let is_its = |(a, b): &PairKey| *a as usize == index || *b as usize == index;
+            fracture.former = committed.memory.extract_if(.., |key, _| is_its(key)).collect();
+            committed.memory.renew_features_of(index);
+        }
+        committed.fields.resize(self.bodies.len(), Vec::new());
+        if stays {
+            let body = &mut self.bodies[index];
+            (body.deformation, body.breakage) = (Deformation::Rigid, Breakage::Rubble);
+            fracture.parts.push(index);
+            points.push(Vec3::zeros());
+        } else if parts.is_empty() {
+            self.remove(index);
+        }
+        if parts.is_empty() {
+            committed.fields[index].clear();
+        }
+        for (number, part) in parts.into_iter().enumerate() {
+            let Part { grain, nominal, shape, pose, field, .. } = part;
+            let deformation = self.deformation_of_part(index, &grain)?;
+            let body = self.body_of(index, number, grain, nominal, deformation);
+            if number == 0 {
+                self.bodies[index] = body;
+                self.shapes[index] = shape;
+                committed.poses[index] = pose;
+                committed.fields[index] = field;
+                fracture.parts.push(index);
+            } else {
+                fracture.parts.push(self.bodies.len());
+                committed.poses.insert(self.bodies.len(), pose);
+                self.bodies.push(body);
+                self.shapes.push(shape);
+                committed.fields.push(field);
+            }
+        }
+        self.make_room(bodies)?;
+        self.glue_anew(&fracture, &points, &committed.poses)?;
+        if brittle {
+            // A rigid body stores nothing.
+            fracture.lost_energy = 0.0;
+        }
+        Ok(Some(fracture))
+    }
+
+    /// The parts that body `index` comes apart into; what contact cannot handle goes into `fracture` as debris.
+    fn parts_of(
+        &self,
+        index: usize,
+        broken: &BreakUp,
+        displacements: &[Vec3],
+        poses: &[Pose],
+        fracture: &mut Fracture,
+    ) -> Result<Vec<Part>> {
+        let mut parts = Vec::new();
+        let meshes = broken.fragments.iter().map(|fragment| fragment.grain.mesh_with_rubble());
+        let meshes: Vec<_> = meshes.collect::<Result<_>>()?;
+        let meshes: Vec<&Mesh> = meshes.iter().map(|mesh| &**mesh).collect();
+        let alone = meshes.len() == 1;
+        for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
+            let made = shape.and_then(|shape| self.part(index, fragment, shape, displacements, poses, alone));
+            match made {
+                Ok(part) => parts.push(part),
+                // A body that contact cannot handle (too thin, say) is debris.
+                Err(reason) => {
+                    tracing::debug!(body = self.bodies[index].name, %reason, "a part is given up");
+                    fracture.lost_parts += 1;
+                    fracture.crushed_volume += fragment.grain.mesh().volume();
+                    fracture.lost_energy += fragment.grain.elastic_energy();
+                }
+            }
+        }
+        Ok(parts)
     }
 
     /// A fragment of body `index`, the only one where it is `alone`.

@@ -125,10 +125,10 @@ pub fn pieces(model: &Model) -> Vec<Column> {
         .filter_map(|(body, it)| Some((body, it.mass, it.damaged()?)))
         .collect();
     let integers = |name: &str, long_name: &str, of: &dyn Fn(usize) -> i64| {
-        Column::integers(name, long_name, (0..found.len()).map(of).collect())
+        Column::integers(name, long_name, (0..found.len()).map(of))
     };
     let floats = |name: &str, units: &str, long_name: &str, of: &dyn Fn(usize) -> f64| {
-        Column::floats(name, units, long_name, (0..found.len()).map(of).collect())
+        Column::floats(name, units, long_name, (0..found.len()).map(of))
     };
     let ancestry = |k: usize| found[k].2.ancestry();
     let parent = "number of the body that it broke from; -1 for a grain that did not come apart";

@@ -54,17 +54,17 @@ impl Profile {
     pub(super) fn columns(&self) -> Vec<Column> {
         let pair = |name: &str, calls: u64, seconds: f64| {
             [
-                Column::integers(&format!("{name}_calls"), &format!("calls, {name}"), vec![calls as i64]),
-                Column::floats(&format!("{name}_seconds"), "s", &format!("wall time, {name}"), vec![seconds]),
+                Column::integers(&format!("{name}_calls"), &format!("calls, {name}"), [calls]),
+                Column::number(&format!("{name}_seconds"), "s", &format!("wall time, {name}"), seconds),
             ]
         };
         let parts = self.parts.iter().flat_map(|p| pair(p.name, p.calls, p.time.as_secs_f64()));
         let kernels = Kernel::ALL.into_iter().flat_map(|k| {
             pair(&format!("kernel_{}", k.name()), self.kernels.calls(k), self.kernels.seconds(k))
         });
-        let memory = self.peak_memory.map(|bytes| {
-            Column::integers("peak_memory", "largest memory of the process in bytes", vec![bytes as i64])
-        });
+        let memory = self
+            .peak_memory
+            .map(|bytes| Column::integers("peak_memory", "largest memory of the process in bytes", [bytes]));
         parts.chain(kernels).chain(memory).collect()
     }
 }

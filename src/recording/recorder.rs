@@ -399,7 +399,7 @@ impl Recorder {
 
     fn save(&mut self, state: State, cell_fields: &[CellFields]) -> Result<()> {
         self.unsaved = None;
-        // A dwell has the time of the increment before it; times of saved states grow.
+        // An increment that rebalances has the time of the one before it; times of saved states grow.
         let time = if self.states > 0 { state.time.max(self.sums.saved.next_up()) } else { state.time };
         self.sums.saved = time;
         let (damage, failed, carriers) = self.points.cells_of(&state.cells);

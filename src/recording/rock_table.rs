@@ -12,14 +12,13 @@ pub fn tables(drawn: &[Drawn]) -> Vec<(String, Vec<Column>)> {
             Property::CompressiveStrength => ("compressive_strength", "Pa"),
             Property::TensileStrength => ("tensile_strength", "Pa"),
         };
-        let number =
-            |column: &str, long_name: &str, value| Column::floats(column, units, long_name, vec![value]);
+        let number = |column: &str, long_name: &str, value| Column::number(column, units, long_name, value);
         let columns = vec![
-            Column::integers("values", "cells with a value of their own", vec![drawn.values as i64]),
-            Column::integers(
+            Column::count("values", "cells with a value of their own", drawn.values),
+            Column::count(
                 "rejected",
                 "draws thrown away and made again, since no rock has such a value",
-                vec![drawn.rejected as i64],
+                drawn.rejected,
             ),
             number(
                 "mean_asked",

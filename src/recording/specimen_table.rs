@@ -37,57 +37,48 @@ pub fn grains(case: &Case, generated: &Generated<'_>) -> Vec<Column> {
         Fidelity::Full => 2,
     };
     vec![
-        Column::floats("mass", "kg", "mass", volumes.iter().map(|v| rock.density * v).collect()),
+        Column::floats("mass", "kg", "mass", volumes.iter().map(|v| rock.density * v)),
         Column::floats("volume", "m3", "volume of the nominal polyhedron", volumes),
         Column::floats(
             "sieve_size",
             "m",
             "sieve size: intermediate diameter of the generating ellipsoid",
-            grains.iter().map(|g| g.sieve_size).collect(),
+            grains.iter().map(|g| g.sieve_size),
         ),
-        Column::vectors(
-            "semi_axes",
-            "m",
-            "semi-axes of the generating ellipsoid, largest first",
-            semi_axes.collect(),
-        ),
+        Column::vectors("semi_axes", "m", "semi-axes of the generating ellipsoid, largest first", semi_axes),
         Column::floats(
             "rounding",
             "m",
             "radius of the rounded edges and corners",
-            grains.iter().map(|g| g.rounded.radius).collect(),
+            grains.iter().map(|g| g.rounded.radius),
         ),
         Column::integers(
             "size_class",
             "size class, 0 the coarsest, as in /specimen/grading",
-            grains.iter().map(|g| g.class as i64).collect(),
+            grains.iter().map(|g| g.class),
         ),
         Column::integers(
             "vertices",
             "vertices of the polyhedron",
-            grains.iter().map(|g| g.nominal.vertices.len() as i64).collect(),
+            grains.iter().map(|g| g.nominal.vertices.len()),
         ),
         Column::integers(
             "facets",
             "triangular facets of the polyhedron",
-            grains.iter().map(|g| g.nominal.facets.len() as i64).collect(),
+            grains.iter().map(|g| g.nominal.facets.len()),
         ),
-        Column::integers(
-            "cells",
-            "cells of the mesh",
-            meshes.iter().map(|mesh| mesh.cells.len() as i64).collect(),
-        ),
+        Column::integers("cells", "cells of the mesh", meshes.iter().map(|mesh| mesh.cells.len())),
         Column::floats(
             "mean_youngs_modulus",
             "Pa",
             "Young's modulus of the grain, mean over its cells",
-            moduli.clone(),
+            moduli.iter().copied(),
         ),
         Column::floats(
             "mean_poissons_ratio",
             "1",
             "Poisson's ratio of the grain, mean over its cells",
-            ratios.clone(),
+            ratios.iter().copied(),
         ),
         Column::integers(
             "fidelity",
@@ -100,20 +91,43 @@ pub fn grains(case: &Case, generated: &Generated<'_>) -> Vec<Column> {
 /// Tables of `/specimen`, each with its group.
 pub fn specimen(specimen: &Specimen, meshes: &[Mesh]) -> Vec<(String, Vec<Column>)> {
     let s = &specimen.statistics;
-    let quality: Vec<QualityReport> = meshes.iter().map(QualityReport::of).collect();
-    let over = |of: fn(&QualityReport) -> f64, fold: fn(f64, f64) -> f64| {
-        quality.iter().map(of).reduce(fold).unwrap_or(f64::NAN)
+    let summary = [packing(specimen), mesh_quality(meshes)].concat();
+    let class = |of: fn(&crate::specimen::statistics::ClassStatistics) -> f64| -> Vec<f64> {
+        s.classes.iter().map(of).collect()
     };
-    let cells: usize = quality.iter().map(|q| q.cells).sum();
-    let mean_ratio =
-        quality.iter().map(|q| q.mean_radius_ratio * q.cells as f64).sum::<f64>() / cells.max(1) as f64;
-    let number = |name: &str, units: &str, long_name: &str, value: f64| {
-        Column::floats(name, units, long_name, vec![value])
-    };
-    let count =
-        |name: &str, long_name: &str, value: usize| Column::integers(name, long_name, vec![value as i64]);
+    let largest = class(|c| c.sizes[0].max(c.sizes[1]));
+    let smallest = class(|c| c.sizes[0].min(c.sizes[1]));
+    let grading = vec![
+        Column::floats("smallest_size", "m", "smallest sieve size of the class", smallest),
+        Column::floats("largest_size", "m", "largest sieve size of the class", largest),
+        Column::integers("grains", "grains of the class", s.classes.iter().map(|c| c.grains)),
+        Column::floats("mass_fraction_asked", "1", "mass fraction asked", class(|c| c.mass_fraction[0])),
+        Column::floats("mass_fraction", "1", "mass fraction achieved", class(|c| c.mass_fraction[1])),
+    ];
+    let mut tables = vec![("specimen".to_string(), summary), ("specimen/grading".to_string(), grading)];
+    for (name, long_name, histogram) in [
+        ("elongation", "intermediate over long semi-axis", &s.elongation),
+        ("flatness", "short over intermediate semi-axis", &s.flatness),
+        ("sphericity", "surface of the ball of equal volume over the grain's", &s.sphericity),
+        ("vertices", "vertices", &s.vertices),
+        ("facets", "facets", &s.facets),
+        (
+            "square_opening",
+            "smallest square hole that the grain passes over its sieve size",
+            &s.square_opening,
+        ),
+    ] {
+        tables.push((format!("specimen/{name}"), distribution(long_name, histogram)));
+    }
+    tables
+}
+
+/// Size, density and contacts, and how the packing was reached.
+fn packing(specimen: &Specimen) -> Vec<Column> {
+    let s = &specimen.statistics;
+    let (number, count) = (Column::number, Column::count);
     let contact = "gap below 1e-3 of the smaller sieve size";
-    let summary = vec![
+    vec![
         number("diameter", "m", "diameter of the specimen as generated", specimen.diameter),
         number("height", "m", "height of the specimen as generated", specimen.height),
         number("void_ratio", "1", "void ratio of the specimen as generated", s.void_ratio),
@@ -161,8 +175,22 @@ pub fn specimen(specimen: &Specimen, meshes: &[Mesh]) -> Vec<(String, Vec<Column
             "largest distance by which a grain passes a plate",
             s.plate_protrusion,
         ),
+    ]
+}
+
+/// Of the meshes of all grains.
+fn mesh_quality(meshes: &[Mesh]) -> Vec<Column> {
+    let quality: Vec<QualityReport> = meshes.iter().map(QualityReport::of).collect();
+    let over = |of: fn(&QualityReport) -> f64, fold: fn(f64, f64) -> f64| {
+        quality.iter().map(of).reduce(fold).unwrap_or(f64::NAN)
+    };
+    let cells: usize = quality.iter().map(|q| q.cells).sum();
+    let mean_ratio =
+        quality.iter().map(|q| q.mean_radius_ratio * q.cells as f64).sum::<f64>() / cells.max(1) as f64;
+    let (number, count) = (Column::number, Column::count);
+    vec![
         count("cells", "cells of all grains", cells),
-        count("nodes", "nodes of all grains", quality.iter().map(|q| q.nodes).sum()),
+        count("nodes", "nodes of all grains", quality.iter().map(|q| q.nodes).sum::<usize>()),
         number(
             "worst_radius_ratio",
             "1",
@@ -182,39 +210,7 @@ pub fn specimen(specimen: &Specimen, meshes: &[Mesh]) -> Vec<(String, Vec<Column
             "largest angle between two facets of a cell",
             over(|q| q.largest_dihedral, f64::max),
         ),
-    ];
-    let class = |of: fn(&crate::specimen::statistics::ClassStatistics) -> f64| -> Vec<f64> {
-        s.classes.iter().map(of).collect()
-    };
-    let largest = class(|c| c.sizes[0].max(c.sizes[1]));
-    let smallest = class(|c| c.sizes[0].min(c.sizes[1]));
-    let grading = vec![
-        Column::floats("smallest_size", "m", "smallest sieve size of the class", smallest),
-        Column::floats("largest_size", "m", "largest sieve size of the class", largest),
-        Column::integers(
-            "grains",
-            "grains of the class",
-            s.classes.iter().map(|c| c.grains as i64).collect(),
-        ),
-        Column::floats("mass_fraction_asked", "1", "mass fraction asked", class(|c| c.mass_fraction[0])),
-        Column::floats("mass_fraction", "1", "mass fraction achieved", class(|c| c.mass_fraction[1])),
-    ];
-    let mut tables = vec![("specimen".to_string(), summary), ("specimen/grading".to_string(), grading)];
-    for (name, long_name, histogram) in [
-        ("elongation", "intermediate over long semi-axis", &s.elongation),
-        ("flatness", "short over intermediate semi-axis", &s.flatness),
-        ("sphericity", "surface of the ball of equal volume over the grain's", &s.sphericity),
-        ("vertices", "vertices", &s.vertices),
-        ("facets", "facets", &s.facets),
-        (
-            "square_opening",
-            "smallest square hole that the grain passes over its sieve size",
-            &s.square_opening,
-        ),
-    ] {
-        tables.push((format!("specimen/{name}"), distribution(long_name, histogram)));
-    }
-    tables
+    ]
 }
 
 fn distribution(long_name: &str, histogram: &Histogram) -> Vec<Column> {
@@ -225,10 +221,6 @@ fn distribution(long_name: &str, histogram: &Histogram) -> Vec<Column> {
     vec![
         Column::floats("low", "1", &format!("lower end of the interval: {long_name}"), edge(0)),
         Column::floats("high", "1", &format!("upper end of the interval: {long_name}"), edge(1)),
-        Column::integers(
-            "count",
-            "grains in the interval",
-            histogram.counts.iter().map(|&n| n as i64).collect(),
-        ),
+        Column::integers("count", "grains in the interval", histogram.counts.iter().copied()),
     ]
 }

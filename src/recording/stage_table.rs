@@ -6,9 +6,7 @@ use crate::triaxial::StageSummary;
 /// One row. The confinement of a stage that `consolidates` changes: it has no moduli.
 pub fn columns(s: &StageSummary, consolidates: bool) -> Vec<Column> {
     let [initial, half_way] = if consolidates { [f64::NAN; 2] } else { [s.initial_modulus, s.half_modulus] };
-    let number = |name: &str, units: &str, long_name: &str, value: f64| {
-        Column::floats(name, units, long_name, vec![value])
-    };
+    let number = Column::number;
     let half = "secant modulus from the start of the stage to half the rise of the deviatoric stress to its peak (E50); none of a consolidation";
     let residual = "mean mobilised friction angle over the last tenth of the stage's axial strain, where q has lost 2 % of its peak by then";
     let first = "first tangent modulus of the stage; none of a consolidation";

@@ -27,8 +27,6 @@ pub enum Layer {
     Points { label: String, points: Vec<[f64; 2]>, colour: Colour, radius: f64 },
     /// Between two curves over the same abscissae; named inside where it is thick enough.
     Band { label: String, low: Vec<[f64; 2]>, high: Vec<[f64; 2]>, colour: Colour },
-    /// Bars from the axis' low end: (left, right, value).
-    Bars { label: String, bars: Vec<[f64; 3]>, colour: Colour },
     /// A level across the panel.
     Level { label: String, value: f64, stroke: Stroke },
     /// A word beside a point, above it where there is room.
@@ -88,6 +86,30 @@ struct Frame {
     bottom: f64,
 }
 
+/// A panel's axes, and where they are.
+#[derive(Clone, Copy)]
+struct Axes<'a> {
+    frame: Frame,
+    x: &'a Scale,
+    y: &'a Scale,
+}
+
+impl Axes<'_> {
+    /// Of an abscissa [px].
+    fn across(&self, value: f64) -> f64 {
+        self.frame.left + self.x.share(value) * (self.frame.right - self.frame.left)
+    }
+
+    /// Of an ordinate [px].
+    fn up(&self, value: f64) -> f64 {
+        self.frame.bottom - self.y.share(value) * (self.frame.bottom - self.frame.top)
+    }
+
+    fn place(&self, point: &[f64; 2]) -> [f64; 2] {
+        [self.across(point[0]), self.up(point[1])]
+    }
+}
+
 impl Chart {
     pub fn new(title: impl Into<String>, panels: Vec<Panel>, arrangement: Arrangement) -> Self {
         Chart { title: title.into(), panels, arrangement, size: [WIDTH, 460.0], beside: None }
@@ -135,7 +157,7 @@ impl Chart {
         }
         let scales = self.scales();
         for (panel, frame, (x, y), below) in self.frames(&scales, head) {
-            panel.draw(&mut drawing, frame, x, y, below);
+            panel.draw(&mut drawing, Axes { frame, x, y }, below);
         }
         drawing
     }
@@ -295,7 +317,7 @@ fn sample(drawing: &mut Drawing, layer: &Layer, [x, y]: [f64; 2]) {
             drawing.line(&[[x, y], [x + SAMPLE, y]], *stroke);
         }
         Layer::Points { colour, radius, .. } => drawing.disc([x + 0.5 * SAMPLE, y], *radius, *colour),
-        Layer::Band { colour, .. } | Layer::Bars { colour, .. } => {
+        Layer::Band { colour, .. } => {
             drawing.area(rectangle(x + 6.0, y - 6.0, x + SAMPLE, y + 6.0), *colour, 1.0);
         }
         Layer::Note { .. } => {}
@@ -312,7 +334,6 @@ impl Layer {
             Layer::Curve { label, .. }
             | Layer::Points { label, .. }
             | Layer::Band { label, .. }
-            | Layer::Bars { label, .. }
             | Layer::Level { label, .. } => label,
             Layer::Note { .. } => "",
         }
@@ -324,11 +345,59 @@ impl Layer {
         match self {
             Layer::Curve { points, .. } | Layer::Points { points, .. } => of(points),
             Layer::Band { low, high, .. } => [of(low), of(high)].concat(),
-            Layer::Bars { bars, .. } if axis == 0 => bars.iter().flat_map(|b| [b[0], b[1]]).collect(),
-            Layer::Bars { bars, .. } => bars.iter().map(|b| b[2]).collect(),
             Layer::Level { value, .. } if axis == 1 => vec![*value],
             Layer::Level { .. } | Layer::Note { .. } => Vec::new(),
         }
+    }
+
+    fn draw(&self, drawing: &mut Drawing, axes: Axes<'_>) {
+        let Frame { left, right, .. } = axes.frame;
+        let place = |p: &[f64; 2]| axes.place(p);
+        match self {
+            Layer::Band { low, high, colour, .. } => {
+                let outline: Vec<_> = low.iter().chain(high.iter().rev()).map(place).collect();
+                drawing.area(outline, *colour, 1.0);
+                drawing.line(
+                    &high.iter().map(place).collect::<Vec<_>>(),
+                    Stroke { width: 1.2, ..Stroke::thin(WHITE) },
+                );
+            }
+            Layer::Level { value, stroke, .. } => {
+                drawing.line(&[[left, axes.up(*value)], [right, axes.up(*value)]], *stroke);
+            }
+            Layer::Curve { points, stroke, .. } => {
+                drawing.line(&points.iter().map(place).collect::<Vec<_>>(), *stroke);
+            }
+            Layer::Points { points, colour, radius, .. } => {
+                for point in points {
+                    drawing.disc(place(point), *radius, *colour);
+                }
+            }
+            Layer::Note { .. } => {}
+        }
+    }
+}
+
+/// The lines behind everything.
+fn draw_grid(drawing: &mut Drawing, axes: Axes<'_>) {
+    let Axes { frame: Frame { left, right, top, bottom }, x, y } = axes;
+    let (across, up) = (|x| axes.across(x), |y| axes.up(y));
+    let faint = Stroke { width: 0.5, ..Stroke::thin(GRID) };
+    for &value in &x.minor {
+        drawing.line(&[[across(value), top], [across(value), bottom]], faint);
+    }
+    for &value in &y.minor {
+        drawing.line(&[[left, up(value)], [right, up(value)]], faint);
+    }
+    for &value in &x.ticks {
+        drawing.line(&[[across(value), top], [across(value), bottom]], Stroke::thin(GRID));
+    }
+    for &value in &y.ticks {
+        drawing.line(&[[left, up(value)], [right, up(value)]], Stroke::thin(GRID));
+    }
+    // Zero is worth a line where values lie on both of its sides.
+    if !y.logarithmic && y.low < 0.0 && y.high > 0.0 {
+        drawing.line(&[[left, up(0.0)], [right, up(0.0)]], Stroke::thin(AXIS));
     }
 }
 
@@ -343,66 +412,25 @@ impl Panel {
         self.values(1).into_iter().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn draw(&self, drawing: &mut Drawing, frame: Frame, x: &Scale, y: &Scale, below: bool) {
-        let Frame { left, right, top, bottom } = frame;
-        let across = |value: f64| left + x.share(value) * (right - left);
-        let up = |value: f64| bottom - y.share(value) * (bottom - top);
-        let place = |p: &[f64; 2]| [across(p[0]), up(p[1])];
-
-        let faint = Stroke { width: 0.5, ..Stroke::thin(GRID) };
-        for &value in &x.minor {
-            drawing.line(&[[across(value), top], [across(value), bottom]], faint);
-        }
-        for &value in &y.minor {
-            drawing.line(&[[left, up(value)], [right, up(value)]], faint);
-        }
-        for &value in &x.ticks {
-            drawing.line(&[[across(value), top], [across(value), bottom]], Stroke::thin(GRID));
-        }
-        for &value in &y.ticks {
-            drawing.line(&[[left, up(value)], [right, up(value)]], Stroke::thin(GRID));
-        }
-        // Zero is worth a line where values lie on both of its sides.
-        if !y.logarithmic && y.low < 0.0 && y.high > 0.0 {
-            drawing.line(&[[left, up(0.0)], [right, up(0.0)]], Stroke::thin(AXIS));
-        }
+    fn draw(&self, drawing: &mut Drawing, axes: Axes<'_>, below: bool) {
+        let place = |p: &[f64; 2]| axes.place(p);
+        draw_grid(drawing, axes);
         for layer in &self.layers {
-            match layer {
-                Layer::Band { low, high, colour, .. } => {
-                    let outline: Vec<_> = low.iter().chain(high.iter().rev()).map(place).collect();
-                    drawing.area(outline, *colour, 1.0);
-                    drawing.line(
-                        &high.iter().map(place).collect::<Vec<_>>(),
-                        Stroke { width: 1.2, ..Stroke::thin(WHITE) },
-                    );
-                }
-                Layer::Bars { bars, colour, .. } => {
-                    for [from, to, value] in bars {
-                        let tall = up(*value).min(bottom);
-                        let outline = rectangle(across(*from) + 0.5, tall, across(*to) - 0.5, bottom);
-                        drawing.area(outline, *colour, 1.0);
-                    }
-                }
-                Layer::Level { value, stroke, .. } => {
-                    drawing.line(&[[left, up(*value)], [right, up(*value)]], *stroke);
-                }
-                Layer::Curve { points, stroke, .. } => {
-                    drawing.line(&points.iter().map(place).collect::<Vec<_>>(), *stroke);
-                }
-                Layer::Points { points, colour, radius, .. } => {
-                    for point in points {
-                        drawing.disc(place(point), *radius, *colour);
-                    }
-                }
-                Layer::Note { .. } => {}
-            }
+            layer.draw(drawing, axes);
         }
-        self.notes(drawing, frame, &place);
+        self.notes(drawing, axes.frame, &place);
         // Where there are curves a name would lie on one.
         let curves = self.layers.iter().any(|layer| matches!(layer, Layer::Curve { .. }));
         for layer in self.layers.iter().filter(|_| !curves) {
             name_inside(drawing, layer, &place);
         }
+        self.draw_axes(drawing, axes, below);
+    }
+
+    /// Both axes with their ticks and labels, named below where that is asked for, and the title.
+    fn draw_axes(&self, drawing: &mut Drawing, axes: Axes<'_>, below: bool) {
+        let Axes { frame: Frame { left, right, top, bottom }, x, y } = axes;
+        let (across, up) = (|x| axes.across(x), |y| axes.up(y));
         let axis = Stroke { width: 1.2, ..Stroke::thin(AXIS) };
         drawing.line(&[[left, top], [left, bottom], [right, bottom]], axis);
         for (&value, label) in y.ticks.iter().zip(y.labels()) {
@@ -439,7 +467,7 @@ impl Panel {
             match layer {
                 Layer::Curve { points, .. } => lines.push(points.iter().map(place).collect()),
                 Layer::Points { points, .. } => lines.extend(points.iter().map(|point| vec![place(point)])),
-                Layer::Band { .. } | Layer::Bars { .. } | Layer::Level { .. } | Layer::Note { .. } => {}
+                Layer::Band { .. } | Layer::Level { .. } | Layer::Note { .. } => {}
             }
         }
         let panel = [frame.left, frame.top, frame.right, frame.bottom];

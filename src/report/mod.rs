@@ -54,19 +54,12 @@ pub struct Report {
     pub remarks: Vec<String>,
 }
 
-/// Writes the report of results files into `folder`, which is made if needed.
+/// Writes the report of results files into `folder`, which is made if needed. With a `width` [m], charts beside the page are
+/// so wide, for the column of a paper, with letters of 9 points.
 ///
 /// # Errors
 /// Files that cannot be read or written; a laboratory table at fault.
-pub fn write_report(files: &[PathBuf], laboratory: &[PathBuf], folder: &Path) -> Result<Report> {
-    write_printed_report(files, laboratory, folder, None)
-}
-
-/// The same; charts beside the page are so wide [m], for the column of a paper, with letters of 9 points.
-///
-/// # Errors
-/// As [`write_report`].
-pub fn write_printed_report(
+pub fn write_report(
     files: &[PathBuf],
     laboratory: &[PathBuf],
     folder: &Path,

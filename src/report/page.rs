@@ -6,6 +6,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::error::Result;
+use crate::results::escaped;
 
 use super::axis::{duration, short};
 use super::cost::Cost;
@@ -255,13 +256,6 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
     line("riprap", format!("{} ({})", s.riprap_version, s.riprap_commit));
     line("host, threads", format!("{}, {}", s.host, s.threads));
     Ok(lines)
-}
-
-/// Text that HTML takes as text.
-fn escaped(text: &str) -> String {
-    // XML has no control characters but these.
-    let text = text.replace(|c: char| c.is_control() && !['\n', '\t', '\r'].contains(&c), "\u{fffd}");
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

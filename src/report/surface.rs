@@ -6,11 +6,8 @@ use serde_json::Value;
 
 use crate::error::Result;
 use crate::geometry::Polyhedron;
-use crate::results::{CellKind, SavedCells};
+use crate::results::SavedCells;
 use crate::tensor::{Pose, Rotation, Vec3};
-
-/// Faces of a tetrahedron, corners counter-clockwise from outside.
-pub const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
 /// A triangle with what colours it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,16 +61,9 @@ pub fn of_cells(
         key.sort_unstable();
         key
     };
-    let is_solid = |cell: usize| {
-        let kind = cells.types[cell];
-        (kind == CellKind::Tet10 as i64 || kind == CellKind::Tetrahedron as i64)
-            && cells.nodes(cell).len() >= 4
-    };
-    for cell in (0..cells.cells()).filter(standing) {
-        if is_solid(cell) {
-            for face in &FACES {
-                *faces.entry(sorted(cells.nodes(cell), face)).or_default() += 1;
-            }
+    for cell in (0..cells.cells()).filter(standing).filter(|cell| cells.is_solid(*cell)) {
+        for face in cells.facets(cell) {
+            *faces.entry(sorted(cells.nodes(cell), face)).or_default() += 1;
         }
     }
     for cell in (0..cells.cells()).filter(standing) {
@@ -95,22 +85,16 @@ pub fn of_cells(
                 Some(_) | None => triangles.push(triangle),
             }
         };
-        if is_solid(cell) {
-            for face in FACES {
-                // Order of the lookup does not matter: each key is asked for by itself.
-                if faces.get(&sorted(nodes, &face)) == Some(&1) {
-                    add(face);
-                }
+        let is_solid = cells.is_solid(cell);
+        for face in cells.facets(cell) {
+            // Order of the lookup does not matter: each key is asked for by itself.
+            if !is_solid || faces.get(&sorted(nodes, face)) == Some(&1) {
+                add(*face);
             }
-            if let Some(plane) = plane {
-                let at = [0, 1, 2, 3].map(|k| (points[nodes[k]], quantity.at(cell, nodes[k])));
-                close(&at, plane, owner, &mut triangles);
-            }
-        } else if nodes.len() == 3 {
-            add([0, 1, 2]);
-        } else if nodes.len() == 4 {
-            add([0, 1, 2]);
-            add([0, 2, 3]);
+        }
+        if let (Some(plane), true) = (plane, is_solid) {
+            let at = [0, 1, 2, 3].map(|k| (points[nodes[k]], quantity.at(cell, nodes[k])));
+            close(&at, plane, owner, &mut triangles);
         }
     }
     triangles

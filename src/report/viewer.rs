@@ -12,12 +12,11 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::error::Result;
-use crate::results::{CellKind, SavedCells};
+use crate::results::SavedCells;
 use crate::tensor::Vec3;
 
 use super::axis::short;
 use super::run::Run;
-use super::surface::FACES;
 
 pub const SCRIPT: &str = include_str!("viewer.js");
 /// Most bytes of places in a page, coded: with more, states are left out evenly.
@@ -127,15 +126,8 @@ impl Outside {
                     kept.nodes.len() as u32 - 1
                 })
             };
-            let kind = cells.types[cell];
-            let solid = kind == CellKind::Tet10 as i64 || kind == CellKind::Tetrahedron as i64;
-            let facets: Vec<[u32; 3]> = match nodes.len() {
-                4.. if solid => FACES.map(|face| face.map(&mut corner)).to_vec(),
-                3 => vec![[0, 1, 2].map(&mut corner)],
-                4 => vec![[0, 1, 2].map(&mut corner), [0, 2, 3].map(&mut corner)],
-                _ => Vec::new(),
-            };
-            for facet in facets {
+            for facet in cells.facets(cell) {
+                let facet = facet.map(&mut corner);
                 let mut sorted = facet;
                 sorted.sort_unstable();
                 faces.entry(sorted).or_insert((facet, cell, 0)).2 += 1;
@@ -210,6 +202,7 @@ fn label(run: &Run, increment: u64) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::CellKind;
 
     /// Two tetrahedra with a face in common, their points apart: one outside of six facets while they are one piece, eight when they came apart.
     #[test]

@@ -11,9 +11,7 @@ use super::writer::Writer;
 /// `/breakage`: one row with the indices and fits (NaN where a fit needs more sizes). `/breakage/grading`: a row a sieve, finer ones than the grading's included. `/breakage/classes`: a row
 /// a size class with grains (the last upper sieve may be infinite).
 pub fn breakage_tables(breakage: &Breakage) -> Vec<(&'static str, Vec<Column>)> {
-    let one = |name: &str, units: &str, long_name: &str, value: f64| {
-        Column::floats(name, units, long_name, vec![value])
-    };
+    let one = Column::number;
     let fit = |fit: &Option<Fit>, value: fn(&Fit) -> f64| fit.as_ref().map_or(f64::NAN, value);
     let (lognormal, weibull) = (&breakage.lognormal, &breakage.weibull);
     let indices = vec![
@@ -32,11 +30,7 @@ pub fn breakage_tables(breakage: &Breakage) -> Vec<(&'static str, Vec<Column>)> 
             "share of the solid volume in deleted cells and parts given up",
             breakage.crushed_share,
         ),
-        Column::integers(
-            "fragments",
-            "pieces that are left of grains that came apart",
-            vec![breakage.fragments as i64],
-        ),
+        Column::count("fragments", "pieces that are left of grains that came apart", breakage.fragments),
         one(
             "lognormal_mean",
             "1",
@@ -74,30 +68,12 @@ pub fn breakage_tables(breakage: &Breakage) -> Vec<(&'static str, Vec<Column>)> 
             breakage.passing_after.clone(),
         ),
     ];
-    let classes = &breakage.classes;
+    let classes = || breakage.classes.iter();
     let broken = vec![
-        Column::floats(
-            "size_from",
-            "m",
-            "lower sieve of the class",
-            classes.iter().map(|c| c.sizes[0]).collect(),
-        ),
-        Column::floats(
-            "size_to",
-            "m",
-            "upper sieve of the class",
-            classes.iter().map(|c| c.sizes[1]).collect(),
-        ),
-        Column::integers(
-            "grains",
-            "grains of this size before the test",
-            classes.iter().map(|c| c.grains as i64).collect(),
-        ),
-        Column::integers(
-            "broken",
-            "of these, grains that came apart",
-            classes.iter().map(|c| c.broken as i64).collect(),
-        ),
+        Column::floats("size_from", "m", "lower sieve of the class", classes().map(|c| c.sizes[0])),
+        Column::floats("size_to", "m", "upper sieve of the class", classes().map(|c| c.sizes[1])),
+        Column::integers("grains", "grains of this size before the test", classes().map(|c| c.grains)),
+        Column::integers("broken", "of these, grains that came apart", classes().map(|c| c.broken)),
     ];
     vec![("breakage", indices), ("breakage/grading", grading), ("breakage/classes", broken)]
 }

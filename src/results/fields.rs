@@ -9,7 +9,6 @@ pub enum CellKind {
     Triangle = 5,
     Quad = 9,
     Tetrahedron = 10,
-    Hexahedron = 12,
     /// Ten-node tetrahedron, VTK's order: corners 0 1 2 3, then the nodes amid 01, 12, 02, 03, 13, 23.
     Tet10 = 24,
 }
@@ -19,7 +18,6 @@ impl CellKind {
         match self {
             CellKind::Triangle => 3,
             CellKind::Quad | CellKind::Tetrahedron => 4,
-            CellKind::Hexahedron => 8,
             CellKind::Tet10 => 10,
         }
     }

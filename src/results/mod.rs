@@ -50,5 +50,5 @@ pub use summary::{Named, Summary};
 pub use table::{Column, ColumnData};
 pub use tables::write_tables;
 pub use verify::Verified;
-pub use vtu::write_vtu_series;
+pub use vtu::{escaped, write_vtu_series};
 pub use writer::{Existing, Writer};

@@ -12,12 +12,9 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::tensor::Vec3;
 
-use super::fields::CellKind;
 use super::reader::Reader;
 use super::store::failure;
-
-/// Faces of a tetrahedron, corners counter-clockwise from outside.
-const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+use super::vtu::{entry, write_collection};
 
 /// Writes `<stem>_contacts.pvd` and a `<stem>_contacts_<state>.vtp` for each saved state that has contacts. Returns the `.pvd`.
 ///
@@ -33,20 +30,12 @@ pub fn write_network(reader: &Reader, folder: &Path, stem: &str) -> Result<PathB
         let name = format!("{stem}_contacts_{state:05}.vtp");
         let path = folder.join(&name);
         std::fs::write(&path, network(reader, state)?).map_err(|e| Error::io("write", &path, e))?;
-        let file = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-        // Writing to a String cannot fail.
-        let _ = writeln!(list, "    <DataSet timestep=\"{:?}\" part=\"0\" file=\"{file}\"/>", saved.time);
+        list += &entry(&name, saved.time);
     }
     if list.is_empty() {
         return Err(failure(reader.path(), "contacts", "has no contacts to export"));
     }
-    let series = folder.join(format!("{stem}_contacts.pvd"));
-    let text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  \
-         <Collection>\n{list}  </Collection>\n</VTKFile>\n"
-    );
-    std::fs::write(&series, text).map_err(|e| Error::io("write", &series, e))?;
-    Ok(series)
+    write_collection(folder.join(format!("{stem}_contacts.pvd")), &list)
 }
 
 /// The contact points of a state as PolyData.
@@ -178,15 +167,7 @@ pub fn write_stl(reader: &Reader, folder: &Path, stem: &str) -> Result<(PathBuf,
     let mut outside: BTreeMap<(i64, Corners), ([Vec3; 3], usize)> = BTreeMap::new();
     for cell in (0..cells.cells()).filter(|&cell| cells.grain[cell] >= 0 && failed[cell] < 0.5) {
         let nodes = cells.nodes(cell);
-        let kind = cells.types[cell];
-        let solid = kind == CellKind::Tet10 as i64 || kind == CellKind::Tetrahedron as i64;
-        let facets: Vec<[usize; 3]> = match nodes.len() {
-            4.. if solid => FACES.map(|face| face.map(|k| nodes[k])).to_vec(),
-            3 => vec![[nodes[0], nodes[1], nodes[2]]],
-            4 => vec![[nodes[0], nodes[1], nodes[2]], [nodes[0], nodes[2], nodes[3]]],
-            _ => Vec::new(),
-        };
-        for facet in facets {
+        for facet in cells.facets(cell).iter().map(|facet| facet.map(|k| nodes[k])) {
             let mut key = facet.map(place);
             key.sort_unstable();
             outside.entry((owner[cell] as i64, key)).or_insert((facet.map(|node| moved[node]), 0)).1 += 1;

@@ -6,6 +6,7 @@ use ndarray::IxDyn;
 use crate::error::Result;
 use crate::tensor::Vec3;
 
+use super::fields::CellKind;
 use super::reader::Reader;
 use super::store::failure;
 
@@ -45,6 +46,23 @@ impl SavedCells {
     pub fn nodes(&self, cell: usize) -> &[usize] {
         match (self.offsets.get(cell), self.offsets.get(cell + 1)) {
             (Some(&from), Some(&to)) => self.connectivity.get(from..to).unwrap_or_default(),
+            _ => &[],
+        }
+    }
+
+    /// Whether a cell is a tetrahedron.
+    pub fn is_solid(&self, cell: usize) -> bool {
+        let kind = self.types[cell];
+        let is_tetrahedron = kind == CellKind::Tet10 as i64 || kind == CellKind::Tetrahedron as i64;
+        is_tetrahedron && self.nodes(cell).len() >= 4
+    }
+
+    /// The triangles that a cell shows by their corners among its nodes, of a tetrahedron counter-clockwise from outside.
+    pub fn facets(&self, cell: usize) -> &'static [[usize; 3]] {
+        match self.nodes(cell).len() {
+            _ if self.is_solid(cell) => &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+            3 => &[[0, 1, 2]],
+            4 => &[[0, 1, 2], [0, 2, 3]],
             _ => &[],
         }
     }

@@ -20,16 +20,33 @@ pub enum ColumnData {
 }
 
 impl Column {
-    pub fn floats(name: &str, units: &str, long_name: &str, values: Vec<f64>) -> Self {
-        Self::new(name, units, long_name, ColumnData::Floats(values))
+    pub fn floats(name: &str, units: &str, long_name: &str, values: impl IntoIterator<Item = f64>) -> Self {
+        Self::new(name, units, long_name, ColumnData::Floats(values.into_iter().collect()))
     }
 
-    pub fn integers(name: &str, long_name: &str, values: Vec<i64>) -> Self {
-        Self::new(name, "1", long_name, ColumnData::Integers(values))
+    /// Of a table of one row.
+    pub fn number(name: &str, units: &str, long_name: &str, value: f64) -> Self {
+        Self::floats(name, units, long_name, [value])
     }
 
-    pub fn vectors(name: &str, units: &str, long_name: &str, values: Vec<[f64; 3]>) -> Self {
-        Self::new(name, units, long_name, ColumnData::Vectors(values))
+    /// Whole numbers; one that 64 bits do not hold is the largest of these.
+    pub fn integers(name: &str, long_name: &str, values: impl IntoIterator<Item: TryInto<i64>>) -> Self {
+        let values = values.into_iter().map(|value| value.try_into().unwrap_or(i64::MAX));
+        Self::new(name, "1", long_name, ColumnData::Integers(values.collect()))
+    }
+
+    /// Of a table of one row.
+    pub fn count(name: &str, long_name: &str, value: impl TryInto<i64>) -> Self {
+        Self::integers(name, long_name, [value])
+    }
+
+    pub fn vectors(
+        name: &str,
+        units: &str,
+        long_name: &str,
+        values: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Self {
+        Self::new(name, units, long_name, ColumnData::Vectors(values.into_iter().collect()))
     }
 
     fn new(name: &str, units: &str, long_name: &str, data: ColumnData) -> Self {

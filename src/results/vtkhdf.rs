@@ -133,6 +133,85 @@ pub(super) struct VtkHdf {
     last_time: f64,
 }
 
+/// Writes the mesh; the datasets of it.
+fn write_mesh(store: &Store, mesh: &FieldMesh) -> Result<Vec<Dataset>> {
+    let mut fixed = Vec::new();
+    let mut keep = |dataset: Result<Dataset>| -> Result<Dataset> {
+        let dataset = dataset?;
+        fixed.push(dataset.clone());
+        Ok(dataset)
+    };
+    for (name, count) in [
+        ("NumberOfPoints", mesh.points()),
+        ("NumberOfCells", mesh.cells()),
+        ("NumberOfConnectivityIds", mesh.connectivity.len()),
+    ] {
+        store.whole(&format!("VTKHDF/{name}"), &[count as i64], &[])?;
+    }
+    let points = keep(store.whole("VTKHDF/Points", mesh.points.as_flattened(), &[3]))?;
+    store.describe(&points, "m", "points in the reference configuration")?;
+    keep(store.whole("VTKHDF/Types", &mesh.types, &[]))?;
+    keep(store.whole("VTKHDF/Connectivity", &mesh.connectivity, &[]))?;
+    let offsets = if mesh.offsets.is_empty() { &[0][..] } else { &mesh.offsets };
+    keep(store.whole("VTKHDF/Offsets", offsets, &[]))?;
+    for group in ["PointData", "CellData", "FieldData", "Steps"] {
+        store.group(&format!("VTKHDF/{group}"))?;
+    }
+    for group in ["PointDataOffsets", "CellDataOffsets", "FieldDataOffsets"] {
+        store.group(&format!("VTKHDF/Steps/{group}"))?;
+    }
+    let [grain, part, modulus] = &STATIC_FIELDS;
+    let datasets = [
+        (grain, keep(store.whole(&grain.path(), &mesh.grain, &[]))?),
+        (part, keep(store.whole(&part.path(), &mesh.part, &[]))?),
+        (modulus, keep(store.whole(&modulus.path(), &mesh.youngs_modulus, &[]))?),
+    ];
+    for (field, dataset) in &datasets {
+        store.describe(dataset, field.units, field.long_name)?;
+    }
+    let names: Vec<String> = mesh.parts.iter().enumerate().map(|(at, name)| format!("{at} {name}")).collect();
+    store.text_attribute(&datasets[1].1, "names", &names.join("; "))?;
+    Ok(fixed)
+}
+
+/// Makes everything that grows by a saved state, empty.
+fn growing_columns(store: &Store, mesh: &FieldMesh) -> Result<BTreeMap<String, Growing>> {
+    let mut columns = BTreeMap::new();
+    let mut grows = |made: Growing| {
+        columns.insert(made.name.clone(), made);
+    };
+    for field in FIELDS {
+        let rows = if field.on_points { mesh.points() } else { mesh.cells() };
+        let layout = Layout::Blocks { rows };
+        let made = match field.number {
+            NumberKind::Float64 => store.growing::<f64>(&field.path(), field.width, layout)?,
+            NumberKind::Float32 => store.growing::<f32>(&field.path(), field.width, layout)?,
+            NumberKind::Int32 => store.growing::<i32>(&field.path(), field.width, layout)?,
+            NumberKind::UInt8 => store.growing::<u8>(&field.path(), field.width, layout)?,
+            NumberKind::Int64 => store.growing::<i64>(&field.path(), field.width, layout)?,
+        };
+        store.describe(&made.dataset, field.units, field.long_name)?;
+        if let Some(names) = component_names(field.width.first().copied().unwrap_or(1)) {
+            store.text_attribute(&made.dataset, "component_names", &names.join(" "))?;
+        }
+        grows(made);
+    }
+    let times = store.growing::<f64>(TIMES, &[], Layout::Rows(STEP_ROWS))?;
+    store.describe(&times.dataset, "1", "stages completed plus the completed share of the present one")?;
+    grows(times);
+    // Not of the format; readers ignore it.
+    let increments = store.growing::<i64>(INCREMENTS, &[], Layout::Rows(STEP_ROWS))?;
+    store.describe(&increments.dataset, "1", "accepted increment that the state belongs to")?;
+    grows(increments);
+    for (name, width) in STEP_OFFSETS {
+        grows(store.growing::<i64>(&format!("VTKHDF/Steps/{name}"), width, Layout::Rows(STEP_ROWS))?);
+    }
+    for field in FIELDS.into_iter().chain(&STATIC_FIELDS) {
+        grows(store.growing::<i64>(&field.offsets(), &[], Layout::Rows(STEP_ROWS))?);
+    }
+    Ok(columns)
+}
+
 impl VtkHdf {
     /// Writes the mesh and makes the empty fields. Returns the datasets that are never written again too.
     pub fn create(store: &Store, mesh: &FieldMesh) -> Result<(Self, Vec<Dataset>)> {
@@ -142,80 +221,8 @@ impl VtkHdf {
         store.number_attribute(&root, "Type", kind)?;
         let version = root.new_attr_builder().with_data(&[2_i64, 2]).create("Version");
         store.hdf5("VTKHDF@Version", version)?;
-        let mut fixed = Vec::new();
-        let mut keep = |dataset: Result<Dataset>| -> Result<Dataset> {
-            let dataset = dataset?;
-            fixed.push(dataset.clone());
-            Ok(dataset)
-        };
-        for (name, count) in [
-            ("NumberOfPoints", mesh.points()),
-            ("NumberOfCells", mesh.cells()),
-            ("NumberOfConnectivityIds", mesh.connectivity.len()),
-        ] {
-            store.whole(&format!("VTKHDF/{name}"), &[count as i64], &[])?;
-        }
-        let points = keep(store.whole("VTKHDF/Points", mesh.points.as_flattened(), &[3]))?;
-        store.describe(&points, "m", "points in the reference configuration")?;
-        keep(store.whole("VTKHDF/Types", &mesh.types, &[]))?;
-        keep(store.whole("VTKHDF/Connectivity", &mesh.connectivity, &[]))?;
-        let offsets = if mesh.offsets.is_empty() { &[0][..] } else { &mesh.offsets };
-        keep(store.whole("VTKHDF/Offsets", offsets, &[]))?;
-        for group in ["PointData", "CellData", "FieldData", "Steps"] {
-            store.group(&format!("VTKHDF/{group}"))?;
-        }
-        for group in ["PointDataOffsets", "CellDataOffsets", "FieldDataOffsets"] {
-            store.group(&format!("VTKHDF/Steps/{group}"))?;
-        }
-        let [grain, part, modulus] = &STATIC_FIELDS;
-        let datasets = [
-            (grain, keep(store.whole(&grain.path(), &mesh.grain, &[]))?),
-            (part, keep(store.whole(&part.path(), &mesh.part, &[]))?),
-            (modulus, keep(store.whole(&modulus.path(), &mesh.youngs_modulus, &[]))?),
-        ];
-        for (field, dataset) in &datasets {
-            store.describe(dataset, field.units, field.long_name)?;
-        }
-        let names: Vec<String> =
-            mesh.parts.iter().enumerate().map(|(at, name)| format!("{at} {name}")).collect();
-        store.text_attribute(&datasets[1].1, "names", &names.join("; "))?;
-        let mut columns = BTreeMap::new();
-        let mut grows = |made: Growing| {
-            columns.insert(made.name.clone(), made);
-        };
-        for field in FIELDS {
-            let rows = if field.on_points { mesh.points() } else { mesh.cells() };
-            let layout = Layout::Blocks { rows };
-            let made = match field.number {
-                NumberKind::Float64 => store.growing::<f64>(&field.path(), field.width, layout)?,
-                NumberKind::Float32 => store.growing::<f32>(&field.path(), field.width, layout)?,
-                NumberKind::Int32 => store.growing::<i32>(&field.path(), field.width, layout)?,
-                NumberKind::UInt8 => store.growing::<u8>(&field.path(), field.width, layout)?,
-                NumberKind::Int64 => store.growing::<i64>(&field.path(), field.width, layout)?,
-            };
-            store.describe(&made.dataset, field.units, field.long_name)?;
-            if let Some(names) = component_names(field.width.first().copied().unwrap_or(1)) {
-                store.text_attribute(&made.dataset, "component_names", &names.join(" "))?;
-            }
-            grows(made);
-        }
-        let times = store.growing::<f64>(TIMES, &[], Layout::Rows(STEP_ROWS))?;
-        store.describe(
-            &times.dataset,
-            "1",
-            "stages completed plus the completed share of the present one",
-        )?;
-        grows(times);
-        // Not of the format; readers ignore it.
-        let increments = store.growing::<i64>(INCREMENTS, &[], Layout::Rows(STEP_ROWS))?;
-        store.describe(&increments.dataset, "1", "accepted increment that the state belongs to")?;
-        grows(increments);
-        for (name, width) in STEP_OFFSETS {
-            grows(store.growing::<i64>(&format!("VTKHDF/Steps/{name}"), width, Layout::Rows(STEP_ROWS))?);
-        }
-        for field in FIELDS.into_iter().chain(&STATIC_FIELDS) {
-            grows(store.growing::<i64>(&field.offsets(), &[], Layout::Rows(STEP_ROWS))?);
-        }
+        let fixed = write_mesh(store, mesh)?;
+        let columns = growing_columns(store, mesh)?;
         let steps = store.group("VTKHDF/Steps")?;
         store.number_attribute(&steps, "NSteps", 0_i64)?;
         let (points, cells) = (mesh.points(), mesh.cells());

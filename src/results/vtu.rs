@@ -35,11 +35,18 @@ pub fn write_vtu_series(reader: &Reader, folder: &Path, stem: &str) -> Result<Pa
     for (state, time) in times.iter().enumerate() {
         let name = format!("{stem}_{state:05}.vtu");
         write_state(reader, state, &folder.join(&name))?;
-        let file = escaped(&name);
-        // Writing to a String cannot fail.
-        let _ = writeln!(list, "    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>");
+        list += &entry(&name, *time);
     }
-    let series = folder.join(format!("{stem}.pvd"));
+    write_collection(folder.join(format!("{stem}.pvd")), &list)
+}
+
+/// A line of a `.pvd`: a file and the time of its state.
+pub(super) fn entry(name: &str, time: f64) -> String {
+    format!("    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{}\"/>\n", escaped(name))
+}
+
+/// Writes a `.pvd` of these lines, and gives its path back.
+pub(super) fn write_collection(series: PathBuf, list: &str) -> Result<PathBuf> {
     let text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  \
          <Collection>\n{list}  </Collection>\n</VTKFile>\n"
@@ -154,8 +161,8 @@ fn write_piece(
     writeln!(output, "\n  </AppendedData>\n</VTKFile>")
 }
 
-/// A text as an XML attribute.
-fn escaped(text: &str) -> String {
+/// A text as XML and HTML take it, in attributes too.
+pub fn escaped(text: &str) -> String {
     // XML has no control characters but these.
     let text = text.replace(|c: char| c.is_control() && !['\n', '\t', '\r'].contains(&c), "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

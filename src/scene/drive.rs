@@ -30,7 +30,7 @@ pub struct StageState {
     pub(super) drive: Drive,
     pub(super) last: Option<Last>,
     /// Whether bodies broke and are not in balance yet.
-    pub(super) dwells: bool,
+    pub(super) rebalances: bool,
 }
 
 /// What the last increment came from.
@@ -42,7 +42,7 @@ pub(super) struct Last {
 
 impl StageState {
     pub(super) fn new(drive: Drive) -> Self {
-        StageState { drive, last: None, dwells: false }
+        StageState { drive, last: None, rebalances: false }
     }
 }
 

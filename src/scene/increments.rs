@@ -48,13 +48,13 @@ impl Loaded for Scene {
             self.contacts.forget_bodies();
         }
         self.contacts.inherit(&self.model, &mut self.committed, &fractures);
-        (stage.own.dwells, stage.own.last) = (true, None);
+        (stage.own.rebalances, stage.own.last) = (true, None);
         Ok(())
     }
 
     /// Where bodies broke, first a new balance as it is.
     fn next(&self, stage: &Progress) -> Option<Portion> {
-        let share = if stage.own.dwells { Some(0.0) } else { stage.pace.next() };
+        let share = if stage.own.rebalances { Some(0.0) } else { stage.pace.next() };
         share.map(|share| Portion { share, to: stage.pace.after(share) })
     }
 
@@ -101,9 +101,9 @@ impl Scene {
         Some(done)
     }
 
-    /// Brings an increment into balance; where nothing is left to cut, by a dwell.
+    /// Brings an increment into balance; where nothing is left to cut, by rebalancing.
     fn balance(&mut self, stage: &mut Progress, next: Portion) -> Attempt<Balanced> {
-        let StageState { drive, last, dwells } = &stage.own;
+        let StageState { drive, last, rebalances } = &stage.own;
         let loads = drive.loads_at(next.to);
         let now = &self.committed.poses;
         let driven = |poses: &[Pose]| drive.driven(poses, now, next.share, next.to);
@@ -115,7 +115,7 @@ impl Scene {
         let increment = Increment { model, committed, loads: &loads, settings };
         let mut report = advance(&increment, starts, &mut self.contacts);
         if !report.converged() {
-            if !settings.stop.is_raised() && !dwells && stage.pace.cut(next.share) {
+            if !settings.stop.is_raised() && !rebalances && stage.pace.cut(next.share) {
                 return Attempt::Again(report.counters);
             }
             // Nothing is left to cut: perhaps the next equilibrium is far away.
@@ -151,13 +151,13 @@ impl Scene {
         loads: Loads,
         verdict: &Verdict,
     ) -> Row {
-        let dwelt = std::mem::take(&mut stage.own.dwells);
+        let rebalanced = std::mem::take(&mut stage.own.rebalances);
         let mut counters = stage.take_spent(&report.counters);
-        if !dwelt {
+        if !rebalanced {
             counters.cuts = stage.pace.accept(portion.share, report.is_easy());
             stage.own.last = Some(Last { poses: self.committed.poses.clone(), share: portion.share });
         }
-        let (bodies, snapped) = self.book(&report, &loads, dwelt);
+        let (bodies, snapped) = self.book(&report, &loads, rebalanced);
         report.commit_to(&mut self.committed);
         self.model.take_damage(&report.damage.grains);
         self.failing = report.damage.failing(&self.model);
@@ -192,7 +192,7 @@ impl Scene {
         drive.grow(before, poses);
     }
 
-    /// Wakes and rests bodies in the committed state; elastic energy counts on from what it was.
+    /// Makes bodies condensed and rigid in the committed state; elastic energy counts on from what it was.
     fn change_fidelity(&mut self, changes: [&[usize]; 2]) -> Transition {
         let transition = change(&mut self.model, &mut self.committed, &mut self.contacts, 0.0, changes);
         self.elastic_shift += transition.energy;
@@ -201,7 +201,7 @@ impl Scene {
 
     /// Enters an increment into the ledger, forces counted by the mean of before and after; reactions become those of its end. What became of the bodies
     /// of the case, and whether the increment snapped: what it leaves over is then taken as set free.
-    fn book(&mut self, report: &IncrementReport, loads: &Loads, dwelt: bool) -> (Vec<BodyState>, bool) {
+    fn book(&mut self, report: &IncrementReport, loads: &Loads, rebalanced: bool) -> (Vec<BodyState>, bool) {
         let (error_before, mut unborne) = (self.ledger.error(), 0.0);
         for (i, (old, new)) in self.committed.poses.iter().zip(&report.poses).enumerate() {
             let dead = self.dead_load(i, loads, new);
@@ -221,7 +221,7 @@ impl Scene {
         self.ledger.damage += report.damage.dissipated;
         self.ledger.indentation += report.damage.crushing;
         let left_over = self.ledger.error() - error_before;
-        let snapped = dwelt || report.is_snap() || fell(unborne, left_over);
+        let snapped = rebalanced || report.is_snap() || fell(unborne, left_over);
         if snapped {
             self.ledger.stabilisation += left_over.max(0.0);
         }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
@@ -86,15 +88,20 @@ pub struct LoadStage {
 /// What a stage does to a body. A list that is `None` leaves things as they were (free and unloaded
 /// at first; a component that was driven is held); a component that is `None` is free, or is not loaded
 /// at the end. What held a component before it is set free fades over the stage.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct BodyLoad {
     /// Of the reference point over the stage [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<[Option<f64>; 3]>,
     /// Rotation vector over the stage [rad]. Where only some components are given, they are the
     /// spin about these axes in each increment.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<[Option<f64>; 3]>,
     /// At the end of the stage [N].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<[Option<f64>; 3]>,
     /// About the reference point, at the end of the stage [N m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moment: Option<[Option<f64>; 3]>,
 }

@@ -37,13 +37,13 @@ impl Scene {
         let stop = &self.settings.stop;
         let now = &self.committed.poses;
         let poses = stage.own.drive.driven(now, now, next.share, next.to);
-        let dwells = stage.own.dwells;
+        let rebalances = stage.own.rebalances;
         pressing.move_plates(&self.model.bodies, &poses);
         let max_change = self.settings.damage.max_change;
         let mut limits = Limits { max_change, tolerance: SETTLED, most_rounds: MOST_ROUNDS };
         let mut settled = pressing.settle(&limits, &|| stop.is_raised());
         if settled.is_err() && !stop.is_raised() {
-            if !dwells && stage.pace.cut(next.share) {
+            if !rebalances && stage.pace.cut(next.share) {
                 return Attempt::Again(Counters { augmentations: MOST_ROUNDS, ..Counters::default() });
             }
             limits.max_change *= CAREFUL;
@@ -59,7 +59,7 @@ impl Scene {
         };
         let [_, top] = pressing.plates();
         let way = now[top].position.z - poses[top].position.z;
-        let creates = !dwells && pressing.creates(&settled, way, self.last_push, &self.ledger);
+        let creates = !rebalances && pressing.creates(&settled, way, self.last_push, &self.ledger);
         if creates && stage.pace.cut(next.share) {
             pressing.reject();
             let augmentations = settled.iter().map(|settled| settled.rounds).sum();
@@ -83,8 +83,8 @@ impl Scene {
             counters.factorisations += settled.factorisations;
         }
         let mut counters = stage.take_spent(&counters);
-        let dwelt = stage.own.dwells;
-        if !dwelt {
+        let rebalanced = stage.own.rebalances;
+        if !rebalanced {
             counters.cuts = stage.pace.accept(portion.share, counters.augmentations <= SNAP_ROUNDS);
         }
         let error_before = self.ledger.error();
@@ -100,12 +100,12 @@ impl Scene {
         let force = -self.reaction[top][2];
         let fell = force.abs() < self.last_push.abs();
         self.last_push = force;
-        if !dwelt {
+        if !rebalanced {
             self.stabilised = self.ledger.stabilisation;
         }
-        let snapped = dwelt || kept.failed > 0 || fell || hesitated;
+        let snapped = rebalanced || kept.failed > 0 || fell || hesitated;
         if snapped {
-            // Softening outran the plates: what that leaves over is a snap's, and what the dwells behind it spend comes out of that.
+            // Softening outran the plates: what that leaves over is a snap's, and what rebalancing behind it spends comes out of that.
             let change = self.ledger.error() - error_before;
             self.ledger.stabilisation = (self.ledger.stabilisation + change).max(self.stabilised);
         }
@@ -116,7 +116,7 @@ impl Scene {
             let now = self.committed.poses.clone();
             self.take_in_parts(&now, &mut stage.own.drive);
         }
-        stage.own.dwells = kept.broke;
+        stage.own.rebalances = kept.broke;
         let (balance, measures) = pressing.balance(&settled);
         Ok(Row {
             stage: self.stages_done,

@@ -50,7 +50,7 @@ pub struct Scene {
     /// What the last increment leaves to break up.
     pub(super) failing: Failing,
     /// The press, where the scene is one, the force of its upper plate in the last accepted state [N], and the stabilisation before the last
-    /// increment that was no dwell [J].
+    /// increment that did not rebalance [J].
     pub pressing: Option<Pressing>,
     pub(super) last_push: f64,
     pub(super) stabilised: f64,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::case::{Case, Geometry, PressCase, SceneCase, StageCase};
 use crate::error::{Error, Result};
-use crate::scene::{BodyLoad, LoadStage, PressParameters, SceneParameters};
+use crate::scene::{LoadStage, PressParameters, SceneParameters};
 use crate::tensor::Vec3;
 
 use super::scene_body::{friction, scene_body};
@@ -58,18 +58,7 @@ fn load_stage((index, stage): (usize, &StageCase)) -> Result<LoadStage> {
     match stage {
         StageCase::Load { increments, bodies, gravity } => Ok(LoadStage {
             increments: *increments,
-            bodies: bodies
-                .iter()
-                .map(|(name, load)| {
-                    let load = BodyLoad {
-                        displacement: load.displacement,
-                        rotation: load.rotation,
-                        force: load.force,
-                        moment: load.moment,
-                    };
-                    (name.clone(), load)
-                })
-                .collect(),
+            bodies: bodies.iter().map(|(name, load)| (name.clone(), load.clone())).collect(),
             gravity: gravity.map(Vec3::from),
         }),
         StageCase::Hold { increments } => Ok(LoadStage { increments: *increments, ..LoadStage::default() }),

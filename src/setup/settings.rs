@@ -17,28 +17,24 @@ pub fn energy_gate(solver: &SolverCase) -> EnergyGate {
 pub fn rig_settings(case: &Case) -> Settings {
     let solver = &case.solver;
     Settings {
-        force_tolerance: solver.force_tolerance,
-        gap_tolerance: solver.gap_tolerance,
-        max_augmentations: solver.max_augmentations,
         stabilisation: solver.stabilisation.map_or(Stabilisation::Rest, Stabilisation::Unrest),
-        max_newton: solver.max_newton_iterations,
-        first_penalty: solver.first_penalty,
-        accuracy: solver.chosen_accuracy(),
-        damage: damage_settings(case),
         // Halvings that stay above the smallest increment.
         max_cuts: (-solver.increment_min.log2() + 1e-9).floor().max(0.0) as usize,
-        ..Settings::default()
+        ..settings_of_all(case)
     }
 }
 
 /// Solver settings of a scene; what the case does not mention is as usual.
 pub fn scene_settings(case: &Case) -> Settings {
+    Settings { max_dwell: case.solver.max_dwell, ..settings_of_all(case) }
+}
+
+fn settings_of_all(case: &Case) -> Settings {
     let solver = &case.solver;
     Settings {
         force_tolerance: solver.force_tolerance,
         gap_tolerance: solver.gap_tolerance,
         max_augmentations: solver.max_augmentations,
-        max_dwell: solver.max_dwell,
         max_newton: solver.max_newton_iterations,
         first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),

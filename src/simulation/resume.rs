@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::case::{Case, RawCase};
-use crate::error::{Error, Fault, Result};
+use crate::error::{Error, Fault, Faults, Result};
 use crate::recording::restart::fault;
 use crate::results::{self, Outcome, Reader, Restart, Writer, check_unused};
 
@@ -126,12 +126,7 @@ pub fn differences(kept: &Value, now: &Value, problem: &str) -> Vec<Fault> {
     if faults.len() > MOST_LISTED {
         let more = faults.len() - MOST_LISTED;
         faults.truncate(MOST_LISTED);
-        faults.push(Fault::new(
-            "$",
-            format!("{more} more"),
-            "differ too",
-            "the case that the run began with",
-        ));
+        faults.fault("$", format!("{more} more"), "differ too", "the case that the run began with");
     }
     faults
 }

@@ -62,7 +62,7 @@ pub fn seat(test: &mut Test, rig: &mut Rig, pressure: f64, stop: &dyn Fn() -> bo
     if !stop() {
         attempts(&mut seating, test, rig, pressure, stop);
     }
-    if !stop() && rig.wake_seated() > 0 {
+    if !stop() && rig.condense_seated() > 0 {
         attempts(&mut seating, test, rig, pressure, stop);
     }
     rig.model.friction = friction;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 
 use crate::case::{Case, RawCase, StageCase};
-use crate::error::{Error, Fault, Result};
+use crate::error::{Error, Fault, Faults, Result};
 use crate::recording::{Consolidated, Origin, restart};
 use crate::results::{self, Reader};
 use crate::specimen::Specimen;
@@ -146,7 +146,7 @@ fn wrong_pressures(case: &Case, held: f64) -> Vec<Fault> {
         if let Some(pressure) = said.filter(|pressure| (pressure / held - 1.0).abs() > 1e-9) {
             let problem = format!("is not the pressure {held} Pa that the specimen was consolidated under");
             let accepted = "that pressure, no pressure, or a consolidate stage to the new one before";
-            faults.push(Fault::new(format!("$.stages[{i}].pressure"), pressure, problem, accepted));
+            faults.fault(format!("$.stages[{i}].pressure"), pressure, problem, accepted);
         }
     }
     faults

@@ -20,7 +20,7 @@ pub use compaction::VOID_RATIO_TOLERANCE;
 pub use given::{GivenGrain, GivenPacking};
 pub use grading::SievePoint;
 pub use shape::{GrainShape, WithinClass};
-pub use size::{Consistency, Plan, SpecimenSize};
+pub use size::{Plan, SpecimenSize};
 pub use statistics::Statistics;
 
 use crate::error::{Error, Result};
@@ -119,18 +119,6 @@ impl SpecimenParameters {
             }
             SpecimenSize::Grains { .. } | SpecimenSize::Cylinder { .. } => Ok(plan),
         }
-    }
-
-    /// How a number of grains stated beside the size agrees with it; [`size::CONSISTENCY`] is the
-    /// largest deviation that counts as agreement.
-    ///
-    /// # Errors
-    /// `Error::Specimen` where the parameters are out of range.
-    pub fn consistency(&self, diameter: f64, height: f64, count: usize) -> Result<Consistency> {
-        self.check()?;
-        let classes = grading::size_classes(&self.grading)?;
-        let volumes = grading::mean_volumes(&classes, &self.shape_law()?)?;
-        Ok(size::consistency(&classes, &volumes, (diameter, height), self.void_ratio, count))
     }
 
     fn check(&self) -> Result<()> {

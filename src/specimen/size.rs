@@ -61,41 +61,8 @@ pub fn plan(classes: &[SizeClass], mean_volumes: &[f64], size: &SpecimenSize, vo
     }
 }
 
-/// How a stated number of grains agrees with a stated diameter, height and void ratio.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Consistency {
-    /// The number of grains that size and void ratio give.
-    pub grains: usize,
-    /// Stated number over that number, minus one.
-    pub deviation: f64,
-    /// Diameter [m] that would fit the stated number, with height over diameter and void ratio kept.
-    pub diameter: f64,
-    /// Void ratio that would fit the stated number and size.
-    pub void_ratio: f64,
-}
-
 /// Largest deviation that counts as agreement.
 pub const CONSISTENCY: f64 = 0.05;
-
-/// Compares a stated number of grains with a stated size and void ratio.
-pub fn consistency(
-    classes: &[SizeClass],
-    mean_volumes: &[f64],
-    (diameter, height): (f64, f64),
-    void_ratio: f64,
-    count: usize,
-) -> Consistency {
-    let by_size = plan(classes, mean_volumes, &SpecimenSize::Cylinder { diameter, height }, void_ratio);
-    let by_count =
-        plan(classes, mean_volumes, &SpecimenSize::Grains { count, aspect: height / diameter }, void_ratio);
-    let grains: usize = by_size.numbers.iter().sum();
-    Consistency {
-        grains,
-        deviation: count as f64 / grains as f64 - 1.0,
-        diameter: by_count.diameter,
-        void_ratio: cylinder_volume(diameter, height) / by_count.solid_volume - 1.0,
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -115,17 +82,5 @@ mod tests {
         // One grain more or less in about three thousand.
         assert!((by_count.diameter / 0.3 - 1.0).abs() < 1e-3);
         assert!((by_count.solid_volume * 1.47 - 0.25 * PI * 0.09 * 0.65).abs() < 1e-4);
-    }
-
-    #[test]
-    fn consistency_tells_what_would_agree() {
-        let (classes, volumes) = classes();
-        let exact = consistency(&classes, &volumes, (0.3, 0.65), 0.47, 3300);
-        let agreeing = consistency(&classes, &volumes, (0.3, 0.65), 0.47, exact.grains);
-        assert!(agreeing.deviation.abs() < 1e-9 && (agreeing.void_ratio - 0.47).abs() < 2e-3);
-        let double = consistency(&classes, &volumes, (0.3, 0.65), 0.47, 2 * exact.grains);
-        assert!((double.deviation - 1.0).abs() < 1e-9);
-        assert!((double.diameter / 0.3 - 2.0f64.cbrt()).abs() < 1e-3);
-        assert!((double.void_ratio - (1.47 / 2.0 - 1.0)).abs() < 2e-3);
     }
 }

@@ -102,6 +102,59 @@ pub(super) fn void_ratio(grains: &[GrainShape], diameter: f64, height: f64) -> f
     cylinder_volume(diameter, height) / solid - 1.0
 }
 
+/// Which grains touch, and how far they overlap and stand out.
+struct Touching {
+    contacts: usize,
+    rattlers: usize,
+    /// Contacts of grains that are no rattlers, counted at both.
+    held: usize,
+    worst_overlap: [f64; 2],
+    wall_protrusion: f64,
+    plate_protrusion: f64,
+}
+
+impl Touching {
+    fn of(grains: &[GrainShape], poses: &[Pose], [diameter, height]: [f64; 2]) -> Self {
+        let mut touching = vec![0usize; grains.len()];
+        let mut bearing = vec![0usize; grains.len()];
+        let mut worst_overlap = [0.0f64; 2];
+        for &(i, j, gap, independent) in &pair_gaps(grains, poses) {
+            let size = grains[i].sieve_size.min(grains[j].sieve_size);
+            worst_overlap = [worst_overlap[0].max(-gap / size), worst_overlap[1].max(-independent / size)];
+            if gap <= CONTACT_TOLERANCE * size {
+                for k in [i, j] {
+                    touching[k] += 1;
+                    bearing[k] += 1;
+                }
+            }
+        }
+        let (mut wall_protrusion, mut plate_protrusion) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for (k, (grain, pose)) in grains.iter().zip(poses).enumerate() {
+            let r = grain.rounded.radius;
+            let mut outermost = [f64::NEG_INFINITY; 3];
+            for vertex in &grain.rounded.core.vertices {
+                let x = pose.to_space(vertex);
+                let passes = [x.xy().norm() + r - 0.5 * diameter, r - x.z, x.z + r - height];
+                (0..3).for_each(|m| outermost[m] = outermost[m].max(passes[m]));
+            }
+            wall_protrusion = wall_protrusion.max(outermost[0]);
+            plate_protrusion = plate_protrusion.max(outermost[1]).max(outermost[2]);
+            // The wall was a polygon about 0.3 % of the radius inside the circle.
+            let near_wall = [
+                -0.005 * diameter,
+                -CONTACT_TOLERANCE * grain.sieve_size,
+                -CONTACT_TOLERANCE * grain.sieve_size,
+            ];
+            bearing[k] += (0..3).filter(|&m| outermost[m] >= near_wall[m]).count();
+        }
+        let contacts = touching.iter().sum::<usize>() / 2;
+        let rattlers = bearing.iter().filter(|&&n| n < RATTLER_CONTACTS).count();
+        let held: usize =
+            touching.iter().zip(&bearing).filter(|(_, b)| **b >= RATTLER_CONTACTS).map(|(t, _)| *t).sum();
+        Touching { contacts, rattlers, held, worst_overlap, wall_protrusion, plate_protrusion }
+    }
+}
+
 /// Measures a specimen of this diameter and height [m].
 pub fn measure(
     (grains, poses): (&[GrainShape], &[Pose]),
@@ -123,41 +176,8 @@ pub fn measure(
         })
         .collect();
 
-    let gaps = pair_gaps(grains, poses);
-    let mut touching = vec![0usize; grains.len()];
-    let mut bearing = vec![0usize; grains.len()];
-    let mut worst_overlap = [0.0f64; 2];
-    for &(i, j, gap, independent) in &gaps {
-        let size = grains[i].sieve_size.min(grains[j].sieve_size);
-        worst_overlap = [worst_overlap[0].max(-gap / size), worst_overlap[1].max(-independent / size)];
-        if gap <= CONTACT_TOLERANCE * size {
-            for k in [i, j] {
-                touching[k] += 1;
-                bearing[k] += 1;
-            }
-        }
-    }
-    let (mut wall_protrusion, mut plate_protrusion) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-    for (k, (grain, pose)) in grains.iter().zip(poses).enumerate() {
-        let r = grain.rounded.radius;
-        let mut outermost = [f64::NEG_INFINITY; 3];
-        for vertex in &grain.rounded.core.vertices {
-            let x = pose.to_space(vertex);
-            let passes = [x.xy().norm() + r - 0.5 * diameter, r - x.z, x.z + r - height];
-            (0..3).for_each(|m| outermost[m] = outermost[m].max(passes[m]));
-        }
-        wall_protrusion = wall_protrusion.max(outermost[0]);
-        plate_protrusion = plate_protrusion.max(outermost[1]).max(outermost[2]);
-        // The wall was a polygon about 0.3 % of the radius inside the circle.
-        let near_wall =
-            [-0.005 * diameter, -CONTACT_TOLERANCE * grain.sieve_size, -CONTACT_TOLERANCE * grain.sieve_size];
-        bearing[k] += (0..3).filter(|&m| outermost[m] >= near_wall[m]).count();
-    }
-    let contacts = touching.iter().sum::<usize>() / 2;
-    let rattlers = bearing.iter().filter(|&&n| n < RATTLER_CONTACTS).count();
-    let held: usize =
-        touching.iter().zip(&bearing).filter(|(_, b)| **b >= RATTLER_CONTACTS).map(|(t, _)| *t).sum();
-
+    let Touching { contacts, rattlers, held, worst_overlap, wall_protrusion, plate_protrusion } =
+        Touching::of(grains, poses, [diameter, height]);
     let sorted: Vec<[f64; 3]> = grains
         .iter()
         .map(|g| {

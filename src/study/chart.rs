@@ -1,8 +1,8 @@
 //! Charts of a study: speed against accuracy, and the curves of an ensemble with their scatter.
 
+use crate::report::Axis;
 use crate::report::chart::{Arrangement, Chart, Layer, Panel};
 use crate::report::palette::{BLACK, BLUE, Colour, GREY, Stroke};
-use crate::report::{Axis, short};
 
 use super::order::{Order, observed};
 use super::outcome::{Figure, Figures, at_strain, common_strain, curve_difference};
@@ -197,13 +197,6 @@ fn band(
         }
     }
     (low, high, mean)
-}
-
-/// One line on what the chart compares.
-pub fn remark(settings: &[Setting], all: &[Figures], compared: &[Figure]) -> String {
-    let (errors, name) = errors(settings, all, compared);
-    let worst = errors.iter().copied().filter(|e| e.is_finite()).fold(0.0, f64::max);
-    format!("largest {name}: {}", short(worst))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::case::{path_of_key, shown};
-use crate::error::Fault;
+use crate::error::{Fault, Faults};
 
 /// Members of a task; more are taken for a slip.
 const MOST: usize = 100_000;
@@ -41,7 +41,7 @@ pub fn slurm_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Slurm {
         Some(Value::Object(map)) => map,
         Some(other) => {
             let accepted = format!("an object with the keys {}", SLURM_KEYS.join(", "));
-            faults.push(Fault::new("$.slurm", shown(other), "is no object", accepted));
+            faults.fault("$.slurm", shown(other), "is no object", accepted);
             return Slurm::default();
         }
     };
@@ -49,7 +49,7 @@ pub fn slurm_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Slurm {
     let line = |value: &Value, place: String, faults: &mut Vec<Fault>| match value {
         Value::String(text) if !text.contains(['\n', '\r']) && !text.is_empty() => Some(text.clone()),
         other => {
-            faults.push(Fault::new(place, shown(other), "is no line of text", "a text in quotes"));
+            faults.fault(place, shown(other), "is no line of text", "a text in quotes");
             None
         }
     };
@@ -64,7 +64,7 @@ pub fn slurm_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Slurm {
         }
         Some(other) => {
             let place = path_of_key("$.slurm", key);
-            faults.push(Fault::new(place, shown(other), "is no list", "a list of texts"));
+            faults.fault(place, shown(other), "is no list", "a list of texts");
             Vec::new()
         }
     };
@@ -74,7 +74,7 @@ pub fn slurm_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Slurm {
         Some((_, Some(count))) if (1..=MOST as u64).contains(&count) => count as usize,
         Some((value, _)) => {
             let accepted = format!("a whole number from 1 to {MOST}");
-            faults.push(Fault::new("$.slurm.members_per_task", shown(value), "is out of range", accepted));
+            faults.fault("$.slurm.members_per_task", shown(value), "is out of range", accepted);
             1
         }
     };

@@ -20,8 +20,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use crate::case::{RawCase, fault_of_pointer, nearest, path_of_key, read, read_named, shortened, shown};
-use crate::error::{Error, Fault, Result};
+use crate::case::{
+    RawCase, fault_of_pointer, meant, nearest, path_of_key, read, read_named, shortened, shown,
+};
+use crate::error::{Error, Fault, Faults, Result};
 
 use super::cluster::{self, SLURM_KEYS, Slurm};
 use super::{Member, Refusal, safe};
@@ -73,12 +75,7 @@ pub fn read_plan(file: &Path, out: Option<&Path>) -> Result<Plan> {
 
 fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Fault>) -> Option<Plan> {
     let Value::Object(map) = &raw.value else {
-        faults.push(Fault::new(
-            "$",
-            shown(&raw.value),
-            "is no object",
-            format!("the keys {}", KEYS.join(", ")),
-        ));
+        faults.fault("$", shown(&raw.value), "is no object", format!("the keys {}", KEYS.join(", ")));
         return None;
     };
     unknown_keys(map, &KEYS, "$", faults);
@@ -89,15 +86,10 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
     for (pointer, _) in &grid {
         if pointer == "/seed" && !seeds.is_empty() {
             let problem = "is overruled by $.seeds";
-            faults.push(Fault::new("$.grid", pointer, problem, "seeds in one of the two places"));
+            faults.fault("$.grid", pointer, problem, "seeds in one of the two places");
         }
         if common.iter().any(|(set, _)| set == pointer) {
-            faults.push(Fault::new(
-                "$.grid",
-                pointer,
-                "is in $.set too",
-                "a pointer in one of the two places",
-            ));
+            faults.fault("$.grid", pointer, "is in $.set too", "a pointer in one of the two places");
         }
     }
     let stem = raw.file.file_stem().unwrap_or(raw.file.as_os_str());
@@ -105,7 +97,7 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
         None => folder.join("results").join(stem),
         Some(Value::String(text)) if !text.is_empty() => folder.join(text),
         Some(other) => {
-            faults.push(Fault::new("$.out", shown(other), "is no folder", "a text in quotes"));
+            faults.fault("$.out", shown(other), "is no folder", "a text in quotes");
             folder.join("results")
         }
     };
@@ -114,7 +106,7 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
     let whole = std::path::absolute(&out).unwrap_or_else(|_| out.clone());
     if whole.to_string_lossy().contains(|c: char| c.is_control()) {
         let accepted = "a path without line breaks and other control characters";
-        faults.push(Fault::new(place, format!("{:?}", whole), "is no line of text", accepted));
+        faults.fault(place, format!("{:?}", whole), "is no line of text", accepted);
     }
     let count = |key: &str, faults: &mut Vec<Fault>| match map.get(key) {
         None => None,
@@ -122,12 +114,7 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
             Some(n) if (1..=1024).contains(&n) => Some(n as usize),
             _ => {
                 let place = path_of_key("$", key);
-                faults.push(Fault::new(
-                    place,
-                    shown(value),
-                    "is out of range",
-                    "a whole number from 1 to 1024",
-                ));
+                faults.fault(place, shown(value), "is out of range", "a whole number from 1 to 1024");
                 None
             }
         },
@@ -141,7 +128,7 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
     let number = entries.len().saturating_mul(points).saturating_mul(seeds.len().max(1));
     if number > MOST_MEMBERS {
         let accepted = format!("at most {MOST_MEMBERS}");
-        faults.push(Fault::new("$", format!("{number} members"), "are too many", accepted));
+        faults.fault("$", format!("{number} members"), "are too many", accepted);
         return None;
     }
     let members = members_of(&entries, &common, &grid, &seeds, &out, faults);
@@ -150,12 +137,9 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
 
 fn unknown_keys(map: &Map<String, Value>, known: &[&str], path: &str, faults: &mut Vec<Fault>) {
     for (key, value) in map.iter().filter(|(key, _)| !known.contains(&key.as_str()) && *key != "$schema") {
-        let problem = match nearest(key, known.iter().copied()) {
-            Some(near) => format!("is an unknown key: did you mean \"{near}\"?"),
-            None => "is an unknown key".into(),
-        };
+        let problem = meant("is an unknown key", nearest(key, known.iter().copied()));
         let accepted = format!("the keys {}", known.join(", "));
-        faults.push(Fault::new(path_of_key(path, key), shown(value), problem, accepted));
+        faults.fault(path_of_key(path, key), shown(value), problem, accepted);
     }
 }
 
@@ -166,14 +150,14 @@ fn set_of(value: Option<&Value>, path: &str, faults: &mut Vec<Fault>) -> Vec<(St
             for (pointer, value) in map {
                 if let Some((problem, accepted)) = fault_of_pointer(pointer) {
                     let place = path_of_key(path, &shortened(pointer));
-                    faults.push(Fault::new(place, shown(value), problem, accepted));
+                    faults.fault(place, shown(value), problem, accepted);
                 }
             }
             let sound = map.iter().filter(|(pointer, _)| fault_of_pointer(pointer).is_none());
             sound.map(|(pointer, value)| (pointer.clone(), value.clone())).collect()
         }
         Some(other) => {
-            faults.push(Fault::new(path, shown(other), "is no object", "JSON pointers with their values"));
+            faults.fault(path, shown(other), "is no object", "JSON pointers with their values");
             Vec::new()
         }
     }
@@ -185,7 +169,7 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
         None => None,
         Some(Value::String(text)) => Some(folder.join(text)),
         Some(other) => {
-            faults.push(Fault::new("$.case", shown(other), "is no file", "a text in quotes"));
+            faults.fault("$.case", shown(other), "is no file", "a text in quotes");
             return Vec::new();
         }
     };
@@ -195,19 +179,14 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
                 return vec![Entry { name: stem(&case), case, set: Vec::new(), path: "$.case".into() }];
             }
             None => {
-                faults.push(Fault::new(
-                    "$.case",
-                    "nothing",
-                    "is missing",
-                    "a case file, or a list \"cases\"",
-                ));
+                faults.fault("$.case", "nothing", "is missing", "a case file, or a list \"cases\"");
                 return Vec::new();
             }
         },
         Some(Value::Array(items)) if !items.is_empty() => items,
         Some(other) => {
             let accepted = "a list of case files, or of objects with the keys name, case, set";
-            faults.push(Fault::new("$.cases", shown(other), "is no list of cases", accepted));
+            faults.fault("$.cases", shown(other), "is no list of cases", accepted);
             return Vec::new();
         }
     };
@@ -226,12 +205,12 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
                     (None, Some(base)) => base.clone(),
                     (None, None) => {
                         let accepted = "a case file, here or as $.case";
-                        faults.push(Fault::new(format!("{path}.case"), "nothing", "is missing", accepted));
+                        faults.fault(format!("{path}.case"), "nothing", "is missing", accepted);
                         continue;
                     }
                     (Some(other), _) => {
                         let place = format!("{path}.case");
-                        faults.push(Fault::new(place, shown(other), "is no file", "a text in quotes"));
+                        faults.fault(place, shown(other), "is no file", "a text in quotes");
                         continue;
                     }
                 };
@@ -240,7 +219,7 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
                     Some(Value::String(name)) if !safe(name).is_empty() => name.clone(),
                     Some(other) => {
                         let place = format!("{path}.name");
-                        faults.push(Fault::new(place, shown(other), "is no name", "a text in quotes"));
+                        faults.fault(place, shown(other), "is no name", "a text in quotes");
                         continue;
                     }
                 };
@@ -248,13 +227,13 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
             }
             other => {
                 let accepted = "a case file, or an object with the keys name, case, set";
-                faults.push(Fault::new(path, shown(other), "is no case", accepted));
+                faults.fault(path, shown(other), "is no case", accepted);
                 continue;
             }
         };
         if let Some(first) = entries.iter().find(|other| safe(&other.name) == safe(&entry.name)) {
             let problem = format!("has the name of {}", first.path);
-            faults.push(Fault::new(&entry.path, &entry.name, problem, "a \"name\" of its own"));
+            faults.fault(&entry.path, &entry.name, problem, "a \"name\" of its own");
             // Its members are told apart by the place in the plan.
             entry.name = entry.path.clone();
         }
@@ -263,7 +242,7 @@ fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) 
     let brings_its_own = |item: &Value| item.as_object().is_none_or(|own| own.contains_key("case"));
     if let (Some(unused), true) = (map.get("case"), items.iter().all(brings_its_own)) {
         let accepted = "an entry of \"cases\" without its own, or none here";
-        faults.push(Fault::new("$.case", shown(unused), "is used by none of \"cases\"", accepted));
+        faults.fault("$.case", shown(unused), "is used by none of \"cases\"", accepted);
     }
     entries
 }
@@ -273,12 +252,7 @@ fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<V
         None => return Vec::new(),
         Some(Value::Object(map)) => map,
         Some(other) => {
-            faults.push(Fault::new(
-                "$.grid",
-                shown(other),
-                "is no object",
-                "JSON pointers with lists of values",
-            ));
+            faults.fault("$.grid", shown(other), "is no object", "JSON pointers with lists of values");
             return Vec::new();
         }
     };
@@ -288,7 +262,7 @@ fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<V
         let wrong = fault_of_pointer(pointer);
         let aims = wrong.is_none();
         if let Some((problem, accepted)) = wrong {
-            faults.push(Fault::new(&place, shortened(pointer), problem, accepted));
+            faults.fault(&place, shortened(pointer), problem, accepted);
         }
         let mut own: Vec<Value> = Vec::new();
         match values {
@@ -296,14 +270,14 @@ fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<V
                 for (at, value) in values.iter().enumerate() {
                     if own.contains(value) {
                         let place = format!("{place}[{at}]");
-                        faults.push(Fault::new(place, shown(value), "is there twice", "each value once"));
+                        faults.fault(place, shown(value), "is there twice", "each value once");
                     } else {
                         own.push(value.clone());
                     }
                 }
             }
             other => {
-                faults.push(Fault::new(place, shown(other), "is no list of values", "a list, not empty"));
+                faults.fault(place, shown(other), "is no list of values", "a list, not empty");
                 // A value without its brackets: the members have it.
                 own.extend(Some(other).filter(|value| !value.is_array() && !value.is_object()).cloned());
             }
@@ -328,12 +302,12 @@ fn seeds_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<u64> {
                     Some(seed) if !seeds.contains(&seed) => seeds.push(seed),
                     Some(_) => {
                         let place = format!("$.seeds[{at}]");
-                        faults.push(Fault::new(place, shown(item), "is there twice", "each seed once"));
+                        faults.fault(place, shown(item), "is there twice", "each seed once");
                     }
                     None => {
                         let place = format!("$.seeds[{at}]");
                         let accepted = format!("a whole number up to {}", u64::MAX);
-                        faults.push(Fault::new(place, shown(item), "is no seed", accepted));
+                        faults.fault(place, shown(item), "is no seed", accepted);
                     }
                 }
             }
@@ -349,18 +323,13 @@ fn seeds_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<u64> {
                     (from..from + count).collect()
                 }
                 _ => {
-                    faults.push(Fault::new(
-                        "$.seeds",
-                        shown(&Value::Object(map.clone())),
-                        "are no seeds",
-                        accepted,
-                    ));
+                    faults.fault("$.seeds", shown(&Value::Object(map.clone())), "are no seeds", accepted);
                     Vec::new()
                 }
             }
         }
         Some(other) => {
-            faults.push(Fault::new("$.seeds", shown(other), "are no seeds", accepted));
+            faults.fault("$.seeds", shown(other), "are no seeds", accepted);
             Vec::new()
         }
     }
@@ -381,7 +350,7 @@ fn members_of(
             Ok(source) => source,
             Err(error) => {
                 let shown = entry.case.display();
-                faults.push(Fault::new(&entry.path, shown, error.to_string(), "a case file"));
+                faults.fault(&entry.path, shown, error.to_string(), "a case file");
                 continue;
             }
         };
@@ -412,18 +381,13 @@ fn members_of(
                 if safe(&name).len() > LONGEST_NAME {
                     let problem = "makes a member whose name is too long for its files";
                     let accepted = format!("a \"name\" and values of at most {LONGEST_NAME} bytes together");
-                    faults.push(Fault::new(&entry.path, shortened(&safe(&name)), problem, accepted));
+                    faults.fault(&entry.path, shortened(&safe(&name)), problem, accepted);
                     continue;
                 }
                 match Member::new(&name, &source, overrides, out) {
                     Ok(member) if members.iter().any(|other| other.name == member.name) => {
                         let problem = "is the name of two members";
-                        faults.push(Fault::new(
-                            &entry.path,
-                            &member.name,
-                            problem,
-                            "values that differ as file names",
-                        ));
+                        faults.fault(&entry.path, &member.name, problem, "values that differ as file names");
                     }
                     Ok(member) => members.push(member),
                     Err(refusal) => list(&name, &refusal, faults),

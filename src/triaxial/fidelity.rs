@@ -19,30 +19,30 @@ impl Rig {
         judge(&self.model, &report.as_committed(), &loads, &self.settings, &self.contacts)
     }
 
-    /// Wakes and rests grains in the committed state.
+    /// Makes grains condensed and rigid in the committed state.
     pub(super) fn change_fidelity(&mut self, changes: [&[usize]; 2]) -> Transition {
         change(&mut self.model, &mut self.committed, &mut self.contacts, self.pressure, changes)
     }
 
-    /// Wakes the grains that the seated specimen needs condensed, as if they had been so from the start: it has to be seated again.
+    /// Makes the grains condensed that the seated specimen needs so, as if they had been so from the start: it has to be seated again.
     /// How many that are.
-    pub fn wake_seated(&mut self) -> usize {
+    pub fn condense_seated(&mut self) -> usize {
         if self.settings.accuracy.is_none() {
             return 0;
         }
         let loads = self.loads(false, self.pressure);
         let verdict = judge(&self.model, &self.committed, &loads, &self.settings, &self.contacts);
-        let woken = verdict.wake.iter().filter(|&&body| self.model.bodies[body].wake()).count();
+        let condensed = verdict.wake.iter().filter(|&&body| self.model.bodies[body].wake()).count();
         tracing::info!(
-            woken,
+            condensed,
             error = verdict.error,
             used = verdict.utilisation,
             "fidelity of the seated specimen"
         );
-        if woken > 0 {
+        if condensed > 0 {
             self.begin_contacts_anew();
         }
-        woken
+        condensed
     }
 
     /// Contacts are as if they had just been made, with the stiffnesses that bodies have now.

@@ -55,7 +55,6 @@ pub struct Row {
 /// What the observer sees of an accepted increment.
 pub struct StepReport<'a> {
     pub row: &'a Row,
-    pub increment: &'a IncrementReport,
     /// What happened around each grain since strains count.
     pub local_strains: &'a [LocalStrain],
     /// The test as the increment left it.

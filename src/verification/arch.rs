@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::scene::SceneParameters;
 use crate::verification::bodies::{body, cuboid, fixed, gravity, hull, scene, sharp};
 use crate::verification::standing::stands;
-use crate::verification::{Findings, Run, Tolerance};
+use crate::verification::{Absolute, Findings, Run};
 
 /// Radius to the middle of the thickness [m], width of the arch [m].
 const RADIUS: f64 = 1.0;
@@ -127,7 +127,7 @@ pub(super) fn stands_or_falls(findings: &mut Findings) {
     // Printed with four digits; the blocks' rounding adds 2 r = 0.002.
     let what = "least t/R less 2 r, thrust line, 2000 blocks";
     let computed = many - 2.0 * ROUNDING / RADIUS;
-    findings.compare(what, computed, few, Tolerance::Absolute(1e-4), (0, time, String::new()));
+    findings.compare(what, computed, few, Absolute(1e-4), time);
     for count in [12, 24] {
         for (share, expected) in [(1.02, true), (0.98, false)] {
             let run = Run::of(&arch(count, share * least_thickness(count)));

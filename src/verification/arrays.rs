@@ -12,7 +12,7 @@
 
 use crate::scene::{BodyLoad, SceneParameters, SceneShape};
 use crate::verification::bodies::{HELD, body, cuboid, drive, load, scene};
-use crate::verification::{Findings, Run, Tolerance};
+use crate::verification::{Findings, Relative, Run};
 
 /// [m]
 const RADIUS: f64 = 0.012;
@@ -61,7 +61,7 @@ pub(super) fn simple_cubic(findings: &mut Findings) {
         for (plate, name) in [(1, "x"), (5, "z")] {
             let force = run.at_end(|row| row.bodies[plate].contact_force.norm());
             let what = format!("force on the {name} plate [N], {n} x {n} x {n}, e {squeeze}");
-            findings.of_run(what, &run, force, reference, Tolerance::Relative(2e-3));
+            findings.of_run(what, &run, force, reference, Relative(2e-3));
         }
     }
 }
@@ -102,6 +102,6 @@ pub(super) fn face_centred(findings: &mut Findings) {
         let run = Run::of(&cell(friction));
         let computed = run.at_end(|row| 2.0 * (row.bodies[0].contact_force.z / 4.0) / DRAWN);
         let what = format!("sigma_1 / sigma_3, mu {friction}");
-        findings.of_run(what, &run, computed, stress_ratio(friction), Tolerance::Relative(2e-3));
+        findings.of_run(what, &run, computed, stress_ratio(friction), Relative(2e-3));
     }
 }

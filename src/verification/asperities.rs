@@ -16,7 +16,7 @@ use crate::mesh::cuboid_mesh;
 use crate::scene::SceneParameters;
 use crate::tensor::{Rotation, Vec3};
 use crate::verification::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
-use crate::verification::{Findings, Run, Tolerance};
+use crate::verification::{Absolute, Findings, Relative, Run};
 
 const SIDE: f64 = 0.04;
 const ROUNDING: f64 = 0.8e-3;
@@ -72,7 +72,7 @@ pub(super) fn meshes(findings: &mut Findings) {
             &run,
             computed,
             expected,
-            Tolerance::Relative(0.03),
+            Relative(0.03),
         );
     }
 }
@@ -104,7 +104,7 @@ pub fn force(run: &Run, stage: usize) -> f64 {
 
 /// Within the rounding, behind it, unloaded and loaded again.
 pub(super) fn indents(findings: &mut Findings) {
-    let tolerance = Tolerance::Relative(1e-6);
+    let tolerance = Relative(1e-6);
     let stages = |deep: [f64; 2], back: f64| {
         [(20, -deep[0]), (20, deep[0] - deep[1]), (10, back), (10, -0.5 * back)]
             .map(|(n, z)| (n, [0.0, 0.0, z]))
@@ -133,6 +133,6 @@ pub(super) fn indents(findings: &mut Findings) {
         findings.of_run(format!("work of crushing [J], {name}"), &run, crushed, expected, tolerance);
         let error = run.at_end(|row| row.ledger.error() / row.ledger.external);
         let what = format!("error of the books over the work, {name}");
-        findings.of_run(what, &run, error, 0.0, Tolerance::Absolute(1e-3));
+        findings.of_run(what, &run, error, 0.0, Absolute(1e-3));
     }
 }

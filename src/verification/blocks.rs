@@ -16,7 +16,7 @@ use crate::tensor::Vec3;
 use crate::verification::bodies::{
     HELD, ROUNDING, body, cuboid, drive, fixed, gravity, ground, hull, load, push, scene, sharp,
 };
-use crate::verification::{Findings, Run, Tolerance, worse};
+use crate::verification::{Absolute, Findings, Relative, Run, worse};
 
 /// On the tangent at which a block slides or tips.
 pub const STEEPEST: f64 = 1.2e-3;
@@ -42,8 +42,8 @@ pub fn tipping(width: f64, height: f64) -> f64 {
 
 pub(super) fn incline(findings: &mut Findings) {
     let mut found = |what: String, run: &Run, reference: f64| {
-        let cost = (run.factorisations(), run.time, run.fault.clone().unwrap_or_default());
-        findings.compare(what, steepest(run), reference, Tolerance::Relative(STEEPEST), cost);
+        let cost = run.cost(run.fault.clone().unwrap_or_default());
+        findings.compare(what, steepest(run), reference, Relative(STEEPEST), cost);
     };
     for friction in [0.1, 0.2, 0.4, 0.65, 0.8] {
         let run = Run::of(&tilted(0.1, 0.1, friction, friction));
@@ -105,19 +105,13 @@ pub(super) fn weakening(findings: &mut Findings) {
         let law =
             format!("mu {}-{}, D_c {:e} m", friction.peak, friction.residual, friction.weakening_distance);
         let residual = NORMAL * friction.coefficient(slip);
-        findings.of_run(
-            format!("push at the end [N], {law}"),
-            &run,
-            end,
-            residual,
-            Tolerance::Relative(2e-3),
-        );
+        findings.of_run(format!("push at the end [N], {law}"), &run, end, residual, Relative(2e-3));
         let step = TRAVEL / increments as f64;
         let share = step / friction.weakening_distance;
         if share < 1.0 {
             // Second order in the increment over D_c, and the increment in which it begins to slip.
             let area = weakening_work(&friction, slip);
-            let tolerance = Tolerance::Relative(share * share / 6.0 + 2e-3);
+            let tolerance = Relative(share * share / 6.0 + 2e-3);
             let work = run.at_end(|row| row.ledger.friction);
             findings.of_run(format!("work of friction [J], {law}"), &run, work, area, tolerance);
         }
@@ -156,16 +150,10 @@ pub(super) fn cube_on_cube(findings: &mut Findings) {
         // The force tolerance, 1e-3 of a point's force; moments likewise times the half diagonal.
         let tolerance = run.at_end(|row| 1e-3 * row.balance.reference_force);
         let off = run.at_end(|row| (row.bodies[1].contact_force + force).norm());
-        findings.of_run(
-            format!("force off [N], {corners} corners"),
-            &run,
-            off,
-            0.0,
-            Tolerance::Absolute(tolerance),
-        );
+        findings.of_run(format!("force off [N], {corners} corners"), &run, off, 0.0, Absolute(tolerance));
         let off = run.at_end(|row| (row.bodies[1].contact_moment + moment).norm());
         let what = format!("moment off [N m], {corners} corners");
-        findings.of_run(what, &run, off, 0.0, Tolerance::Absolute(0.07 * tolerance));
+        findings.of_run(what, &run, off, 0.0, Absolute(0.07 * tolerance));
     }
 }
 
@@ -193,6 +181,6 @@ pub(super) fn over_facets(findings: &mut Findings) {
         let run = Run::of(&slid_over_facets(corners, heading));
         let what = format!("tangential force [N] over {} facets", corners - 2);
         // Normals of a plane differ by rounding only: 1e-9 of the load.
-        findings.of_run(what, &run, largest_side_force(&run), 0.0, Tolerance::Absolute(1e-6));
+        findings.of_run(what, &run, largest_side_force(&run), 0.0, Absolute(1e-6));
     }
 }

@@ -17,7 +17,6 @@ use crate::tensor::{Pose, Rotation, Vec3};
 pub const ROUNDING: f64 = 0.02;
 /// [kg/m^3]
 pub const DENSITY: f64 = 2700.0;
-pub const FREE: [Option<f64>; 3] = [None; 3];
 pub const HELD: [Option<f64>; 3] = [Some(0.0); 3];
 
 /// A body of the rock that all problems use: E = 30 GPa, nu = 0.2.

@@ -28,7 +28,7 @@ use crate::mesh::{CellId, Mesh, NearPoint, cuboid_mesh, grain_mesh, sphere_mesh}
 use crate::tensor::{Pose, Rotation, Vec3};
 use crate::verification::damage::{E, F_C, F_T, NU, law, uniaxial};
 use crate::verification::grains::{rocks, sample_grain};
-use crate::verification::{Findings, Tolerance, hertz, timed, worse};
+use crate::verification::{Absolute, Findings, Relative, hertz, timed, worse};
 
 /// Opposite forces of 1 kN through a grain.
 fn squeezed(grain: &CondensedGrain) -> Vec<(SurfacePoint, Vec3)> {
@@ -288,20 +288,20 @@ pub fn ledger() -> [f64; 2] {
 pub(super) fn turned(findings: &mut Findings) {
     let (error, time) = timed(turned_grain);
     let what = "invariants of a stressed grain turned by 0-360 deg";
-    findings.compare(what, error, 0.0, Tolerance::Absolute(1e-9), (25, time, String::new()));
+    findings.compare(what, error, 0.0, Absolute(1e-9), (25, time));
 }
 
 pub(super) fn cut(findings: &mut Findings) {
     let (cut, time) = timed(cut_in_two);
-    let cost = || (cut.parts + 1, time, String::new());
-    let exact = Tolerance::Absolute(0.0);
-    findings.compare("parts of a grain cut in two", cut.parts as f64, 2.0, exact, cost());
+    let cost = (cut.parts + 1, time);
+    let exact = Absolute(0.0);
+    findings.compare("parts of a grain cut in two", cut.parts as f64, 2.0, exact, cost);
     for (part, modes) in cut.modes.iter().enumerate() {
-        findings.compare(format!("rigid modes of part {part}"), *modes as f64, 6.0, exact, cost());
+        findings.compare(format!("rigid modes of part {part}"), *modes as f64, 6.0, exact, cost);
     }
-    let rounding = Tolerance::Absolute(1e-12);
-    findings.compare("mean motion left in a part's frame", cut.motion, 0.0, rounding, cost());
-    findings.compare("volume that is lost", cut.volume, 0.0, rounding, cost());
+    let rounding = Absolute(1e-12);
+    findings.compare("mean motion left in a part's frame", cut.motion, 0.0, rounding, cost);
+    findings.compare("volume that is lost", cut.volume, 0.0, rounding, cost);
 }
 
 pub(super) fn cycles(findings: &mut Findings) {
@@ -309,7 +309,7 @@ pub(super) fn cycles(findings: &mut Findings) {
         for w_t in [0.0, 0.5, 1.0] {
             let (error, time) = timed(|| cycle(w_c, w_t));
             let what = format!("cycle, w_c {w_c}, w_t {w_t}: stress off over f_t");
-            findings.compare(what, error, 0.0, Tolerance::Absolute(1e-8), (0, time, String::new()));
+            findings.compare(what, error, 0.0, Absolute(1e-8), time);
         }
     }
 }
@@ -317,26 +317,24 @@ pub(super) fn cycles(findings: &mut Findings) {
 pub(super) fn fields(findings: &mut Findings) {
     for shape in [2.0, 10.0, 20.0] {
         let ([mean, distance], time) = timed(|| weibull_field(shape));
-        let cost = || (0, time, String::new());
         let what = format!("Weibull {shape}: mean off, in standard errors");
-        findings.compare(what, mean, 0.0, Tolerance::Absolute(4.0), cost());
+        findings.compare(what, mean, 0.0, Absolute(4.0), time);
         let what = format!("Weibull {shape}: D sqrt(n)");
-        findings.compare(what, distance, 0.0, Tolerance::Absolute(1.628), cost());
+        findings.compare(what, distance, 0.0, Absolute(1.628), time);
     }
 }
 
 pub(super) fn pressed(findings: &mut Findings) {
     let ([error, peak], time) = timed(block);
-    let cost = |time| (0, time, String::new());
-    findings.compare("block: force off E A u / L", error, 0.0, Tolerance::Absolute(1e-6), cost(time));
-    let rise = Tolerance::Relative(1.0 / BLOCK_INCREMENTS as f64);
-    findings.compare("block: peak over f_c A", peak, 1.0, rise, cost(time));
+    findings.compare("block: force off E A u / L", error, 0.0, Absolute(1e-6), time);
+    let rise = Relative(1.0 / BLOCK_INCREMENTS as f64);
+    findings.compare("block: peak over f_c A", peak, 1.0, rise, time);
     let cell = hertz::CELLS[0];
     let (force, time) = timed(|| sphere(cell));
     let what = format!("sphere: F over Hertz's, cells of {:.2} a", cell / hertz::CONTACT);
-    findings.compare(what, force, 1.0, Tolerance::Relative(hertz::bound(cell)), cost(time));
+    findings.compare(what, force, 1.0, Relative(hertz::bound(cell)), time);
     let ([missed, share], time) = timed(ledger);
     let missed = if share > 0.01 { missed } else { f64::NAN };
     let what = "grain: work that no row has, over the work";
-    findings.compare(what, missed, 0.0, Tolerance::Absolute(1e-3), cost(time));
+    findings.compare(what, missed, 0.0, Absolute(1e-3), time);
 }

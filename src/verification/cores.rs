@@ -34,7 +34,7 @@ use crate::specimen::shape::GrainShape;
 use crate::specimen::statistics::Statistics;
 use crate::tensor::{Pose, Rotation, Vec3};
 use crate::triaxial::{Cover, Rig, RigParameters, RubberSheet};
-use crate::verification::{Findings, Tolerance, timed};
+use crate::verification::{Absolute, Findings, timed};
 
 /// Radius and height of the core, and its rounding [m].
 pub const RADIUS: f64 = 0.05;
@@ -338,7 +338,7 @@ pub(super) fn pressed(findings: &mut Findings) {
             Thickness::Constant => (format!("core stress less its closed form over {sheet}"), 0.0),
             Thickness::Stretched => (format!("core stress, hoops taken off, over {sheet}, thinning"), 1.0),
         };
-        findings.compare(what, all + off, all, Tolerance::Absolute(HELD), (steps, time, note));
+        findings.compare(what, all + off, all, Absolute(HELD), (steps, time, note));
     }
     for strain in STRAINS {
         let (found, time) = timed(|| LIGHTLY.correction(strain));
@@ -347,7 +347,7 @@ pub(super) fn pressed(findings: &mut Findings) {
             Ok(None) => ([f64::NAN; 2], 0, "a membrane did not come to lie".into()),
             Err(error) => ([f64::NAN; 2], 0, error.to_string()),
         };
-        let tolerance = Tolerance::Absolute(LIGHTLY.first_order(strain));
+        let tolerance = Absolute(LIGHTLY.first_order(strain));
         let expected = if strain > 0.0 { [0.0, 1.0] } else { [1.0, 0.0] };
         let names = ["4 E_m t e/D, axial", "E_m t e/D, radial"];
         for ((part, expected), name) in parts.into_iter().zip(expected).zip(names) {

@@ -13,7 +13,7 @@ use crate::element::StraightTet10;
 use crate::material::{DamageLaw, DamageParameters, DamageState, Elastic, Softening, crack_band_size};
 use crate::mesh::tet10::EDGES;
 use crate::tensor::Vec3;
-use crate::verification::{Findings, Tolerance, timed, worse};
+use crate::verification::{Absolute, Findings, Relative, timed, worse};
 
 /// Elasticity and strengths of the cell [Pa].
 pub const E: f64 = 30e9;
@@ -126,7 +126,7 @@ pub(super) fn uniaxial_cell(findings: &mut Findings) {
         let ((worst, failed), time) = timed(|| uniaxial_curves(exponent));
         let worst = if failed { worst } else { f64::NAN };
         let what = format!("stress off over the strength, N = {exponent}");
-        findings.compare(what, worst, 0.0, Tolerance::Absolute(1e-8), (0, time, String::new()));
+        findings.compare(what, worst, 0.0, Absolute(1e-8), time);
     }
 }
 
@@ -134,6 +134,6 @@ pub(super) fn softening_bar(findings: &mut Findings) {
     for bricks in [3, 9, 27] {
         let (share, time) = timed(|| chain(bricks, Softening::FractureEnergy(G_F)));
         let what = format!("damage energy over G_f A, {bricks} bricks");
-        findings.compare(what, share, 1.0, Tolerance::Relative(0.02), (0, time, String::new()));
+        findings.compare(what, share, 1.0, Relative(0.02), time);
     }
 }

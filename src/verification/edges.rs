@@ -14,7 +14,7 @@ use crate::tensor::{Rotation, Vec3};
 use crate::verification::bodies::{
     HELD, ROUNDING, body, cuboid, drive, fixed, ground, hull, load, push, scene,
 };
-use crate::verification::{Findings, Run, Tolerance, worse};
+use crate::verification::{Absolute, Findings, Relative, Run, worse};
 
 /// How far edges and corners are driven into each other [m].
 pub const DEPTH: f64 = 20e-6;
@@ -46,7 +46,7 @@ pub(super) fn crossed(findings: &mut Findings) {
         let run = Run::of(&crossing(degrees.to_radians()));
         let (computed, reference) = (run.at_end(|row| row.bodies[1].contact_force.z), single_contact(&run));
         let what = format!("force [N], {degrees} deg");
-        findings.of_run(what, &run, computed, reference, Tolerance::Relative(1e-9));
+        findings.of_run(what, &run, computed, reference, Relative(1e-9));
     }
 }
 
@@ -88,10 +88,10 @@ pub(super) fn corners(findings: &mut Findings) {
         let run = Run::of(&corner_onto(onto, 0.0, [5e-4, 4e-4, 0.0]));
         let top = run.rows.get(19).map_or(f64::NAN, |row| row.bodies[1].contact_force.z);
         let single = single_contact(&run);
-        findings.of_run(format!("force [N], corner on {name}"), &run, top, single, Tolerance::Relative(1e-6));
+        findings.of_run(format!("force [N], corner on {name}"), &run, top, single, Relative(1e-6));
         let back = run.at_end(|row| row.bodies[1].contact_force.z);
         let what = format!("force after leaving and coming back [N], {name}");
-        findings.of_run(what, &run, back, single, Tolerance::Relative(1e-6));
+        findings.of_run(what, &run, back, single, Relative(1e-6));
     }
 }
 
@@ -143,6 +143,6 @@ pub(super) fn rolling(findings: &mut Findings) {
     for (increments, faces) in [(60, 1), (240, 2)] {
         let run = Run::of(&rolled(increments, faces));
         let what = format!("worst moment off over P c, {faces} faces, {increments} incr.");
-        findings.of_run(what, &run, worst_moment(&run, faces), 0.0, Tolerance::Absolute(2e-3));
+        findings.of_run(what, &run, worst_moment(&run, faces), 0.0, Absolute(2e-3));
     }
 }

@@ -85,6 +85,39 @@ fn number(x: f64) -> String {
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { format!("{x:.6}") } else { format!("{x:.6e}") }
 }
 
+/// What a quantity took: factorisations and time, and what is to be noted; without a note from those two or the time alone.
+#[derive(Debug, Clone, Default)]
+pub struct Cost {
+    factorisations: usize,
+    time: Duration,
+    note: String,
+}
+
+impl From<(usize, Duration, String)> for Cost {
+    fn from((factorisations, time, note): (usize, Duration, String)) -> Self {
+        Cost { factorisations, time, note }
+    }
+}
+
+impl From<(usize, Duration)> for Cost {
+    fn from((factorisations, time): (usize, Duration)) -> Self {
+        Cost { factorisations, time, note: String::new() }
+    }
+}
+
+impl From<Duration> for Cost {
+    fn from(time: Duration) -> Self {
+        (0, time).into()
+    }
+}
+
+impl Run {
+    /// What the run took, with a note.
+    pub fn cost(&self, note: String) -> Cost {
+        (self.factorisations(), self.time, note).into()
+    }
+}
+
 /// What a problem has found so far.
 #[derive(Debug)]
 pub struct Findings {
@@ -102,15 +135,16 @@ impl Findings {
         self.list
     }
 
-    /// A quantity that took so many factorisations and so long.
+    /// A quantity that took so much.
     pub fn compare(
         &mut self,
         quantity: impl Into<String>,
         computed: f64,
         reference: f64,
         tolerance: Tolerance,
-        (factorisations, time, note): (usize, Duration, String),
+        cost: impl Into<Cost>,
     ) {
+        let Cost { factorisations, time, note } = cost.into();
         let (error, tolerance) = match tolerance {
             Tolerance::Relative(share) => ((computed - reference) / reference.abs(), share),
             Tolerance::Absolute(amount) => (computed - reference, amount),
@@ -131,13 +165,7 @@ impl Findings {
         tolerance: Tolerance,
     ) {
         let computed = if run.finished() { computed } else { f64::NAN };
-        self.compare(
-            quantity,
-            computed,
-            reference,
-            tolerance,
-            (run.factorisations(), run.time, run.trouble()),
-        );
+        self.compare(quantity, computed, reference, tolerance, run.cost(run.trouble()));
     }
 
     /// Whether something stands (1) or falls (0). An audit's fault is a miss either way.
@@ -146,8 +174,7 @@ impl Findings {
         let note = if stands == expected { String::new() } else { run.trouble() };
         let what = format!("{}: {}", what.into(), if expected { "stands" } else { "falls" });
         let tolerance = Tolerance::Absolute(0.0);
-        let cost = (run.factorisations(), run.time, note);
-        self.compare(what, computed, f64::from(expected), tolerance, cost);
+        self.compare(what, computed, f64::from(expected), tolerance, run.cost(note));
     }
 }
 

@@ -16,7 +16,7 @@ use crate::mesh::NearPoint;
 use crate::scene::{SceneBody, SceneParameters};
 use crate::tensor::Vec3;
 use crate::verification::bodies::{HELD, body, condensed_sphere, cuboid, drive, fixed, load, scene};
-use crate::verification::{Findings, Run, Tolerance};
+use crate::verification::{Findings, Relative, Run};
 
 /// Of the sphere [m].
 pub const RADIUS: f64 = 12e-3;
@@ -61,6 +61,6 @@ pub(super) fn normal(findings: &mut Findings) {
     for cell in CELLS {
         let run = Run::of(&pressed(cell));
         let what = format!("F [N], cells of {:.2} a", cell / CONTACT);
-        findings.of_run(what, &run, plane_force(&run), force(), Tolerance::Relative(bound(cell)));
+        findings.of_run(what, &run, plane_force(&run), force(), Relative(bound(cell)));
     }
 }

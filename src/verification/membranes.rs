@@ -18,7 +18,7 @@ use crate::mesh::CylinderMesh;
 use crate::model::PressureCover;
 use crate::model::cover::CoverNode;
 use crate::tensor::{Pose, Rotation, Vec3};
-use crate::verification::{Findings, Tolerance, timed};
+use crate::verification::{Findings, Relative, timed};
 
 /// Shear modulus [Pa] and lengths [m] of the cylinders.
 pub const MODULUS: f64 = 0.45e6;
@@ -135,8 +135,8 @@ pub(super) fn cylinder(findings: &mut Findings) {
             format!("pressure at hoop stretch {hoop}, {name} [Pa]"),
             pressure,
             inflation(law, hoop, 1.0),
-            Tolerance::Relative((std::f64::consts::PI / sides).powi(2)),
-            (0, time, String::new()),
+            Relative((std::f64::consts::PI / sides).powi(2)),
+            time,
         );
     }
     let (Ok(rubber), Ok(around)) = (Rubber::new(MODULUS, RubberLaw::NeoHookean), Cylinder::new(0.01)) else {
@@ -148,15 +148,15 @@ pub(super) fn cylinder(findings: &mut Findings) {
         let x = around.stretched(1.0 / f64::sqrt(axial), axial);
         let (held, time) = timed(|| -around.axial_force(&x, &rubber, Wrinkling::Held) / area);
         let what = format!("membrane correction of a core strained by {strain} [Pa]");
-        let tolerance = Tolerance::Relative(first_order(strain));
-        findings.compare(what, held, correction(strain)[0], tolerance, (0, time, String::new()));
+        let tolerance = Relative(first_order(strain));
+        findings.compare(what, held, correction(strain)[0], tolerance, time);
     }
     let strain = 2e-3;
     let x = around.stretched(1.0 / f64::sqrt(1.0 - strain), 1.0 - strain);
     let (lateral, time) = timed(|| around.balancing_pressure(&x, &rubber, free));
-    let tolerance = Tolerance::Relative(first_order(strain));
+    let tolerance = Relative(first_order(strain));
     let what = "pressure of a wrinkled one [Pa]";
-    findings.compare(what, lateral, correction(strain)[1], tolerance, (0, time, String::new()));
+    findings.compare(what, lateral, correction(strain)[1], tolerance, time);
 }
 
 /// Work of `pressure` on the free nodes of a closed cylinder as they go straight from one place to another, by Gauss's rule
@@ -192,6 +192,6 @@ pub(super) fn pressed(findings: &mut Findings) {
             Err(error) => ([f64::NAN; 2], error.to_string()),
         };
         let what = format!("work of {pressure} Pa that follow the surface [J]");
-        findings.compare(what, work, exact, Tolerance::Relative(1e-12), (0, time, note));
+        findings.compare(what, work, exact, Relative(1e-12), (0, time, note));
     }
 }

@@ -31,6 +31,7 @@ pub mod spheres;
 pub mod standing;
 pub mod wedges;
 
+pub use finding::Tolerance::{Absolute, Relative};
 pub(crate) use finding::worse;
 pub use finding::{Finding, Findings, Tolerance, timed};
 pub use run::Run;
@@ -54,67 +55,51 @@ impl Problem {
     }
 }
 
+const fn problem(name: &'static str, title: &'static str, solve: fn(&mut Findings)) -> Problem {
+    Problem { name, title, solve }
+}
+
 /// All problems, in the order of the table.
 pub const PROBLEMS: &[Problem] = &[
-    Problem { name: "tet10", title: "cell: patch, bending, order of convergence", solve: cells::tet10 },
-    Problem { name: "condensed", title: "condensed grain against its full mesh", solve: grains::condensed },
-    Problem { name: "turned_grain", title: "stressed grain turned all around", solve: breaking::turned },
-    Problem { name: "cut_grain", title: "grain cut in two by deletion", solve: breaking::cut },
-    Problem { name: "damage_cell", title: "damage law of one cell, uniaxial", solve: damage::uniaxial_cell },
-    Problem { name: "damage_cycle", title: "tension, compression, tension", solve: breaking::cycles },
-    Problem { name: "rock_fields", title: "Weibull fields of 1e5 samples", solve: breaking::fields },
-    Problem { name: "pressed", title: "block, sphere and grain in the press", solve: breaking::pressed },
-    Problem { name: "softening_bar", title: "bar pulled apart, crack band", solve: damage::softening_bar },
-    Problem { name: "balloon", title: "neo-Hookean balloon, limit point", solve: balloon::balloon },
-    Problem {
-        name: "membrane",
-        title: "rubber cylinder: inflated, around a core",
-        solve: membranes::cylinder,
-    },
-    Problem { name: "core", title: "smooth core in rubber under pressure", solve: cores::pressed },
-    Problem { name: "pressure", title: "work of a follower pressure", solve: membranes::pressed },
-    Problem { name: "rig_elastic", title: "elastic specimens in the rig", solve: rig::elastic },
-    Problem { name: "hertz", title: "condensed sphere on a rigid plane", solve: hertz::normal },
-    Problem {
-        name: "spheres",
-        title: "two condensed spheres: Hertz, Cattaneo-Mindlin",
-        solve: spheres::pressed_and_pushed,
-    },
-    Problem { name: "patch", title: "contact patch test, non-matching meshes", solve: patch::columns },
-    Problem { name: "drag", title: "steps against a drag, which fades", solve: drag::steps },
-    Problem { name: "newton", title: "order of Newton's method", solve: newton::orders },
-    Problem { name: "incline", title: "block on an incline: slides, or tips first", solve: blocks::incline },
-    Problem { name: "nafems_wedge", title: "NAFEMS CGS-4: pushed up a slope", solve: wedges::up_a_slope },
-    Problem { name: "wedge", title: "wedge pressed between two walls", solve: wedges::between_walls },
-    Problem { name: "wedge_let_go", title: "the same let go and pulled out", solve: wedges::let_go },
-    Problem { name: "card_tent", title: "two cards leaning on each other", solve: standing::card_tent },
-    Problem { name: "three_cylinders", title: "a cylinder on two", solve: standing::three_cylinders },
-    Problem { name: "arch", title: "semicircular masonry arch", solve: arch::stands_or_falls },
-    Problem {
-        name: "simple_cubic",
-        title: "simple cubic array of balls, squeezed",
-        solve: arrays::simple_cubic,
-    },
-    Problem { name: "face_centred_cubic", title: "the same, face-centred", solve: arrays::face_centred },
-    Problem { name: "push", title: "block pushed along a plane: peak to residual", solve: blocks::weakening },
-    Problem { name: "cube_on_cube", title: "many redundant points", solve: blocks::cube_on_cube },
-    Problem { name: "facets", title: "slide over coplanar facets", solve: blocks::over_facets },
-    Problem { name: "crossed_edges", title: "edge on edge", solve: edges::crossed },
-    Problem { name: "corners", title: "corner on corner, corner on edge", solve: edges::corners },
-    Problem { name: "indents", title: "corner and edges of rock pressed in", solve: asperities::indents },
-    Problem { name: "corner_meshes", title: "corner of rock on four meshes", solve: asperities::meshes },
-    Problem { name: "rolling", title: "prism rolled over an edge", solve: edges::rolling },
-    Problem {
-        name: "unlike_bodies",
-        title: "stiffness 1e-6 to 1e6, sizes 1:20",
-        solve: standing::unlike_bodies,
-    },
-    Problem {
-        name: "first_guesses",
-        title: "penalties and holds 1e-3 to 1e3",
-        solve: penalties::first_guesses,
-    },
-    Problem { name: "rejected_trials", title: "they leave no trace", solve: penalties::rejected_trials },
-    Problem { name: "scale", title: "the same in millimetres and kilometres", solve: wedges::scale },
-    Problem { name: "scenes", title: "the case files in cases/scenes", solve: scenes::all },
+    problem("tet10", "cell: patch, bending, order of convergence", cells::tet10),
+    problem("condensed", "condensed grain against its full mesh", grains::condensed),
+    problem("turned_grain", "stressed grain turned all around", breaking::turned),
+    problem("cut_grain", "grain cut in two by deletion", breaking::cut),
+    problem("damage_cell", "damage law of one cell, uniaxial", damage::uniaxial_cell),
+    problem("damage_cycle", "tension, compression, tension", breaking::cycles),
+    problem("rock_fields", "Weibull fields of 1e5 samples", breaking::fields),
+    problem("pressed", "block, sphere and grain in the press", breaking::pressed),
+    problem("softening_bar", "bar pulled apart, crack band", damage::softening_bar),
+    problem("balloon", "neo-Hookean balloon, limit point", balloon::balloon),
+    problem("membrane", "rubber cylinder: inflated, around a core", membranes::cylinder),
+    problem("core", "smooth core in rubber under pressure", cores::pressed),
+    problem("pressure", "work of a follower pressure", membranes::pressed),
+    problem("rig_elastic", "elastic specimens in the rig", rig::elastic),
+    problem("hertz", "condensed sphere on a rigid plane", hertz::normal),
+    problem("spheres", "two condensed spheres: Hertz, Cattaneo-Mindlin", spheres::pressed_and_pushed),
+    problem("patch", "contact patch test, non-matching meshes", patch::columns),
+    problem("drag", "steps against a drag, which fades", drag::steps),
+    problem("newton", "order of Newton's method", newton::orders),
+    problem("incline", "block on an incline: slides, or tips first", blocks::incline),
+    problem("nafems_wedge", "NAFEMS CGS-4: pushed up a slope", wedges::up_a_slope),
+    problem("wedge", "wedge pressed between two walls", wedges::between_walls),
+    problem("wedge_let_go", "the same let go and pulled out", wedges::let_go),
+    problem("card_tent", "two cards leaning on each other", standing::card_tent),
+    problem("three_cylinders", "a cylinder on two", standing::three_cylinders),
+    problem("arch", "semicircular masonry arch", arch::stands_or_falls),
+    problem("simple_cubic", "simple cubic array of balls, squeezed", arrays::simple_cubic),
+    problem("face_centred_cubic", "the same, face-centred", arrays::face_centred),
+    problem("push", "block pushed along a plane: peak to residual", blocks::weakening),
+    problem("cube_on_cube", "many redundant points", blocks::cube_on_cube),
+    problem("facets", "slide over coplanar facets", blocks::over_facets),
+    problem("crossed_edges", "edge on edge", edges::crossed),
+    problem("corners", "corner on corner, corner on edge", edges::corners),
+    problem("indents", "corner and edges of rock pressed in", asperities::indents),
+    problem("corner_meshes", "corner of rock on four meshes", asperities::meshes),
+    problem("rolling", "prism rolled over an edge", edges::rolling),
+    problem("unlike_bodies", "stiffness 1e-6 to 1e6, sizes 1:20", standing::unlike_bodies),
+    problem("first_guesses", "penalties and holds 1e-3 to 1e3", penalties::first_guesses),
+    problem("rejected_trials", "they leave no trace", penalties::rejected_trials),
+    problem("scale", "the same in millimetres and kilometres", wedges::scale),
+    problem("scenes", "the case files in cases/scenes", scenes::all),
 ];

@@ -10,7 +10,7 @@ use crate::model::Loads;
 use crate::solver::{Increment, TangentPart, plain_newton};
 use crate::tensor::{self, Pose, Vec3};
 use crate::verification::wedges::pressed;
-use crate::verification::{Findings, Run, Tolerance, timed};
+use crate::verification::{Absolute, Findings, Run, timed};
 
 /// How far off the descents start [m].
 pub const OFF: [f64; 5] = [2e-7, 5e-7, 1e-6, 2e-6, 4e-6];
@@ -51,13 +51,13 @@ pub(super) fn orders(findings: &mut Findings) {
         let ((observed, steps), time) = timed(|| typical_order(&run));
         let what = format!("order of Newton, at most 2, mu {friction}");
         let cost = (steps, time, run.trouble());
-        findings.compare(what, observed.min(2.0), 2.0, Tolerance::Absolute(0.3), cost);
+        findings.compare(what, observed.min(2.0), 2.0, Absolute(0.3), cost);
         let (_, end) = descent(&run, TangentPart::Whole, OFF[2]);
         let ((symmetric, other), time) = timed(|| descent(&run, TangentPart::Symmetric, OFF[2]));
         let apart = end.iter().zip(&other).map(|(a, b)| (a.position - b.position).norm()).fold(0.0, f64::max);
-        let cost = (steps_to(&symmetric, 1e-6), time, String::new());
+        let cost = (steps_to(&symmetric, 1e-6), time);
         // What it leaves out of balance, a millinewton at most, over the stiffness of a wall, 1e8 N/m.
         let what = format!("symmetric part only: ends apart [m], mu {friction}");
-        findings.compare(what, apart, 0.0, Tolerance::Absolute(1e-11), cost);
+        findings.compare(what, apart, 0.0, Absolute(1e-11), cost);
     }
 }

@@ -22,7 +22,7 @@ use crate::mesh::polyhedron_mesh;
 use crate::scene::{BodyLoad, SceneBody, SceneParameters, SceneShape};
 use crate::tensor::Vec3;
 use crate::verification::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
-use crate::verification::{Findings, Run, Tolerance, worse};
+use crate::verification::{Absolute, Findings, Run, worse};
 
 /// Edge of the cross-section, and height of either block's axis [m].
 pub const EDGE: f64 = 0.1;
@@ -160,7 +160,7 @@ pub(super) fn columns(findings: &mut Findings) {
             };
             let [lower, upper] = cells;
             let what = format!("{angle} deg, {name}, cells {lower} on {upper}");
-            let tolerance = Tolerance::Absolute(TOLERANCE);
+            let tolerance = Absolute(TOLERANCE);
             findings.of_run(format!("stress off, {what}"), &run, stress_miss(&run), 0.0, tolerance);
             findings.of_run(format!("pressure off, {what}"), &run, pressure_miss(&run, tilt), 0.0, tolerance);
         }

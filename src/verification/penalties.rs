@@ -21,7 +21,7 @@ use crate::scene::{Scene, SceneBody, SceneParameters};
 use crate::solver::{Increment, Settings, advance};
 use crate::verification::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, ground, load, scene, sharp};
 use crate::verification::wedges::{on_wall, pressed};
-use crate::verification::{Findings, Run, Tolerance, timed};
+use crate::verification::{Absolute, Findings, Relative, Run, timed};
 
 const EDGE: f64 = 0.03;
 
@@ -50,7 +50,7 @@ pub(super) fn first_guesses(findings: &mut Findings) {
     for first in [1e-3, 1e-1, 10.0, 1e3] {
         let (force, run) = condensed(first);
         let what = format!("condensed: plate [N], first penalty x {first:e}");
-        findings.of_run(what, &run, force, reference, Tolerance::Relative(3e-4));
+        findings.of_run(what, &run, force, reference, Relative(3e-4));
     }
     let angle = 20f64.to_radians();
     let rigid = |first: f64| {
@@ -63,7 +63,7 @@ pub(super) fn first_guesses(findings: &mut Findings) {
     for first in [1e-3, 1e-1, 10.0, 1e3] {
         let (force, run) = rigid(first);
         let what = format!("rigid: N [N], first drag x {first:e}");
-        findings.of_run(what, &run, force, reference, Tolerance::Relative(1e-4));
+        findings.of_run(what, &run, force, reference, Relative(1e-4));
     }
 }
 
@@ -125,10 +125,10 @@ pub(super) fn rejected_trials(findings: &mut Findings) {
     let ((plain, _), _) = timed(|| pushed(false));
     let ((tried, factorisations), time) = timed(|| pushed(true));
     let apart = difference(&plain, &tried);
-    let cost = (factorisations, time, String::new());
-    findings.compare("states with and without, apart [m]", apart, 0.0, Tolerance::Absolute(1e-12), cost);
+    let cost = (factorisations, time);
+    findings.compare("states with and without, apart [m]", apart, 0.0, Absolute(1e-12), cost);
     let slip = tried.memory.values().map(|pair| pair.slip).fold(0.0, f64::max);
     // Nineteen steps of 5 um, less what the springs stretch.
-    let cost = (factorisations, time, String::new());
-    findings.compare("slip that both remember [m]", slip, 95e-6, Tolerance::Relative(0.1), cost);
+    let cost = (factorisations, time);
+    findings.compare("slip that both remember [m]", slip, 95e-6, Relative(0.1), cost);
 }

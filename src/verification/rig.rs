@@ -27,7 +27,7 @@ use crate::specimen::shape::GrainShape;
 use crate::specimen::statistics::Statistics;
 use crate::tensor::{Pose, Rotation, Vec3};
 use crate::triaxial::{Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, Steps, Test, Until};
-use crate::verification::{Findings, Tolerance, timed};
+use crate::verification::{Absolute, Findings, Relative, timed};
 
 const E: f64 = 30e9;
 const NU: f64 = 0.2;
@@ -206,27 +206,15 @@ pub(super) fn elastic(findings: &mut Findings) {
         let ([modulus, poisson], steps, note) = whatever(found);
         let cost = (steps, time, note);
         let which = format!("elastic prism {} widths tall, strained by {strain}", (tall / WIDTH).round());
-        findings.compare(
-            format!("{which}: q / E e_a"),
-            modulus,
-            1.0,
-            Tolerance::Relative(tolerance),
-            cost.clone(),
-        );
+        findings.compare(format!("{which}: q / E e_a"), modulus, 1.0, Relative(tolerance), cost.clone());
         let [computed, expected] = [poisson, NU].map(|nu| 1.0 - 2.0 * nu);
-        findings.compare(
-            format!("{which}: e_v / e_a"),
-            computed,
-            expected,
-            Tolerance::Relative(tolerance),
-            cost,
-        );
+        findings.compare(format!("{which}: e_v / e_a"), computed, expected, Relative(tolerance), cost);
     }
     let (found, time) = timed(column);
     let ([loaded, unloaded], steps, note) = whatever(found);
     let cost = (steps, time, note);
     let what = "column of cubes, stiffness over its joints'";
-    findings.compare(what, loaded, 1.0, Tolerance::Relative(2e-3), cost.clone());
+    findings.compare(what, loaded, 1.0, Relative(2e-3), cost.clone());
     let what = "column of cubes, force left behind a loop";
-    findings.compare(what, unloaded, 0.0, Tolerance::Absolute(2e-3), cost);
+    findings.compare(what, unloaded, 0.0, Absolute(2e-3), cost);
 }

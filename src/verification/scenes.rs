@@ -4,6 +4,7 @@
 //! contacts. The head of each file has its formula.
 
 use std::path::Path;
+use std::time::Duration;
 
 use crate::case::RawCase;
 use crate::error::Result;
@@ -12,7 +13,7 @@ use crate::setup::scene_parameters;
 use crate::tensor::Vec3;
 use crate::verification::patch;
 use crate::verification::wedges::force_by_stage;
-use crate::verification::{Findings, Run, Tolerance};
+use crate::verification::{Absolute, Findings, Relative, Run};
 
 /// A case file.
 #[derive(Debug, Clone, Copy)]
@@ -93,8 +94,8 @@ pub(super) fn all(findings: &mut Findings) {
         match case.parameters() {
             Ok(parameters) => judge(findings, case.name, &Run::of(&parameters)),
             Err(error) => {
-                let cost = (0, std::time::Duration::ZERO, error.to_string());
-                findings.compare(case.name, f64::NAN, 0.0, Tolerance::Absolute(0.0), cost);
+                let cost = (0, Duration::ZERO, error.to_string());
+                findings.compare(case.name, f64::NAN, 0.0, Absolute(0.0), cost);
             }
         }
     }
@@ -113,8 +114,7 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
     let mut at_stop = |what: &str, computed: f64, reference: f64, tolerance: f64| {
         let computed = if run.stopped() { computed } else { f64::NAN };
         let note = if run.stopped() { String::new() } else { run.trouble() };
-        let cost = (run.factorisations(), run.time, note);
-        findings.compare(said(what), computed, reference, Tolerance::Relative(tolerance), cost);
+        findings.compare(said(what), computed, reference, Relative(tolerance), run.cost(note));
     };
     let tangent = run.at_end(|row| row.gravity.x / -row.gravity.z);
     match name {
@@ -128,60 +128,59 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
         }
         _ => {}
     }
-    let near = |share: f64| Tolerance::Relative(share);
     match name {
         "crossed_edges" | "corner_on_corner" => {
-            findings.of_run(said("force [N]"), run, force("upper", 2), 6203.5, near(2e-3));
+            findings.of_run(said("force [N]"), run, force("upper", 2), 6203.5, Relative(2e-3));
         }
         "cube_on_cube" => {
-            findings.of_run(said("force [N]"), run, force("upper", 2), 1000.0, near(2e-3));
+            findings.of_run(said("force [N]"), run, force("upper", 2), 1000.0, Relative(2e-3));
             let moment = run.at_end(|row| row.bodies[1].contact_moment.y);
-            findings.of_run(said("moment [N m]"), run, moment, -10.0, Tolerance::Absolute(0.1));
+            findings.of_run(said("moment [N m]"), run, moment, -10.0, Absolute(0.1));
         }
         "contact_patch" => {
-            let (angle, tolerance) = (20f64.to_radians(), Tolerance::Absolute(patch::TOLERANCE));
+            let (angle, tolerance) = (20f64.to_radians(), Absolute(patch::TOLERANCE));
             findings.of_run(said("stress off"), run, patch::stress_miss(run), 0.0, tolerance);
             findings.of_run(said("pressure off"), run, patch::pressure_miss(run, angle), 0.0, tolerance);
         }
         "incline_stands" => {
-            let tolerance = Tolerance::Absolute(2e-3 * weight);
+            let tolerance = Absolute(2e-3 * weight);
             findings.of_run(said("friction [N]"), run, force("block", 0), -0.5 * weight, tolerance);
         }
         "push" => {
             let pushes = run.rows.iter().map(|row| row.bodies[1].reaction_force.x);
             // The peak falls within an increment of 5 um: 0.45 N times 5/50 at most.
-            findings.of_run(said("peak [N]"), run, pushes.fold(0.0, f64::max), 650.0, near(0.07));
+            findings.of_run(said("peak [N]"), run, pushes.fold(0.0, f64::max), 650.0, Relative(0.07));
             let end = run.at_end(|row| row.bodies[1].reaction_force.x);
-            findings.of_run(said("push at the end [N]"), run, end, 200.0, Tolerance::Absolute(2.0));
+            findings.of_run(said("push at the end [N]"), run, end, 200.0, Absolute(2.0));
         }
         "weakening_at_once" => {
             let end = run.at_end(|row| row.bodies[1].reaction_force.x);
-            findings.of_run(said("push at the end [N]"), run, end, 200.0, near(2e-3));
+            findings.of_run(said("push at the end [N]"), run, end, 200.0, Relative(2e-3));
         }
         "nafems_wedge" => {
             let end = run.at_end(|row| row.bodies[1].reaction_force.x);
-            findings.of_run(said("push [N]"), run, end, 412.371, near(2e-3));
+            findings.of_run(said("push [N]"), run, end, 412.371, Relative(2e-3));
         }
         "simple_cubic" => {
-            findings.of_run(said("force on a plate [N]"), run, force("x high", 0), 2559.15, near(2e-3));
+            findings.of_run(said("force on a plate [N]"), run, force("x high", 0), 2559.15, Relative(2e-3));
         }
         "face_centred_cubic" => {
-            findings.of_run(said("force on the top ball [N]"), run, force("top", 2), 18.857, near(2e-3));
+            findings.of_run(said("force on the top ball [N]"), run, force("top", 2), 18.857, Relative(2e-3));
         }
         "unlike_bodies" => {
             let block = 2180.0 * 1e-3 * 9.81e-3;
-            findings.of_run(said("force on the block [N]"), run, force("block", 2), block, near(2e-3));
+            findings.of_run(said("force on the block [N]"), run, force("block", 2), block, Relative(2e-3));
         }
         "klarbring" => klarbring(findings, run),
         "erleben_cliff" => {
-            findings.of_run(said("force on the box [N]"), run, force("box", 2), weight, near(2e-3));
+            findings.of_run(said("force on the box [N]"), run, force("box", 2), weight, Relative(2e-3));
         }
         "erleben_spikes"
         | "erleben_spike_on_wedge"
         | "erleben_wedges"
         | "erleben_spike_in_crack"
         | "erleben_wedge_in_crack" => {
-            findings.of_run(said("force [N]"), run, force("upper", 2), 100.0, near(2e-3));
+            findings.of_run(said("force [N]"), run, force("upper", 2), 100.0, Relative(2e-3));
         }
         "pile_of_twelve" => pile(findings, run),
         "wedge_let_go" => {
@@ -189,30 +188,30 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
             let [full, left, _] = force_by_stage(run, angle);
             findings.stands(said("jammed once let go"), run, run.finished() && left > 0.05 * full, true);
             let free = run.at_end(|row| row.measures.points as f64);
-            findings.of_run(said("contacts at the end"), run, free, 0.0, Tolerance::Absolute(0.0));
+            findings.of_run(said("contacts at the end"), run, free, 0.0, Absolute(0.0));
         }
         "rattler" => {
             let body = run.index("rattler");
             let moved = run.at_end(|row| row.bodies[body].displacement.norm());
-            findings.of_run(said("displacement [m]"), run, moved, 0.0, Tolerance::Absolute(0.0));
+            findings.of_run(said("displacement [m]"), run, moved, 0.0, Absolute(0.0));
         }
         "tipping_stands" => {
             let reference = 0.3 * weight * 15f64.to_radians().cos();
-            findings.of_run(said("normal force [N]"), run, force("block", 2), reference, near(2.1e-3));
+            findings.of_run(said("normal force [N]"), run, force("block", 2), reference, Relative(2.1e-3));
         }
         "wedge_20" | "wedge_60" => {
             let (angle, friction): (f64, f64) = if name == "wedge_20" { (20.0, 0.65) } else { (60.0, 0.8) };
             let (sin, cos) = angle.to_radians().sin_cos();
             let normal = force("right", 0) * cos - force("right", 2) * sin;
             let reference = 1000.0 / (2.0 * (sin + friction * cos));
-            findings.of_run(said("N [N]"), run, normal, reference, near(2e-3));
+            findings.of_run(said("N [N]"), run, normal, reference, Relative(2e-3));
         }
         "rolling" | "card_tent_stands" | "arch_stands" | "column_of_five" => {
             findings.stands(said("finishes"), run, run.finished(), true)
         }
         "three_cylinders_stand" => {
             let ball = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3) * 2180.0 * 9.81;
-            findings.of_run(said("on the ground [N]"), run, -force("ground", 2), 3.0 * ball, near(1e-3));
+            findings.of_run(said("on the ground [N]"), run, -force("ground", 2), 3.0 * ball, Relative(1e-3));
         }
         "arch_falls" | "card_tent_falls" | "three_cylinders_spread" => {
             findings.stands(name, run, !run.stopped(), false);
@@ -238,7 +237,7 @@ fn klarbring(findings: &mut Findings, run: &Run) {
     let reference = closed / (1.0 / plate + sin * sin / sideways + cos * cos / ground);
     let computed = run.at_end(|row| row.bodies[2].contact_force.norm());
     // The contacts yield by ten micrometres on a ball of 20 mm, which turns the normals by 1e-3 at most.
-    findings.of_run("klarbring: force of the plate [N]", run, computed, reference, Tolerance::Relative(4e-3));
+    findings.of_run("klarbring: force of the plate [N]", run, computed, reference, Relative(4e-3));
     let flagged = other_equilibrium(&run.scene).is_some();
     findings.stands("klarbring: flagged as not unique", run, flagged, true);
 }
@@ -258,5 +257,5 @@ fn pile(findings: &mut Findings, run: &Run) {
     // Each grain may be out of balance by the force tolerance.
     let tolerance = run.at_end(|row| 12.0 * 1e-3 * row.balance.reference_force);
     let what = "pile_of_twelve: sum of the plates' forces [N]";
-    findings.of_run(what, run, sum, 0.0, Tolerance::Absolute(tolerance));
+    findings.of_run(what, run, sum, 0.0, Absolute(tolerance));
 }

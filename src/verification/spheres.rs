@@ -28,7 +28,7 @@ use crate::mesh::NearPoint;
 use crate::scene::{BodyLoad, Scene, SceneBody, SceneParameters};
 use crate::tensor::Vec3;
 use crate::verification::bodies::{HELD, condensed_sphere, drive, fixed, load, scene};
-use crate::verification::{Findings, Tolerance};
+use crate::verification::{Absolute, Findings, Relative, Tolerance};
 
 pub const RADIUS: f64 = 12e-3;
 const YOUNG: f64 = 30e9;
@@ -139,21 +139,21 @@ pub fn compared(cell: f64, states: &[Seen]) -> Vec<Compared> {
             "approach [m]".into(),
             -pressed.displacement.z,
             approach,
-            Tolerance::Relative(facets / approach + point_loads + 0.43 * a / RADIUS),
+            Relative(facets / approach + point_loads + 0.43 * a / RADIUS),
         ),
-        ("contact radius [m]".into(), pressed.radius, a, Tolerance::Relative(ended)),
-        ("peak pressure [Pa]".into(), peak(pressed.radius), peak(a), Tolerance::Relative(2.0 * ended)),
+        ("contact radius [m]".into(), pressed.radius, a, Relative(ended)),
+        ("peak pressure [Pa]".into(), peak(pressed.radius), peak(a), Relative(2.0 * ended)),
     ];
     for (share, state) in SHARES.iter().zip(pushed) {
         let stick = (1.0 - share).cbrt();
         let found = (1.0 - (1.0 - state.sticking).powf(2.0 / 3.0)).sqrt();
-        let tolerance = Tolerance::Absolute(0.5 * (PI / state.points as f64).sqrt());
+        let tolerance = Absolute(0.5 * (PI / state.points as f64).sqrt());
         all.push((format!("stick radius c/a at Q = {share} mu P"), found, stick, tolerance));
         let shear = YOUNG / (2.0 * (1.0 + POISSON));
         let across = 3.0 * FRICTION * FORCE * (2.0 - POISSON) / (8.0 * shear * a)
             * (1.0 - (1.0 - share).powf(2.0 / 3.0));
         let moved = state.displacement.x - pressed.displacement.x;
-        let tolerance = Tolerance::Relative(point_loads + 1.43 * a / RADIUS);
+        let tolerance = Relative(point_loads + 1.43 * a / RADIUS);
         all.push((format!("way across [m] at Q = {share} mu P"), moved, across, tolerance));
     }
     all
@@ -165,7 +165,7 @@ pub(super) fn pressed_and_pushed(findings: &mut Findings) {
         let cost = (run.factorisations, run.time, run.trouble.clone());
         let all = compared(cell, &run.seen);
         if all.len() != 3 + 2 * SHARES.len() {
-            findings.compare("all stages", f64::NAN, 1.0, Tolerance::Absolute(0.0), cost.clone());
+            findings.compare("all stages", f64::NAN, 1.0, Absolute(0.0), cost.clone());
         }
         for (what, found, reference, tolerance) in all {
             let what = format!("{what}, cells of {:.1} a", cell / radius());

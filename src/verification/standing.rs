@@ -14,7 +14,7 @@ use crate::scene::{SceneBody, SceneParameters, SceneShape};
 use crate::verification::bodies::{
     HELD, ROUNDING, body, cuboid, drive, gravity, ground, in_plane, load, scene, sharp,
 };
-use crate::verification::{Findings, Run, Tolerance};
+use crate::verification::{Findings, Relative, Run};
 
 /// Cards of 200 x 10 mm at `theta` from the vertical [rad], with `share` of the friction that they need.
 pub fn tent(theta: f64, share: f64) -> SceneParameters {
@@ -111,7 +111,7 @@ pub(super) fn unlike_bodies(findings: &mut Findings) {
         let run = Run::of(&parameters);
         let carried = run.at_end(|row| row.bodies[1].contact_force.z);
         let what = format!("force on the block [N], E x {ratio:e}, size x {size}");
-        findings.of_run(what, &run, carried, weight, Tolerance::Relative(2e-3));
+        findings.of_run(what, &run, carried, weight, Relative(2e-3));
     }
 }
 

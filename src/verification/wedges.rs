@@ -9,7 +9,7 @@
 
 use crate::scene::{Row, SceneBody, SceneParameters};
 use crate::verification::bodies::{HELD, body, cuboid, drive, fixed, hull, load, push, scene};
-use crate::verification::{Findings, Run, Tolerance};
+use crate::verification::{Absolute, Findings, Relative, Run};
 
 /// What the wedge is pressed with [N].
 pub const PRESS: f64 = 1000.0;
@@ -115,7 +115,7 @@ pub(super) fn up_a_slope(findings: &mut Findings) {
         let computed = run.at_end(|row| row.bodies[1].reaction_force.x / PRESS);
         let quantity = format!("F/G, tan a {tangent}, mu {friction}");
         let reference = push_over_weight(tangent, friction);
-        findings.of_run(quantity, &run, computed, reference, Tolerance::Relative(2e-3));
+        findings.of_run(quantity, &run, computed, reference, Relative(2e-3));
     }
 }
 
@@ -127,7 +127,7 @@ pub(super) fn between_walls(findings: &mut Findings) {
             let computed = run.at_end(|row| on_wall(row, 2, angle)[0]);
             let reference = normal_force(angle, friction);
             let quantity = format!("N [N], a {degrees} deg, mu {friction}");
-            findings.of_run(quantity, &run, computed, reference, Tolerance::Relative(2e-3));
+            findings.of_run(quantity, &run, computed, reference, Relative(2e-3));
         }
     }
 }
@@ -143,7 +143,7 @@ pub(super) fn let_go(findings: &mut Findings) {
         findings.stands(what, &run, jams, friction > angle.tan());
         let free = run.at_end(|row| row.measures.points as f64);
         let what = format!("contacts once lifted, a {degrees} deg, mu {friction}");
-        findings.of_run(what, &run, free, 0.0, Tolerance::Absolute(0.0));
+        findings.of_run(what, &run, free, 0.0, Absolute(0.0));
     }
 }
 
@@ -154,7 +154,7 @@ pub(super) fn scale(findings: &mut Findings) {
         let run = Run::of(&scaled(s));
         let computed = run.at_end(|row| row.bodies[2].contact_force.x / (s * s));
         // What rounding may do to the last of some ten Newton steps.
-        let tolerance = Tolerance::Relative(1e-6);
+        let tolerance = Relative(1e-6);
         findings.of_run(
             format!("force on a wall [N], lengths x {s:e}"),
             &run,

@@ -43,33 +43,7 @@ pub fn specimen(
 ) -> Result<(Value, Notes), Fault> {
     let given_packing = &given["packing"];
     let fault = |problem: String| Fault::new(PATH, shown(given_packing), problem, ACCEPTED);
-    let (file, list, compact) = match given_packing {
-        Value::String(file) => (Some(file.as_str()), None, false),
-        Value::Object(keys) => {
-            known(given_packing, PACKING, PATH)?;
-            let compact = keys.get("compact").map_or(Some(false), Value::as_bool);
-            (
-                keys.get("file").and_then(Value::as_str),
-                keys.get("grains").cloned(),
-                compact.ok_or_else(|| fault("has a compact that is neither true nor false".into()))?,
-            )
-        }
-        _ => return Err(fault("is no packing".into())),
-    };
-    let mut grains = match (file, list) {
-        (None, Some(list)) => listed(&list, &format!("{PATH}.grains"))?,
-        (Some(file), None) if file.to_ascii_lowercase().ends_with(".json") => {
-            let read =
-                super::super::source::read_named(&folder.join(file)).map_err(|e| fault(e.to_string()))?;
-            listed(read.value.get("grains").unwrap_or(&read.value), PATH)?
-        }
-        (Some(file), None) => {
-            let table = Columns::read(&folder.join(file));
-            let read = table.and_then(|table| tabled(&table, library, seed, compact));
-            read.map_err(|problem| Fault::new(PATH, shown(given_packing), problem, OF_TABLE))?
-        }
-        _ => return Err(fault("has not one of the keys file and grains".into())),
-    };
+    let (mut grains, compact) = grains_of(given_packing, library, folder, seed)?;
     let mut notes = Notes::new();
     // A completed case stays what it is, to the bit: a run that is continued has to be of the same case.
     let follows = ["grains", "aspect", "void_ratio", "grading", "within_class"];
@@ -144,6 +118,44 @@ pub fn specimen(
     let grains: Vec<Value> = packing.grains.iter().map(listed).collect();
     specimen.insert("packing".into(), json!({"grains": grains, "compact": compact}));
     Ok((Value::Object(specimen), notes))
+}
+
+/// The grains of a packing as it is given, and whether it is to be compacted.
+fn grains_of(
+    given: &Value,
+    library: &[Shape],
+    folder: &Path,
+    seed: u64,
+) -> Result<(Vec<GivenGrain>, bool), Fault> {
+    let fault = |problem: String| Fault::new(PATH, shown(given), problem, ACCEPTED);
+    let (file, list, compact) = match given {
+        Value::String(file) => (Some(file.as_str()), None, false),
+        Value::Object(keys) => {
+            known(given, PACKING, PATH)?;
+            let compact = keys.get("compact").map_or(Some(false), Value::as_bool);
+            (
+                keys.get("file").and_then(Value::as_str),
+                keys.get("grains").cloned(),
+                compact.ok_or_else(|| fault("has a compact that is neither true nor false".into()))?,
+            )
+        }
+        _ => return Err(fault("is no packing".into())),
+    };
+    let grains = match (file, list) {
+        (None, Some(list)) => listed(&list, &format!("{PATH}.grains"))?,
+        (Some(file), None) if file.to_ascii_lowercase().ends_with(".json") => {
+            let read =
+                super::super::source::read_named(&folder.join(file)).map_err(|e| fault(e.to_string()))?;
+            listed(read.value.get("grains").unwrap_or(&read.value), PATH)?
+        }
+        (Some(file), None) => {
+            let table = Columns::read(&folder.join(file));
+            let read = table.and_then(|table| tabled(&table, library, seed, compact));
+            read.map_err(|problem| Fault::new(PATH, shown(given), problem, OF_TABLE))?
+        }
+        _ => return Err(fault("has not one of the keys file and grains".into())),
+    };
+    Ok((grains, compact))
 }
 
 /// Grains of a list of objects.

@@ -6,7 +6,7 @@ use crate::error::Fault;
 
 use super::super::form::{Form, Key, positive, within};
 use super::super::quantity::Dimension;
-use super::super::walk::{nearest, shown};
+use super::super::walk::{meant, nearest, shown};
 
 /// What was left out or put together, a sentence each.
 pub type Notes = Vec<String>;
@@ -111,10 +111,7 @@ pub(super) fn known(given: &Value, keys: &[Key], path: &str) -> Result<(), Fault
     let names = || keys.iter().map(|key| key.name);
     for (name, value) in given.as_object().into_iter().flatten() {
         if !names().any(|known| known == name) {
-            let problem = match nearest(name, names()) {
-                Some(near) => format!("unknown key: did you mean \"{near}\"?"),
-                None => "unknown key".into(),
-            };
+            let problem = meant("unknown key", nearest(name, names()));
             let accepted = names().collect::<Vec<_>>().join(", ");
             return Err(Fault::new(format!("{path}.{name}"), shown(value), problem, accepted));
         }

@@ -3,7 +3,7 @@
 use serde_json::Value;
 use statrs::function::gamma::ln_gamma;
 
-use crate::error::Fault;
+use crate::error::Faults;
 
 use super::super::walk::{Walker, number, shown};
 
@@ -28,7 +28,7 @@ pub fn check(rock: &Value, path: &str, walker: &mut Walker) {
             let place = format!("{path}.{strength}");
             if rock[strength].is_null() && walker.is_clean(&place) {
                 let accepted = "a strength such as \"25 MPa\", or \"damage\": null";
-                walker.fault(Fault::new(place, "nothing", "is missing: damage needs it", accepted));
+                walker.fault(place, "nothing", "is missing: damage needs it", accepted);
             }
         }
     }
@@ -36,12 +36,12 @@ pub fn check(rock: &Value, path: &str, walker: &mut Walker) {
     if let (Some(tension), Some(compression)) = (mean("tensile_strength"), mean("compressive_strength"))
         && tension > compression
     {
-        walker.fault(Fault::new(
+        walker.fault(
             format!("{path}.tensile_strength"),
             tension,
             format!("exceeds the compressive strength {compression} Pa"),
             "at most the compressive strength",
-        ));
+        );
     }
     for (key, law) in rock.as_object().into_iter().flatten() {
         // Only a constant or a normal one may have no mean to speak of: the others are scaled by it.
@@ -49,7 +49,7 @@ pub fn check(rock: &Value, path: &str, walker: &mut Walker) {
         if scaled && number(law, "mean") == Some(0.0) {
             let place = format!("{path}.{key}.mean");
             let accepted = "a mean above 0, or a plain quantity, which has no scatter";
-            walker.fault(Fault::new(place, 0, "is the mean of a law that is scaled by it", accepted));
+            walker.fault(place, 0, "is the mean of a law that is scaled by it", accepted);
         }
     }
     let poisson = &rock["poissons_ratio"];
@@ -58,7 +58,7 @@ pub fn check(rock: &Value, path: &str, walker: &mut Walker) {
     {
         let accepted = "a mean and a scatter that stay below 0.495";
         let problem = format!("scatters so widely that one cell in a million reaches {high:.3}");
-        walker.fault(Fault::new(format!("{path}.poissons_ratio"), shown(poisson), problem, accepted));
+        walker.fault(format!("{path}.poissons_ratio"), shown(poisson), problem, accepted);
     }
 }
 

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::error::Fault;
+use crate::error::{Fault, Faults};
 
 use super::size::MeanGrains;
 use super::walk::{Walker, at, number, shown};
@@ -87,18 +87,18 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
     let mut grains = None;
     let (specimen, scene) = (&raw["specimen"], &raw["scene"]);
     match (specimen.is_null(), scene.is_null()) {
-        (true, true) => walker.fault(Fault::new(
+        (true, true) => walker.fault(
             "$",
             "neither",
             "has neither a specimen nor a scene",
             "a \"specimen\" (generated rockfill) or a \"scene\" (bodies set by hand)",
-        )),
-        (false, false) => walker.fault(Fault::new(
+        ),
+        (false, false) => walker.fault(
             "$.scene",
             "both",
             "stands beside a specimen: a case has one of them",
             "a \"specimen\" or a \"scene\"",
-        )),
+        ),
         (false, true) => {
             grains = specimen::check(&case["specimen"], number(&case["contact"], "rounding"), walker);
             stages::check_specimen(&case["stages"], !case["start_from"].is_null(), walker);
@@ -110,7 +110,7 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             for key in ["plates", "membrane", "start_from"] {
                 if let Some(value) = raw.get(key) {
                     let problem = "belongs to a specimen, not to a scene";
-                    walker.fault(Fault::new(format!("$.{key}"), shown(value), problem, "no such key"));
+                    walker.fault(format!("$.{key}"), shown(value), problem, "no such key");
                 }
             }
         }
@@ -120,12 +120,12 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
     if let (Some(peak), Some(residual)) = (number(contact, "friction"), number(contact, "residual_friction"))
         && residual > peak
     {
-        walker.fault(Fault::new(
+        walker.fault(
             "$.contact.residual_friction",
             residual,
             format!("exceeds the peak friction {peak}"),
             format!("at most {peak}"),
-        ));
+        );
     }
     show_as_written(&mut walker.faults[known..], raw);
     grains

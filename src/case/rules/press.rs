@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::error::Fault;
+use crate::error::Faults;
 
 use super::super::walk::{Walker, shown};
 
@@ -13,7 +13,7 @@ pub fn check(case: &Value, walker: &mut Walker) {
         return;
     }
     let mut fault = |path: String, value: &Value, problem: String, accepted: &str| {
-        walker.fault(Fault::new(path, shown(value), problem, accepted));
+        walker.fault(path, shown(value), problem, accepted);
     };
     let mut found = [None; 3];
     for (slot, role) in found.iter_mut().zip(["body", "bottom", "top"]) {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::error::Fault;
+use crate::error::Faults;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::mesh::file::read_mesh;
 use crate::mesh::formats;
@@ -42,7 +42,7 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
         {
             let place = format!("{path}.shape.polyhedron");
             let accepted = format!("at most {MOST_VERTICES}; finer bodies are meshes");
-            walker.fault(Fault::new(place, format!("{count} vertices"), "are too many", accepted));
+            walker.fault(place, format!("{count} vertices"), "are too many", accepted);
         }
         if !body["rock"].is_null() && walker.is_clean("$.rock") {
             material::check(&body["rock"], &format!("{path}.rock"), walker);
@@ -79,7 +79,7 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
                     let given = bodies[i]["shape"].as_object().and_then(|shape| shape.iter().next());
                     let (kind, found) = given.map_or(("", "nothing".into()), |(k, v)| (k.as_str(), shown(v)));
                     let place = child(&format!("{path}.shape"), kind);
-                    walker.fault(Fault::new(place, found, problem, "a shape that spans a volume"));
+                    walker.fault(place, found, problem, "a shape that spans a volume");
                 }
             }
         }
@@ -97,7 +97,7 @@ fn check_reference(case: &Value, body: &Placed, name: &str, path: &str, walker: 
     let ratio = middle.norm() / body.size();
     if ratio > FARTHEST_REFERENCE {
         let [x, y, z] = middle.into();
-        walker.fault(Fault::new(
+        walker.fault(
             format!("{path}.position"),
             format!("\"{name}\""),
             format!(
@@ -105,7 +105,7 @@ fn check_reference(case: &Value, body: &Placed, name: &str, path: &str, walker: 
                 middle.norm()
             ),
             format!("a position at the body, ({x:.3e}, {y:.3e}, {z:.3e}) further, and its vertices or nodes relative to that"),
-        ));
+        );
     }
 }
 
@@ -129,7 +129,7 @@ fn check_cover(grip: &Value, pressed: &[Option<(usize, Placed)>; 3], walker: &mu
             };
             let part = if upper { "highest" } else { "lowest" };
             let how = if is_tied { "which is tied to it and does not cover it" } else { "which misses it" };
-            walker.fault(Fault::new(
+            walker.fault(
                 format!("$.scene.bodies[{index}].position"),
                 span(end),
                 format!(
@@ -137,7 +137,7 @@ fn check_cover(grip: &Value, pressed: &[Option<(usize, Placed)>; 3], walker: &mu
                     span(cover)
                 ),
                 "a body between the plates of its press",
-            ));
+            );
         }
     }
 }
@@ -150,7 +150,7 @@ fn check_origin(bodies: &[Value], placed: &[(usize, &str, Placed)], walker: &mut
         let (middle, far) = (body.middle(), body.middle().norm() / smallest);
         if far > FARTHEST_ORIGIN {
             let [x, y, z] = middle.into();
-            walker.fault(Fault::new(
+            walker.fault(
                 format!("$.scene.bodies[{i}].position"),
                 format!("\"{name}\""),
                 format!(
@@ -158,7 +158,7 @@ fn check_origin(bodies: &[Value], placed: &[(usize, &str, Placed)], walker: &mut
                     middle.norm()
                 ),
                 format!("positions from a point near the bodies: ({x:.3e}, {y:.3e}, {z:.3e}) less for all"),
-            ));
+            );
         }
     }
 }
@@ -174,7 +174,7 @@ fn check_name(name: &str, before: &HashSet<&str>, path: &str, walker: &mut Walke
         return;
     };
     let accepted = "a name of its own, without / and control characters";
-    walker.fault(Fault::new(format!("{path}.name"), shown(&Value::from(name)), problem, accepted));
+    walker.fault(format!("{path}.name"), shown(&Value::from(name)), problem, accepted);
 }
 
 /// The random grain that body number `index` is, as it lies; `None` where it is none, or the case is not sound so far.
@@ -194,20 +194,20 @@ fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker
         let accepted = format!(
             r#"a .vtu or .msh file; of a surface {{"hull": {{"file": "{file}", "unit": "mm"}}}} takes the convex hull"#
         );
-        walker.fault(Fault::new(path, shown(&Value::from(file)), problem, accepted));
+        walker.fault(path, shown(&Value::from(file)), problem, accepted);
     } else if !formats::OF_CELLS.contains(&ending.as_str()) {
-        walker.fault(Fault::new(path, shown(&Value::from(file)), "is not a .vtu or .msh file", accepted));
+        walker.fault(path, shown(&Value::from(file)), "is not a .vtu or .msh file", accepted);
     } else if let Some(folder) = folder
         && !folder.join(file).is_file()
     {
-        walker.fault(Fault::new(path, shown(&Value::from(file)), "is not there", accepted));
+        walker.fault(path, shown(&Value::from(file)), "is not there", accepted);
     } else if let Some(folder) = folder {
         match read_mesh(&folder.join(file)).and_then(|mesh| mesh.convex_hull()) {
             Ok(hull) => return Some(hull),
             Err(error) => {
                 let problem = format!("makes no body: {error}");
                 let accepted = "a .vtu or .msh file of tetrahedra that fill one convex body";
-                walker.fault(Fault::new(path, shown(&Value::from(file)), problem, accepted));
+                walker.fault(path, shown(&Value::from(file)), problem, accepted);
             }
         }
     }
@@ -225,27 +225,27 @@ fn check_sizes(body: &BodyCase, placed: &Placed, ratio: &Value, path: &str, walk
     };
     if let (Some(mesh_size), ShapeCase::Mesh(_)) = (body.mesh_size, &body.shape) {
         let problem = "sizes the cells of a mesh file, which has its own";
-        walker.fault(Fault::new(format!("{path}.mesh_size"), mesh_size, problem, "no mesh_size"));
+        walker.fault(format!("{path}.mesh_size"), mesh_size, problem, "no mesh_size");
     } else if let Some(mesh_size) = body.mesh_size
         && mesh_size < extent / 1000.0
     {
         let problem = format!("would make cells a thousand times smaller than the body ({extent} m)");
         let accepted = format!("above {} m", extent / 1000.0);
-        walker.fault(Fault::new(format!("{path}.mesh_size"), mesh_size, problem, accepted));
+        walker.fault(format!("{path}.mesh_size"), mesh_size, problem, accepted);
     }
     if body.refine.is_some() && !matches!(body.shape, ShapeCase::Sphere(_)) {
         let problem = "refines the mesh of what is no sphere";
-        walker.fault(Fault::new(format!("{path}.refine"), "an object", problem, "no refine"));
+        walker.fault(format!("{path}.refine"), "an object", problem, "no refine");
     }
     let Some(radius) = body.rounding.or(ratio.as_f64().map(|ratio| ratio * extent)) else { return };
     if matches!(body.shape, ShapeCase::Sphere(_)) {
         if body.rounding.is_some() {
             let problem = "rounds a sphere, which has no edges";
-            walker.fault(Fault::new(format!("{path}.rounding"), radius, problem, "no rounding"));
+            walker.fault(format!("{path}.rounding"), radius, problem, "no rounding");
         }
     } else if RoundedBody::inset(&placed.shape, radius).is_err() {
         let problem = format!("does not fit into the body, whose smallest extent is {extent} m");
-        walker.fault(Fault::new(format!("{path}.rounding"), radius, problem, "a smaller radius"));
+        walker.fault(format!("{path}.rounding"), radius, problem, "a smaller radius");
     }
 }
 
@@ -254,16 +254,16 @@ fn check_overlaps(placed: &[(usize, &str, Placed)], walker: &mut Walker) {
     for &(left, right, depth) in pairs.iter().take(LISTED) {
         let ((_, left, _), (i, right, _)) = (&placed[left], &placed[right]);
         // Past the walker's one fault a place: a body may be in several overlaps.
-        walker.faults.push(Fault::new(
+        walker.faults.fault(
             format!("$.scene.bodies[{i}]"),
             format!("\"{right}\""),
             format!("overlaps \"{left}\" by {depth:.3e} m"),
             "bodies that touch or keep apart",
-        ));
+        );
     }
     if pairs.len() > LISTED {
         let problem = format!("more than {LISTED} pairs of bodies overlap; the others are not listed");
-        walker.fault(Fault::new("$.scene.bodies", "overlaps", problem, "bodies that touch or keep apart"));
+        walker.fault("$.scene.bodies", "overlaps", problem, "bodies that touch or keep apart");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::error::Fault;
+use crate::error::Faults;
 
 use crate::geometry::Polyhedron;
 use crate::specimen::SpecimenSize;
@@ -51,7 +51,7 @@ fn mean_grains(
     let (fewest, most) = (count(0)?, count(1)?);
     let found = format!("[{fewest}, {most}]");
     if fewest > most {
-        walker.fault(Fault::new(place, found, "has the larger number first", "[fewest, most]"));
+        walker.fault(place, found, "has the larger number first", "[fewest, most]");
         return None;
     }
     let within_class = serde_json::from_value(specimen["within_class"].clone()).ok()?;
@@ -68,17 +68,12 @@ fn mean_grains(
         Err(problem) if !shapes.is_empty() => {
             let accepted = "shapes less flat, or a smaller contact.rounding";
             let found = format!("{} shapes", shapes.len());
-            walker.fault(Fault::new(
-                "$.specimen.shapes",
-                found,
-                format!("makes no grains: {problem}"),
-                accepted,
-            ));
+            walker.fault("$.specimen.shapes", found, format!("makes no grains: {problem}"), accepted);
             None
         }
         Err(problem) => {
             let accepted = "fewer vertices or a smaller vertex_separation";
-            walker.fault(Fault::new(place, found, format!("makes no grains: {problem}"), accepted));
+            walker.fault(place, found, format!("makes no grains: {problem}"), accepted);
             None
         }
     }
@@ -105,24 +100,19 @@ fn grading(specimen: &Value, walker: &mut Walker) -> Option<Vec<[f64; 2]>> {
     for pair in points.windows(2) {
         if pair[1][0] >= pair[0][0] {
             let problem = format!("is not monotone: {} follows {}", shown(pair[1]), shown(pair[0]));
-            walker.fault(Fault::new(place, shown(pair[1]), problem, "sizes that fall from point to point"));
+            walker.fault(place, shown(pair[1]), problem, "sizes that fall from point to point");
         } else if pair[1][1] > pair[0][1] {
             let problem = format!("is not monotone: {} follows {}", shown(pair[1]), shown(pair[0]));
-            walker.fault(Fault::new(
-                place,
-                shown(pair[1]),
-                problem,
-                "a passing share that falls with the size",
-            ));
+            walker.fault(place, shown(pair[1]), problem, "a passing share that falls with the size");
         }
     }
     if first[1] != 1.0 {
         let problem = format!("must begin with 1 passing at the largest size, not {}", first[1]);
-        walker.fault(Fault::new(place, shown(first), problem, format!("[{} m, 1]", first[0])));
+        walker.fault(place, shown(first), problem, format!("[{} m, 1]", first[0]));
     }
     if last[1] != 0.0 {
         let problem = format!("must end with 0 passing at the smallest size, not {}", last[1]);
-        walker.fault(Fault::new(place, shown(last), problem, format!("[{} m, 0]", last[0])));
+        walker.fault(place, shown(last), problem, format!("[{} m, 0]", last[0]));
     }
     walker.is_clean(place).then_some(points)
 }
@@ -148,7 +138,7 @@ fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, wal
         },
         _ => {
             let found = if found.is_empty() { "nothing".into() } else { found.join(", ") };
-            walker.fault(Fault::new(place, found, "is not sized", accepted));
+            walker.fault(place, found, "is not sized", accepted);
             return;
         }
     };
@@ -157,7 +147,7 @@ fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, wal
         if count > MOST_GRAINS {
             let problem = format!("holds {count:.1e} grains of this grading (a plain number is in m)");
             let (found, accepted) = (format!("{d} m x {h} m"), format!("at most {MOST_GRAINS:.0e} grains"));
-            walker.fault(Fault::new(place, found, problem, accepted));
+            walker.fault(place, found, problem, accepted);
             return;
         }
     }
@@ -166,7 +156,7 @@ fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, wal
         if !agree(value, expected) {
             let problem = format!("disagrees with {why}, by which it would be {expected:.4}");
             let accepted = format!("within 5 % of {expected:.4}, or no {key}");
-            walker.fault(Fault::new(format!("{place}.{key}"), value, problem, accepted));
+            walker.fault(format!("{place}.{key}"), value, problem, accepted);
         }
     };
     match (diameter, height) {
@@ -190,6 +180,6 @@ fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, wal
             format!("has grains of {largest:.4} m, too large for a specimen {d:.4} m wide and {h:.4} m high");
         let accepted =
             "a largest size of at most 0.8 of the diameter and of the height (laboratories keep to a fifth)";
-        walker.fault(Fault::new(format!("{place}.grading"), format!("{largest} m"), problem, accepted));
+        walker.fault(format!("{place}.grading"), format!("{largest} m"), problem, accepted);
     }
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::error::Fault;
+use crate::error::Faults;
 
-use super::super::walk::{Walker, child, nearest, number, shown};
+use super::super::walk::{Walker, child, meant, nearest, number, shown};
 
 /// Stages in which the confining pressure follows from something else.
 const FLOATING: [&str; 3] = ["oedometer", "constant_volume", "constant_p"];
@@ -77,7 +77,7 @@ pub fn check_specimen(stages: &Value, started: bool, walker: &mut Walker) {
             _ => None,
         };
         if let Some((problem, accepted)) = lacks {
-            walker.fault(Fault::new(format!("{path}.kind"), format!("\"{kind}\""), problem, accepted));
+            walker.fault(format!("{path}.kind"), format!("\"{kind}\""), problem, accepted);
         }
         match kind {
             "consolidate" => {
@@ -90,7 +90,7 @@ pub fn check_specimen(stages: &Value, started: bool, walker: &mut Walker) {
                 if let Some(pressure) = number(stage, "pressure") {
                     let problem = "cannot be given: the pressure is what the stages before lead to";
                     let accepted = "no pressure, or a consolidate stage to it before";
-                    walker.fault(Fault::new(format!("{path}.pressure"), pressure, problem, accepted));
+                    walker.fault(format!("{path}.pressure"), pressure, problem, accepted);
                 }
             }
             "shear" | "stress_shear" | "unload" | "reload" => {
@@ -99,7 +99,7 @@ pub fn check_specimen(stages: &Value, started: bool, walker: &mut Walker) {
                 {
                     let problem = format!("is not the pressure {reached} Pa that the stages before reach");
                     let accepted = "that pressure, no pressure, or a consolidate stage to the new one before";
-                    walker.fault(Fault::new(format!("{path}.pressure"), pressure, problem, accepted));
+                    walker.fault(format!("{path}.pressure"), pressure, problem, accepted);
                 }
             }
             _ => {}
@@ -124,13 +124,13 @@ fn check_pressures(stage: &Value, path: &str, walker: &mut Walker) {
         (false, false, true) => ("radial_pressure", "gives a radial pressure without an axial one"),
         (false, false, false) => ("nothing", "gives no pressure"),
     };
-    walker.fault(Fault::new(path, found, problem, accepted));
+    walker.fault(path, found, problem, accepted);
 }
 
 fn check_increment(stage: &Value, path: &str, walker: &mut Walker) {
     if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain")) {
         let mut fault = |problem: String, accepted: String| {
-            walker.fault(Fault::new(format!("{path}.increment"), increment, problem, accepted));
+            walker.fault(format!("{path}.increment"), increment, problem, accepted);
         };
         if increment > strain {
             fault(format!("exceeds the stage's axial_strain {strain}"), format!("at most {strain}"));
@@ -146,7 +146,7 @@ fn check_increment(stage: &Value, path: &str, walker: &mut Walker) {
     {
         let place = format!("{path}.increment_max");
         let problem = format!("is below the stage's increment {increment}");
-        walker.fault(Fault::new(place, largest, problem, format!("at least {increment}")));
+        walker.fault(place, largest, problem, format!("at least {increment}"));
     }
 }
 
@@ -163,29 +163,21 @@ pub fn check_scene(stages: &Value, bodies: &Value, walker: &mut Walker) {
         let Some(kind) = stage["kind"].as_str() else { continue };
         if !matches!(kind, "load" | "hold") {
             let problem = "is a stage of specimens, and this case has a scene";
-            walker.fault(Fault::new(
-                format!("{path}.kind"),
-                format!("\"{kind}\""),
-                problem,
-                "\"load\", \"hold\"",
-            ));
+            walker.fault(format!("{path}.kind"), format!("\"{kind}\""), problem, "\"load\", \"hold\"");
         }
         for (name, load) in stage["bodies"].as_object().into_iter().flatten() {
             let place = child(&format!("{path}.bodies"), name);
             match list().find(|body| body["name"] == **name) {
                 None if all_named => {
-                    let problem = match nearest(name, names.iter().copied()) {
-                        Some(near) => format!("names an unknown body: did you mean \"{near}\"?"),
-                        None => "names an unknown body".into(),
-                    };
+                    let problem = meant("names an unknown body", nearest(name, names.iter().copied()));
                     let accepted = format!("the bodies {}", names.join(", "));
-                    walker.fault(Fault::new(place, format!("\"{name}\""), problem, accepted));
+                    walker.fault(place, format!("\"{name}\""), problem, accepted);
                 }
                 Some(body) if body["fixed"] == true => {
                     if load.as_object().is_some_and(|load| !load.is_empty()) {
                         let problem = format!("moves or loads \"{name}\", which is fixed");
                         let accepted = "a body that is not \"fixed\": true";
-                        walker.fault(Fault::new(place, shown(load), problem, accepted));
+                        walker.fault(place, shown(load), problem, accepted);
                     }
                 }
                 _ => {
@@ -209,7 +201,7 @@ fn check_held(load: &Value, held: &mut [Option<usize>; 6], at: usize, path: &str
             {
                 let problem = format!("loads a component that stage {stage} prescribed, which stays held");
                 let accepted = format!("null, or a {driven} here with null in its place, which frees it");
-                walker.fault(Fault::new(format!("{path}.{loaded}[{k}]"), value, problem, accepted));
+                walker.fault(format!("{path}.{loaded}[{k}]"), value, problem, accepted);
             }
         }
     }
@@ -221,12 +213,7 @@ fn check_components(load: &Value, path: &str, walker: &mut Walker) {
         for k in 0..3 {
             if let (Some(_), Some(value)) = (load[driven][k].as_f64(), load[loaded][k].as_f64()) {
                 let problem = format!("loads a component that {driven} prescribes");
-                walker.fault(Fault::new(
-                    format!("{path}.{loaded}[{k}]"),
-                    value,
-                    problem,
-                    "null here or there",
-                ));
+                walker.fault(format!("{path}.{loaded}[{k}]"), value, problem, "null here or there");
             }
         }
     }

@@ -1,5 +1,7 @@
 use super::*;
-use crate::linalg::lu::LuSymbolic;
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
 /// Numbers between -1 and 1 that repeat (Knuth's linear congruential generator).
 struct Numbers(u64);
@@ -59,8 +61,12 @@ fn agrees_with_full_pivoting_elsewhere() {
             let mut x = right_side.clone();
             assert!(lu.solve_in_place(&values, &mut x).expect("solved") < 1e-12);
             let mut other = right_side;
-            let reference = LuSymbolic::analyse(pattern.clone()).expect("analysed");
-            reference.factorise(&values).expect("factorised").solve_in_place(&mut other).expect("solved");
+            let Pattern { size, column_starts, rows } = &pattern;
+            let symbolic = SymbolicSparseColMatRef::new_checked(*size, *size, column_starts, None, rows);
+            let reference = SymbolicLu::try_new(symbolic).expect("analysed");
+            let matrix = SparseColMatRef::new(symbolic, &values[..]);
+            let factor = Lu::try_new_with_symbolic(reference, matrix).expect("factorised");
+            factor.solve_in_place(faer::ColMut::from_slice_mut(&mut other).as_mut());
             let error = x.iter().zip(&other).fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
             // Both solutions leave residuals near rounding, and the condition is below 1e3.
             assert!(error < 1e-11, "{side} {layers}: {error:e}");

@@ -43,12 +43,7 @@ impl Test {
         }
         let mut under_test = UnderTest { test: self, rig, stage };
         run_stage(&mut under_test, progress, &mut |now, done| {
-            let step = StepReport {
-                row: &done.row,
-                increment: &done.report,
-                local_strains: &done.local_strains,
-                test: now.test,
-            };
+            let step = StepReport { row: &done.row, local_strains: &done.local_strains, test: now.test };
             observe(now.rig, &step)
         })
     }
@@ -71,7 +66,6 @@ struct Balanced {
 /// An accepted increment of a test.
 struct Accepted {
     row: Row,
-    report: IncrementReport,
     local_strains: Vec<LocalStrain>,
 }
 
@@ -150,7 +144,7 @@ impl Loaded for UnderTest<'_> {
         self.test.start_elastic += transition.energy;
         let fidelity = FidelityCounts::of(&self.rig.model, &verdict, &transition, early);
         let row = Row { damage: self.rig.model.damage_counts(), fidelity, ..row };
-        Ok(Accepted { row, report, local_strains })
+        Ok(Accepted { row, local_strains })
     }
 
     fn progress(&mut self) -> &mut Option<Progress> {
