@@ -58,7 +58,7 @@ pub enum Command {
     /// Draw charts and pictures of results files, with one page that holds them all
     #[command(after_help = REPORT_EXAMPLES)]
     Report(Report),
-    /// Run the verification ladder and print its table; exit code 1 if a rung fails
+    /// Compute problems with known answers and print their table; exit code 1 if one fails
     Verify(Verify),
     /// Print the JSON Schema of case files
     Schema {
@@ -330,10 +330,10 @@ pub struct Batch {
 
 #[derive(Debug, Args)]
 pub struct Verify {
-    /// Only the rungs whose name holds this; may be given more than once
+    /// Only the problems whose name holds this; may be given more than once
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Lists the rungs instead
+    /// Lists the problems instead
     #[arg(long)]
     pub list: bool,
     /// Threads to use (default: all cores); results do not depend on it

@@ -187,7 +187,7 @@ pub fn verify(arguments: &Verify) -> Ended {
     if problems.is_empty() {
         let names: Vec<&str> = PROBLEMS.iter().map(|problem| problem.name).collect();
         let message =
-            format!("--only {}: no such rung; there are {}", arguments.only.join(" "), names.join(", "));
+            format!("--only {}: no such problem; there are {}", arguments.only.join(" "), names.join(", "));
         return Err(Error::Usage(message).into());
     }
     if arguments.list {
