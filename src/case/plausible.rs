@@ -31,7 +31,11 @@ impl Case {
                 let shown = format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_string();
                 let shown =
                     if value.abs() < 1e-5 || value.abs() >= 1e7 { format!("{value:e}") } else { shown };
-                let usual = format!("{low:e} to {high:e}{unit}");
+                let plain = |x: f64| match x {
+                    x if x == 0.0 || (1e-3..1e5).contains(&x) => format!("{x}"),
+                    x => format!("{x:e}"),
+                };
+                let usual = format!("{} to {}{unit}", plain(low), plain(high));
                 found.push(format!(
                     "{name} is {shown}{unit}, which is far from rockfill's ({usual}): {instead}"
                 ));
@@ -181,7 +185,7 @@ mod tests {
             ("/specimen/grading=[[60, 1], [40, 0]]", "specimen.grading: the largest size is 60 m"),
             ("/stages/0/pressure=0.8", "stages[0]: the pressure is 0.8 Pa"),
             ("/rock/density=2.7", "rock.density is 2.7 kg/m3"),
-            ("/contact/friction=5", "contact.friction is 5,"),
+            ("/contact/friction=5", "contact.friction is 5, which is far from rockfill's (0 to 2):"),
             ("/rock/tensile_strength=2500", "rock.tensile_strength is 2500 Pa"),
             ("/membrane/shear_modulus=20", "membrane.shear_modulus is 20 Pa"),
         ] {
