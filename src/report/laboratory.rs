@@ -178,7 +178,7 @@ fn column_of(name: &str) -> Option<usize> {
         };
         names.iter().any(|word| behind(word))
     };
-    NAMES.iter().position(|names| is(names))
+    NAMES.iter().position(is)
 }
 
 /// What makes the cells of a column SI.
