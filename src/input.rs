@@ -1,5 +1,7 @@
 //! Files that others made, read whole: what a case or a plan names is a file, and none is larger than this program has use for.
 //!
+//! Tables come in the encoding of whoever saved them: [`text_of`].
+//!
 //! A link to `/dev/zero` would take all of a machine's memory, and a pipe that nobody writes to would never end. Sizes are in bytes.
 
 use std::fs::File;
@@ -38,6 +40,35 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     if bytes.len() as u64 > most { Err(too_large()) } else { Ok(bytes) }
 }
 
+/// The text of a table as a spreadsheet saves it: UTF-8; UTF-16, which its first bytes say; else the code page of Chinese Windows (GB 18030) or that of western
+/// Europe (Windows-1252), whichever the bytes look like.
+pub fn text_of(bytes: &[u8]) -> String {
+    let encoding = match encoding_rs::Encoding::for_bom(bytes) {
+        Some((encoding, _)) => encoding,
+        None if std::str::from_utf8(bytes).is_ok() => encoding_rs::UTF_8,
+        None if is_chinese(bytes) => encoding_rs::GB18030,
+        None => encoding_rs::WINDOWS_1252,
+    };
+    encoding.decode(bytes).0.into_owned()
+}
+
+/// Whether bytes beyond ASCII stand in pairs, most of them punctuation or common characters (rows 1 to 9 and 16 to 55 of GB 2312): there Windows-1252
+/// has signs and capital letters, its small ones behind.
+fn is_chinese(bytes: &[u8]) -> bool {
+    let (mut pairs, mut common) = (0, 0);
+    for run in bytes.split(u8::is_ascii).filter(|run| !run.is_empty()) {
+        if run.len() % 2 == 1 {
+            return false;
+        }
+        pairs += run.len() / 2;
+        common += run
+            .chunks(2)
+            .filter(|pair| matches!(pair[0], 0xa1..=0xa9 | 0xb0..=0xd7) && pair[1] >= 0xa1)
+            .count();
+    }
+    2 * common > pairs
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -54,6 +85,26 @@ mod tests {
         File::create(&path).and_then(|file| file.set_len(LARGEST + 1)).expect("a large file");
         assert!(read_named(&path).is_err_and(|e| e.to_string().contains("1024 MiB")));
         assert!(read_named(folder.path()).is_err_and(|e| e.to_string().contains("no file")));
+    }
+
+    #[test]
+    fn tables_are_read_in_the_encoding_of_their_country() {
+        let (german, chinese) =
+            ("Siebgröße (mm);Durchgang (%)\nØ 60 µm³;100 °C", "粒径(mm),小于某粒径质量百分数(%)\n60,100");
+        for text in [german, chinese] {
+            assert_eq!(text_of(text.as_bytes()), text);
+            assert_eq!(text_of(&[b"\xef\xbb\xbf", text.as_bytes()].concat()), text);
+            let wide = |order: fn(u16) -> [u8; 2]| -> Vec<u8> {
+                "\u{feff}".encode_utf16().chain(text.encode_utf16()).flat_map(order).collect()
+            };
+            assert_eq!(text_of(&wide(u16::to_le_bytes)), text);
+            assert_eq!(text_of(&wide(u16::to_be_bytes)), text);
+        }
+        assert_eq!(text_of(&encoding_rs::WINDOWS_1252.encode(german).0), german);
+        assert_eq!(text_of(&encoding_rs::GB18030.encode(chinese).0), chinese);
+        // A word of two such letters next to each other, and no other.
+        assert_eq!(text_of(b"Gr\xf6\xdfe [mm]"), "Größe [mm]");
+        assert_eq!(text_of(b"\xd6\xe1\xcf\xf2\xd3\xa6\xb1\xe4/%"), "轴向应变/%");
     }
 
     #[cfg(unix)]

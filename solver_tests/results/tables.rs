@@ -49,6 +49,12 @@ fn stages_and_gradings_go_out_too() {
         let column = Column::floats("peak_friction_angle", "rad", "angle", vec![angle]);
         writer.write_table(stage, &[column]).expect("a stage");
     }
+    // Quantities of rock have units of their own.
+    for (quantity, unit, mean) in [("rock/poissons_ratio", "1", 0.25), ("rock/tensile_strength", "Pa", 5e6)] {
+        let columns =
+            [Column::floats("mean", unit, "mean", vec![mean]), Column::integers("values", "cells", vec![3])];
+        writer.write_table(quantity, &columns).expect("a quantity");
+    }
     writer.write_table("breakage", &[Column::floats("hardin", "1", "B_r", vec![0.125])]).expect("indices");
     let sizes = Column::floats("size", "m", "sieve", vec![0.02, 0.04]);
     writer.write_table("breakage/grading", &[sizes]).expect("a grading");
@@ -58,6 +64,7 @@ fn stages_and_gradings_go_out_too() {
     write_tables(&reader, dir.path(), "x").unwrap_or_else(|e| panic!("{e}"));
     for (name, expected) in [
         ("stages", "stage [1],peak_friction_angle [rad]\n0,0.1\n1,0.7\n"),
+        ("rock", "quantity,unit,mean,values [1]\npoissons_ratio,1,0.25,3\ntensile_strength,Pa,5000000.0,3\n"),
         ("breakage", "hardin [1]\n0.125\n"),
         ("breakage_grading", "size [m]\n0.02\n0.04\n"),
     ] {

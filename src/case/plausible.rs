@@ -37,11 +37,16 @@ impl Found {
                 true => format!("{value:e}"),
                 false => format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_string(),
             };
-            let usual = format!("{low:e} to {high:e}{unit}");
+            let usual = format!("{} to {}{unit}", plain(low), plain(high));
             self.0
                 .push(format!("{name} is {shown}{unit}, which is far from rockfill's ({usual}): {instead}"));
         }
     }
+}
+
+/// A bound as people write it.
+fn plain(bound: f64) -> String {
+    if bound == 0.0 || (1e-3..1e5).contains(&bound) { format!("{bound}") } else { format!("{bound:e}") }
 }
 
 fn norm(vector: &[f64; 3]) -> f64 {
@@ -195,7 +200,7 @@ mod tests {
             ("/specimen/grading=[[60, 1], [40, 0]]", "specimen.grading: the largest size is 60 m"),
             ("/stages/0/pressure=0.8", "stages[0]: the pressure is 0.8 Pa"),
             ("/rock/density=2.7", "rock.density is 2.7 kg/m3"),
-            ("/contact/friction=5", "contact.friction is 5,"),
+            ("/contact/friction=5", "contact.friction is 5, which is far from rockfill's (0 to 2):"),
             ("/rock/tensile_strength=2500", "rock.tensile_strength is 2500 Pa"),
             ("/membrane/shear_modulus=20", "membrane.shear_modulus is 20 Pa"),
         ] {

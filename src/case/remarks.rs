@@ -15,6 +15,8 @@ use crate::tensor::Vec3;
 use super::overlap::Placed;
 use super::types::*;
 
+/// Dents of a mesh over its volume that are told of.
+const DENTED: f64 = 1e-3;
 /// Largest sieve size over the diameter that laboratories keep to.
 const COARSEST: f64 = 0.2;
 
@@ -319,6 +321,7 @@ impl Case {
             }
         };
         let mut remarks: Vec<String> = scene.bodies.iter().enumerate().filter_map(large).collect();
+        remarks.extend(scene.bodies.iter().filter_map(|body| dented(&folder.join(file_of(body)?))));
         let without = self.ratios(&self.placed(None))[1];
         remarks.extend(unlike(self.ratios(&placed)[1]).filter(|_| without <= UNLIKE[1]));
         for (body, it) in scene.bodies.iter().zip(&mut placed) {
@@ -372,6 +375,19 @@ fn off_the_curve(sieves: &[[f64; 2]], specimen: &SpecimenCase) -> Option<String>
             "between the sieves {low} and {high} m {:.0} % of the mass is finer than the middle, where a straight line has 50 %: sizes are uniform \
              by number there; give more sieves, or specimen.within_class \"mass\"",
             100.0 * finer
+        )
+    })
+}
+
+/// What is said of a mesh with dents, which its convex hull fills.
+fn dented(file: &Path) -> Option<String> {
+    let mesh = read_mesh(file).ok()?;
+    let filled = mesh.convex_hull().ok()?.volume() / mesh.volume() - 1.0;
+    (filled > DENTED).then(|| {
+        format!(
+            "the mesh of {} has dents of {:.1} % of its volume: bodies touch by its convex hull, which fills them",
+            file.display(),
+            100.0 * filled
         )
     })
 }

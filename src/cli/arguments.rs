@@ -58,7 +58,7 @@ pub enum Command {
     /// Draw charts and pictures of results files, with one page that holds them all
     #[command(after_help = REPORT_EXAMPLES)]
     Report(Report),
-    /// Run the verification problems and print their table; exit code 1 if one fails
+    /// Compute problems with known answers and print their table; exit code 1 if one fails
     Verify(Verify),
     /// Print the JSON Schema of case files
     Schema {

@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use crate::case::Case;
 use crate::loading::StageEnd;
 use crate::material::Drawn;
-use crate::report::{duration, short};
+use crate::report::{SOUND, duration, short};
 use crate::results::{HISTORY, HistoryRow, Value as Number};
 use crate::setup::PlannedStage;
 use crate::simulation::{
@@ -43,6 +43,8 @@ pub struct Progress {
     phase: Option<Phase>,
     /// When the increment at hand began.
     begun: Instant,
+    /// Energy error of an increment over its work from which on it is counted.
+    energy_tolerance: f64,
 }
 
 impl Progress {
@@ -56,12 +58,13 @@ impl Progress {
             None if on_terminal => Display::Bar(bar()),
             None => Display::Plain,
         };
-        Progress { display, told: Instant::now(), phase: None, begun: Instant::now() }
+        Progress { display, told: Instant::now(), phase: None, begun: Instant::now(), energy_tolerance: 0.0 }
     }
 
     /// `folder` is where the case's mesh files are relative to.
-    pub fn title(&self, case: &Case, folder: &std::path::Path, options: &Options) {
+    pub fn title(&mut self, case: &Case, folder: &std::path::Path, options: &Options) {
         let (title, threads) = (&case.title, options.threads);
+        self.energy_tolerance = case.solver.energy_tolerance;
         self.tell(
             || format!("{title}\n{:<12} {}, {threads} threads", "into", options.out.display()),
             || json!({"event": "begin", "title": title, "file": options.out, "threads": threads}),
@@ -246,15 +249,11 @@ impl Observer for Progress {
                 if work.increments == 0 {
                     return format!("{kind:<15} {end} without an increment in {time}");
                 }
-                let poor = match work.poorly_closed {
-                    0 => String::new(),
-                    count => format!("; {count} increments by themselves to worse than solver.energy_tolerance"),
-                };
+                let each = work.factorisations as f64 / work.increments as f64;
                 format!(
-                    "{kind:<15} {end} after {} increments in {time}: {:.1} factorisations each, energy closed to {:.1e} of the work{poor}",
+                    "{kind:<15} {end} after {} increments in {time}, {each:.1} factorisations each\n{}",
                     work.increments,
-                    work.factorisations as f64 / work.increments as f64,
-                    work.energy_error.abs(),
+                    energy_lines(work.energy_error.abs(), work.poorly_closed, self.energy_tolerance),
                 )
             },
             || {
@@ -434,6 +433,29 @@ fn plan_line(stage: &Stage) -> String {
     }
 }
 
+/// What the energy that no row of the ledger accounts for, as a share of a stage's work, means to a reader; `poor` increments missed more than
+/// `tolerance` by themselves.
+fn energy_lines(error: f64, poor: usize, tolerance: f64) -> String {
+    let indent = " ".repeat(16);
+    let share = |value: f64| format!("{} %", short(100.0 * value));
+    let judged = match error {
+        error if error < SOUND => format!("below {} is sound", share(SOUND)),
+        error => {
+            let advice = "smaller increments close it";
+            return format!(
+                "{indent}energy: {} of work unaccounted for;\n{indent}distrust stresses by as much: {advice}",
+                share(error)
+            );
+        }
+    };
+    let mut lines = format!("{indent}energy: {} of work unaccounted for; {judged}", share(error));
+    if poor > 0 {
+        let rows = if poor == 1 { "1 increment misses".into() } else { format!("{poor} increments miss") };
+        lines += &format!("\n{indent}{rows} more than {} each: the sum counts", share(tolerance));
+    }
+    lines
+}
+
 /// How much of its stage is done: nominal increments, or, where it may end before its path does, a share.
 fn how_far(step: &Step<'_>) -> String {
     if step.stage.stage.is_some_and(|stage| stage.until != Until::default()) {
@@ -492,6 +514,23 @@ fn step_json(step: &Step<'_>, seconds: f64) -> Value {
 mod tests {
     use super::*;
     use crate::triaxial::Lateral;
+
+    #[test]
+    fn energy_is_judged_in_eighty_columns() {
+        for (error, poor, says) in [
+            (3.5e-4, 75, "energy: 0.035 % of work unaccounted for; below 1 % is sound"),
+            (3.5e-4, 75, "75 increments miss more than 0.1 % each: the sum counts"),
+            (3.5e-4, 1, "1 increment misses more"),
+            (0.00512, 12_345, "below 1 % is sound"),
+            (0.0512, 0, "distrust stresses by as much: smaller increments"),
+        ] {
+            let lines = energy_lines(error, poor, 1e-3);
+            assert!(lines.contains(says), "{lines}");
+            assert!(lines.lines().all(|line| line.chars().count() <= 80), "{lines}");
+        }
+        assert_eq!(energy_lines(1e-5, 0, 1e-3).lines().count(), 1);
+        assert!(!energy_lines(0.0512, 75, 1e-3).contains("sound"));
+    }
 
     #[test]
     fn stages_that_may_end_early_count_no_increments() {

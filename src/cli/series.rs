@@ -112,7 +112,7 @@ fn show_study(
         false => table::orders(kept, &quantities),
     };
     if ensemble || kept.iter().any(|setting| setting.size.is_some()) {
-        say(&format!("\n{}", second.turned().to_markdown()));
+        say(&format!("\n{}", second.to_list()));
         second.write_csv(&folder.join(if ensemble { "scatter.csv" } else { "order.csv" }))?;
         sections.push(Section::Table(second.header, second.rows));
     }

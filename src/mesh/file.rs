@@ -18,8 +18,11 @@ use crate::tensor::Vec3;
 const HULL: &str = "{\"hull\": {\"file\": …, \"unit\": \"m\"}}";
 /// Largest distance of a mid-side node from the middle of its edge, over the length of the edge.
 const STRAIGHT: f64 = 1e-6;
-/// Largest part by which the convex hull may exceed the mesh in volume.
-const CONVEX: f64 = 1e-6;
+/// Largest part by which the convex hull may exceed the mesh in volume: a mesh generator's triangles on a curved surface leave dents (measured with
+/// Gmsh: balls 4e-5, ellipsoids up to 4e-3, cylinders 8e-3, cones 2e-2), of the size of what the triangles cut off anyway.
+const CONVEX: f64 = 0.02;
+/// Largest part by which cells may exceed their convex hull in volume: rounding.
+const OVERLAP: f64 = 1e-6;
 
 /// Reads a mesh and checks that it is one convex body.
 ///
@@ -60,7 +63,7 @@ fn convex_body(name: &str, (points, cells): Corners) -> Result<Mesh> {
              contact needs convex bodies: split it into convex parts"
         )));
     }
-    if volume > filled * (1.0 + CONVEX) {
+    if volume > filled * (1.0 + OVERLAP) {
         return Err(fail(format!(
             "has cells that overlap: they hold {volume:.6e} m^3, their convex hull {filled:.6e} m^3"
         )));
@@ -71,8 +74,8 @@ fn convex_body(name: &str, (points, cells): Corners) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// Facets further below the hull than this share of their own size lie inside the body.
-const INSIDE: f64 = 0.05;
+/// Facets further below the hull than this share of their own size lie inside the body (measured with Gmsh on curved surfaces: up to 0.09).
+const INSIDE: f64 = 0.1;
 /// Of those that lie less deep, others look straight at them: normals more opposite than this cosine.
 const FACING: f64 = 0.5;
 /// Nodes nearer to each other than this share of the body's size lie at the same place.
@@ -181,7 +184,7 @@ fn check_straight(index: usize, nodes: &[usize], points: &[Vec3]) -> std::result
         if off > STRAIGHT * (b - a).norm() {
             return Err(format!(
                 "cell {index} is curved: point {} is {off:.2e} m off the middle of its edge; only straight-sided \
-                 cells can be used",
+                 cells can be used (Gmsh: Mesh.ElementOrder = 1, or Mesh.SecondOrderLinear = 1)",
                 nodes[4 + k]
             ));
         }
@@ -351,6 +354,25 @@ mod tests {
         let cells: Vec<Vec<u32>> =
             whole.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
         assert!(parse_mesh(&vtu(&whole.nodes, &cells)).is_ok());
+    }
+
+    /// Triangles on a curved surface leave such dents; an eighth of the body is none.
+    #[test]
+    fn dents_of_meshed_surfaces_are_filled() {
+        let whole = cuboid_mesh([0.3, 0.2, 0.2], 0.05).expect("a mesh");
+        let top =
+            whole.nodes.iter().position(|p| (p - Vec3::new(0.05, 0.0, 0.1)).norm() < 1e-9).expect("a node");
+        let corners: Vec<Vec<u32>> =
+            whole.cells.iter().map(|cell| cell[..4].iter().map(|node| node.0).collect()).collect();
+        let pressed_in = |depth: f64| {
+            let mut nodes = whole.nodes.clone();
+            nodes[top].z -= depth;
+            vtu(&nodes, &corners)
+        };
+        let mesh = parse_mesh("body.vtu", &pressed_in(0.01)).unwrap_or_else(|e| panic!("{e}"));
+        let filled = mesh.convex_hull().expect("a hull").volume() / mesh.volume() - 1.0;
+        assert!(filled > 1e-3 && filled < CONVEX, "{filled}");
+        assert!(message(&pressed_in(0.04)).contains("facets of its surface inside"));
     }
 
     #[test]

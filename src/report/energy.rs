@@ -160,10 +160,18 @@ pub fn chart(runs: &[&Run]) -> Result<Option<Chart>> {
     Ok(Some(chart))
 }
 
+/// Energy that no part accounts for, over the work, below which nothing is to be done: mean stresses are off by no more than that, and the size of
+/// increments changes them by more.
+pub const SOUND: f64 = 0.01;
+
 /// One line on the ledger of a run.
 pub fn remark(stack: &Stack) -> String {
+    let judged = match stack.error {
+        error if error < SOUND => format!("below {} % is sound", short(100.0 * SOUND)),
+        _ => "distrust mean stresses by as much; smaller increments close it better".into(),
+    };
     let mut text = format!(
-        "External work {} J; the ledger's largest error is {} % of it.",
+        "External work {} J, of which {} % at most is unaccounted for: {judged}.",
         short(stack.external),
         short(100.0 * stack.error)
     );
@@ -201,5 +209,11 @@ mod tests {
         assert_eq!(stack.tops[1], [75.0, 100.0]);
         assert_eq!(stack.tops[5], [87.5, 100.0]);
         assert_eq!((stack.hidden, stack.error, stack.external), (12.5, 0.05, 8.0));
+        assert!(remark(&stack).contains("5 % at most is unaccounted for: distrust mean stresses"));
+        let sound = Stack { error: 3.5e-4, hidden: 0.0, ..stack };
+        assert_eq!(
+            remark(&sound),
+            "External work 8 J, of which 0.035 % at most is unaccounted for: below 1 % is sound."
+        );
     }
 }

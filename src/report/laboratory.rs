@@ -20,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::input;
 
 use super::decimal::{Decimals, separator_line};
+use super::heading::{heading, plain_unit};
 
 /// One measured curve, in SI, compression positive.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,14 +33,13 @@ pub struct LaboratoryCurve {
 }
 
 const COLUMNS: [&str; 4] = ["curve", "axial_strain", "deviatoric_stress", "volumetric_strain"];
-/// What else sheets call the columns: in small letters, without spaces, underscores and hyphens (a minus included).
+/// What else sheets call the columns: in small letters, without spaces, underscores, brackets and hyphens (a minus included).
 const NAMES: [&[&str]; 4] = [
-    &["curve", "test", "specimen", "sample", "versuch", "试样"],
+    &["curve", "test", "specimen", "sample", "versuch", "probe", "试样", "编号"],
     &["axialstrain", "eps1", "epsilon1", "ε1", "εa", "epsa", "axialdehnung", "轴向应变", "轴应变"],
     &[
         "deviatoricstress",
         "deviatorstress",
-        "deviatoricstressq",
         "q",
         "sigma1sigma3",
         "σ1σ3",
@@ -62,15 +62,7 @@ const NAMES: [&[&str]; 4] = [
 ];
 /// Units and how many of SI they are.
 const STRAINS: &[(&str, f64)] = &[("%", 0.01), ("1", 1.0), ("-", 1.0)];
-const STRESSES: &[(&str, f64)] = &[
-    ("Pa", 1.0),
-    ("kPa", 1e3),
-    ("MPa", 1e6),
-    ("kN/m2", 1e3),
-    ("kN/m²", 1e3),
-    ("N/mm2", 1e6),
-    ("N/mm²", 1e6),
-];
+const STRESSES: &[(&str, f64)] = &[("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("kN/m2", 1e3), ("N/mm2", 1e6)];
 /// Faults of a table that are listed; the others are counted.
 const LISTED: usize = 10;
 
@@ -85,9 +77,7 @@ type Places = [Option<(usize, f64)>; 4];
 /// `Error::Io`; `Error::Usage` with file and line of everything that keeps it from being such a table.
 pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
     let bytes = input::read_at_most(path, input::LARGEST).map_err(|e| Error::io("read", path, e))?;
-    let text = String::from_utf8(bytes).map_err(|_| {
-        Error::Usage(format!("{}: is not UTF-8 text; save it as \"CSV UTF-8\"", path.display()))
-    })?;
+    let text = input::text_of(&bytes);
     let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
     parse(&text, &format!("laboratory, {stem}")).map_err(|faults| Error::Usage(listed(path, &faults)))
 }
@@ -154,7 +144,7 @@ fn records(text: &str, separator: u8) -> Result<Vec<(usize, csv::StringRecord)>,
 fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
     let (mut places, mut faults): (Places, Vec<String>) = Default::default();
     for (at, cell) in header.iter().enumerate() {
-        let (column, unit) = parted(cell);
+        let (column, unit) = heading(cell);
         let Some(number) = column_of(column) else { continue };
         if places[number].is_some() {
             faults.push(format!("has two columns {}", COLUMNS[number]));
@@ -165,7 +155,7 @@ fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
         });
         places[number] = Some((at, factor));
     }
-    let names: Vec<&str> = header.iter().map(|cell| parted(cell).0).collect();
+    let names: Vec<&str> = header.iter().map(|cell| heading(cell).0).collect();
     let found = names.join(", ");
     if places[1].is_none() {
         faults.push(format!("has no column axial_strain (found: {found})"));
@@ -179,18 +169,16 @@ fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
 
 /// The number of a column by its name or another usual one.
 fn column_of(name: &str) -> Option<usize> {
-    let plain: String =
-        name.to_lowercase().chars().filter(|c| !matches!(c, ' ' | '_' | '-' | '−' | '–')).collect();
-    NAMES.iter().position(|names| names.contains(&plain.as_str()))
-}
-
-/// A header's cell as the column's name and its unit.
-fn parted(cell: &str) -> (&str, Option<&str>) {
-    let cell = cell.trim_matches('"');
-    match cell.split_once(['[', '(']) {
-        Some((column, unit)) => (column.trim(), Some(unit.trim_end_matches([']', ')']).trim())),
-        None => (cell, None),
-    }
+    let left_out = |c: &char| !matches!(c, ' ' | '_' | '-' | '−' | '–' | '(' | ')' | '（' | '）');
+    let plain: String = name.to_lowercase().chars().filter(left_out).collect();
+    // A word may have its symbol behind it: "Axial strain ε1".
+    let is = |names: &&[&str]| {
+        let behind = |word: &str| {
+            plain.strip_prefix(word).is_some_and(|rest| rest.is_empty() || names.contains(&rest))
+        };
+        names.iter().any(|word| behind(word))
+    };
+    NAMES.iter().position(is)
 }
 
 /// What makes the cells of a column SI.
@@ -200,7 +188,8 @@ fn factor(number: usize, unit: Option<&str>) -> Result<f64, String> {
         2 => STRESSES,
         _ => STRAINS,
     };
-    let known = units.iter().find(|(name, _)| unit == Some(*name));
+    let same = |name: &str| unit.is_some_and(|unit| plain_unit(unit) == plain_unit(name));
+    let known = units.iter().find(|(name, _)| same(name));
     known.map(|(_, factor)| *factor).ok_or_else(|| {
         let column = COLUMNS[number];
         let accepted = if number == 2 { "[Pa], [kPa], [MPa], [kN/m2], [N/mm2]" } else { "[%], [1]" };
@@ -340,6 +329,9 @@ mod tests {
             "curve;ε1 [%];σ1-σ3 [kN/m²];εv [%]",
             "sample;eps_1 (%);sigma1 - sigma3 (kN/m2);eps_v (%)",
             "试样;轴向应变 (%);主应力差 (kPa);体应变 (%)",
+            "试样编号;轴向应变ε1/%;偏应力(σ1-σ3)/kPa;体应变εv/%",
+            "试样;轴向应变（％）;偏应力q（KPa）;体积应变（％）",
+            "Probe;Axialdehnung ε1 in %;Deviatorspannung / kN/m^2;Volumendehnung in %",
         ] {
             let curves = parse(&format!("{header}\nA;2;500;0.5\n"), "file")
                 .unwrap_or_else(|e| panic!("{header}: {e:?}"));

@@ -15,6 +15,7 @@ mod drawing;
 mod energy;
 mod fabric;
 mod grading;
+mod heading;
 mod hyperbola;
 mod image;
 mod laboratory;
@@ -30,6 +31,8 @@ mod viewer;
 
 pub use axis::{Axis, duration, short};
 pub use decimal::separator_line;
+pub use energy::SOUND;
+pub use heading::{heading, plain_unit};
 pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
 pub use run::{Curve, Largest, Run, Shearing, safe};
 

@@ -42,7 +42,7 @@ pub struct Page {
 
 const STYLE: &str = "\
 body{font:16px/1.5 'DejaVu Sans',Verdana,Helvetica,Arial,sans-serif;color:#222;background:#fff;max-width:1020px;margin:2em auto;padding:0 1em}
-h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.25em;margin-top:2.2em;border-bottom:1px solid #ccc;padding-bottom:.2em}
+h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.25em;margin-top:2.2em;border-bottom:1px solid #ccc;padding-bottom:.2em;break-after:avoid}
 figure{margin:1.2em 0;break-inside:avoid}figure svg,figure img{max-width:100%;height:auto;display:block}
 figcaption{color:#555;font-size:.85em;margin:.3em 0 0 1em}
 table{border-collapse:collapse;font-size:.88em;margin:1em 0;display:block;overflow-x:auto}

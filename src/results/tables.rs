@@ -13,7 +13,9 @@ use super::reader::{NumberKind, Reader};
 /// Datasets that only name axes.
 const AXES: [&str; 2] = ["axis", "component"];
 /// Groups of tables with equal columns: what a member is called, and in which order.
-const SERIES: [(&str, &str); 3] = [("stages", "stage [1]"), ("contacts", "state [1]"), ("rock", "quantity")];
+const SERIES: [(&str, &str); 2] = [("stages", "stage [1]"), ("contacts", "state [1]")];
+/// Columns of `/rock` in the unit of the quantity that a row is about.
+const OF_QUANTITY: [&str; 5] = ["mean_asked", "mean", "deviation", "smallest", "largest"];
 const SINGLE: [&str; 3] = ["specimen", "breakage", "pieces"];
 
 /// Writes one file a table into `folder`, `<stem>_<table>.csv`; their paths.
@@ -26,6 +28,7 @@ pub fn write_tables(reader: &Reader, folder: &Path, stem: &str) -> Result<Vec<Pa
     for (group, member) in SERIES {
         export.series(group, member)?;
     }
+    export.rock()?;
     for group in SINGLE {
         export.single(group)?;
     }
@@ -102,6 +105,31 @@ impl Export<'_> {
                 .map(|columns| (vec![plain_cell(name).into_owned()], *rows, columns))
         });
         self.write(group, &[member.to_string()], tables)
+    }
+
+    /// `/rock`: a row a quantity, its unit in a column, since strengths are in Pa and Poisson's ratio is a number.
+    fn rock(&mut self) -> Result<()> {
+        let mut parts = Vec::new();
+        for name in self.reader.members("rock")? {
+            let place = format!("rock/{name}");
+            let datasets = self.datasets(&place)?;
+            let of_quantity = |name: &&String| OF_QUANTITY.contains(&name.as_str());
+            let Some(first) = datasets.iter().find(of_quantity) else { continue };
+            let rows = self.reader.shape(&format!("{place}/{first}"))?.first().copied().unwrap_or(0);
+            let unit = self.reader.text_attribute(&format!("{place}/{first}"), "units")?;
+            let mut columns = self.columns(&place, &datasets, 1)?;
+            for (column, dataset) in columns.iter_mut().zip(&datasets) {
+                if OF_QUANTITY.contains(&dataset.as_str()) {
+                    column.header = vec![dataset.clone()];
+                }
+            }
+            let lead = [&name, &unit].map(|cell| plain_cell(cell).into_owned());
+            parts.push(Ok((lead.to_vec(), rows, columns)));
+        }
+        if parts.is_empty() {
+            return Ok(());
+        }
+        self.write("rock", &["quantity".into(), "unit".into()], parts.into_iter())
     }
 
     /// A group's own datasets as one table, those of each group in it as another.

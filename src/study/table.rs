@@ -11,6 +11,9 @@ use super::order::{Order, convergence_index, observed, of_triples};
 use super::outcome::{Figure, Figures, common_strain};
 use super::vary::Setting;
 
+/// Columns of a terminal.
+const TERMINAL: usize = 80;
+
 /// A table of texts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
@@ -42,6 +45,25 @@ impl Table {
         let rule: Vec<String> = widths.iter().map(|&width| "-".repeat(width)).collect();
         let mut lines = vec![line(&cells[0]), format!("| {} |", rule.join(" | "))];
         lines.extend(cells[1..].iter().map(line));
+        lines.join("\n")
+    }
+
+    /// Each row as its first cell, and indented below it what the others say, at most [`TERMINAL`] columns wide where single cells are.
+    pub fn to_list(&self) -> String {
+        let mut lines = Vec::new();
+        for row in &self.rows {
+            lines.extend(row.first().cloned());
+            let mut line = String::new();
+            for (name, cell) in self.header.iter().zip(row).skip(1).filter(|(_, cell)| !cell.is_empty()) {
+                let said = format!("{name}: {cell}");
+                if !line.is_empty() && line.chars().count() + said.chars().count() + 4 > TERMINAL {
+                    lines.push(std::mem::take(&mut line));
+                }
+                line += if line.is_empty() { "    " } else { "; " };
+                line += &said;
+            }
+            lines.push(line);
+        }
         lines.join("\n")
     }
 
@@ -299,6 +321,37 @@ mod tests {
         let table = Table { header: texts(&["a", "b"]), rows: vec![texts(&["1", "2"]), texts(&["3", "4"])] };
         let turned = table.turned();
         assert_eq!((turned.header, turned.rows), (texts(&["a", "1", "3"]), vec![texts(&["b", "2", "4"])]));
+    }
+
+    #[test]
+    fn a_list_fits_a_terminal() {
+        let texts = |row: &[&str]| row.iter().map(|text| text.to_string()).collect::<Vec<_>>();
+        let header = texts(&[
+            "figure",
+            "observed order",
+            "of all triples",
+            "at size zero",
+            "error of the finest [%]",
+            "its GCI [%]",
+        ]);
+        let first = texts(&[
+            "mean q to 15.0000 % strain [MPa]",
+            "2.09",
+            "1.80 to 2.20 (3 of 4)",
+            "0.211187",
+            "0.117",
+            "0.146",
+        ]);
+        let second = texts(&["strain at that peak [%]", "no order: the values are the same", "", "", "", ""]);
+        let list = Table { header, rows: vec![first, second] }.to_list();
+        let lines: Vec<&str> = list.lines().collect();
+        assert_eq!(lines[0], "mean q to 15.0000 % strain [MPa]");
+        assert!(
+            list.contains("observed order: 2.09; ") && list.contains("its GCI [%]: 0.146\nstrain"),
+            "{list}"
+        );
+        assert_eq!(*lines.last().expect("lines"), "    observed order: no order: the values are the same");
+        assert!(lines.iter().all(|line| line.chars().count() <= TERMINAL), "{list}");
     }
 
     #[test]

@@ -5,13 +5,13 @@
 use std::path::Path;
 
 use crate::input;
-use crate::report::separator_line;
+use crate::report::{heading, plain_unit, separator_line};
 
 use super::words::{METRES, UNITS};
 
 /// A table's cells.
 pub struct Columns {
-    /// Name in small letters, and unit where there is one.
+    /// Name and, where there is one, unit, both in small letters.
     pub header: Vec<(String, Option<String>)>,
     /// Number of the line in the file, and cells.
     pub rows: Vec<(usize, Vec<String>)>,
@@ -22,7 +22,7 @@ impl Columns {
     /// Reads a file; otherwise what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, String> {
         let bytes = input::read_named(path).map_err(|e| format!("cannot be read: {e}"))?;
-        Columns::parse(&String::from_utf8(bytes).map_err(|_| "is not UTF-8 text")?)
+        Columns::parse(&input::text_of(&bytes))
     }
 
     pub fn parse(text: &str) -> Result<Self, String> {
@@ -39,11 +39,9 @@ impl Columns {
         let cells = |line: &str| -> Vec<String> {
             line.split(separator).map(|cell| cell.trim().trim_matches('"').trim().to_string()).collect()
         };
-        let parted = |cell: &String| match cell.split_once(['[', '(']) {
-            Some((name, unit)) => {
-                (name.trim().to_lowercase(), Some(unit.trim_end_matches([']', ')']).trim().to_string()))
-            }
-            None => (cell.to_lowercase(), None),
+        let parted = |cell: &String| {
+            let (name, unit) = heading(cell);
+            (name.to_lowercase(), unit.map(plain_unit))
         };
         let header: Vec<_> = cells(header).iter().map(parted).collect();
         let rows: Vec<_> = lines.map(|(line, row)| (line, cells(row))).collect();
