@@ -4,7 +4,8 @@
 
 Each increment minimises the energy of the solids (St. Venant and Kirchhoff), of the barrier, of friction and of springs that drive
 nodes to their targets; friction's normal forces are those of the iterate before, LAGS times an increment. A drag of `drag` a
-node towards the increment's start holds what nothing touches. `loads` of an increment, where given, pull at all freedoms; then `most` ends the run where it moved more, or did not come to rest. Steps are cut where ipctk says that surfaces would meet.
+node towards the increment's start holds what nothing touches. Steps are cut where ipctk says that surfaces would meet.
+Where given, `loads` of an increment pull at all freedoms, and a run ends where nodes moved by `most` or did not come to rest.
 At rest: the largest force out of balance is BALANCE of the largest force of the barrier at a node.
 """
 

@@ -5,8 +5,9 @@ wedge: a wedge of half-angle 30 degrees in a groove, friction 0.3, slides along 
 arch: a semicircle of 12 blocks, t/R = 0.15, friction 0.8, falls at what limit analysis gives (`thrust_limit`): an upper bound where
 blocks would slide, exact where they only hinge.
 Without units: edges about 1, weight of a unit volume 1, E = 1e6, nu = 0.2, so that it is rock in blocks of a metre. All go to
-1.2 times the limit. CalculiX did not converge under turned gravity. It is pushed by a displacement in place of that: the stack along its top face, where
-the largest push is 1/6 of the weight, the wedge along its end, where it is 0.6; it has no arch. Of the others the tilt found is that of the last state in balance in which nothing moved by MOVED.
+1.2 times the limit. The tilt found is that of the last state in balance in which nothing moved by MOVED.
+CalculiX did not converge under turned gravity. It is pushed by a displacement in place of that: the stack along its top face, where
+the largest push is 1/6 of the weight, the wedge along its end, where it is 0.6. It has no arch.
 YADE's polyhedra fall in time: the tilt at which one has moved by MOVED.
 """
 
