@@ -256,7 +256,8 @@ def rows(program, folder, limit, has, kind):
         problem, unknowns = barrier_problem(kind, *given)
         cost = potential(folder, kind, problem, limit)
         stood = [row["share"] for row in cost["rows"] if row["rest"] and row["moved"] < MOVED]
-        share = max(stood, default=0) * (1 + 1 / TILTS) - 1 / TILTS
+        # The first increment is untilted. The limit is taken to be midway to the tilt at which it fell.
+        share = max(stood) * (1 + 1 / TILTS) - 0.5 / TILTS if stood else 0.0
         yield "ipctk", setting, unknowns, cost, found(cost, share, len(stood) < len(cost["rows"])), answer, by
     if has["YADE"]:
         cost = measured_yade(folder, os.path.join(HERE, "yade_heap.py"), yade_settings(kind), limit)
