@@ -3,7 +3,7 @@
 
     benchmarks/peers/chart.py RUNS.csv --out CHART.png
 
-The triaxial panel has the unbalanced force ratio in place of an error, and CPU seconds for 1 % of strain. Settings stand beside
+The triaxial panels have the unbalanced force ratio in place of an error, and CPU seconds for 1 % of strain. Settings stand beside
 a panel, in the order of their numbers.
 """
 
@@ -17,6 +17,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plot
+from matplotlib import ticker
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 from chart_style import COLOURS, STYLE  # noqa: E402
@@ -26,7 +27,12 @@ TITLES = {
     "block": "Pushed block: T / N",
     "pile_closed": "Closed pile: force on the lid",
     "pile_gapped": "Gapped pile: force on the lid",
-    "triaxial": "300 grains, triaxial",
+    "stack": "Stack: tilt or push at which it tips",
+    "wedge": "Wedge in a groove: tilt or push at which it slides",
+    "arch": "Arch of 12 blocks: tilt at which it falls",
+    "disc": "Disc across its diameter: tension in its middle",
+    "triaxial": "300 grains, triaxial, to 1 %",
+    "triaxial_5": "300 grains, triaxial, to 5 %",
 }
 CODES = {
     "riprap": (COLOURS[0], "o"),
@@ -35,6 +41,7 @@ CODES = {
     "YADE": (COLOURS[3], "D"),
 }
 LEAST = 1e-6  # errors below it are drawn there
+SPAN = 30  # least ratio of the ends of an axis
 
 
 def medians(path):
@@ -44,7 +51,7 @@ def medians(path):
     """
     runs = {}
     for row in csv.DictReader(open(path)):
-        shown = row["value"] if row["problem"] == "triaxial" else row["error"]
+        shown = row["value"] if row["problem"].startswith("triaxial") else row["error"]
         reference = row["answer_by"] == f"{row['code']}, {row['setting']}"
         if shown and not reference:
             key = row["problem"], row["code"], row["setting"], row["status"] == "finished"
@@ -67,15 +74,21 @@ def apart(points, width, height):
 
 
 def draw(axes, problem, rows):
+    sheared = problem.startswith("triaxial")
     rows = sorted(rows, key=lambda row: (list(CODES).index(row[0]), row[2]))
-    errors = [max(error, LEAST) * (1 if problem == "triaxial" else 100) for _, _, _, error, _ in rows]
+    errors = [max(error, LEAST) * (1 if sheared else 100) for _, _, _, error, _ in rows]
     axes.set(xscale="log", yscale="log", title=TITLES[problem])
-    axes.set_xlabel("CPU time of 1 % of strain [s]" if problem == "triaxial" else "CPU time of one thread [s]")
-    axes.set_ylabel("unbalanced force ratio" if problem == "triaxial" else "error [%]")
+    axes.set_xlabel("CPU time of 1 % of strain [s]" if sheared else "CPU time of one thread [s]")
+    axes.set_ylabel("unbalanced force ratio" if sheared else "error [%]")
     for number, ((code, _, cpu, _, done), error) in enumerate(zip(rows, errors), 1):
         colour, marker = CODES[code]
         axes.plot(cpu, error, marker, color=colour, markerfacecolor=colour if done else "none", markersize=7)
     axes.margins(x=0.12, y=0.18)
+    for ends, limit, axis in ((axes.get_xlim, axes.set_xlim, axes.xaxis), (axes.get_ylim, axes.set_ylim, axes.yaxis)):
+        low, high = ends()
+        more = max(1, (SPAN * low / high) ** 0.5)
+        limit(low / more, high * more)
+        axis.set_minor_formatter(ticker.NullFormatter())
     axes.figure.canvas.draw()
     places = [axes.transAxes.inverted().transform(axes.transData.transform((row[2], error))) for row, error in zip(rows, errors)]
     order = sorted(range(len(rows)), key=lambda k: -places[k][1])

@@ -101,17 +101,26 @@ def potential(folder, name, problem, limit):
     return {"cpu_s": cpu, "memory_MB": memory, "trouble": trouble, "rows": rows}
 
 
+def measured_yade(folder, script, settings, limit):
+    """Runs a script of YADE's with settings in its environment; gives cost, trouble and what it wrote, if anything."""
+    path = os.path.join(folder, "yade.json")
+    if os.path.exists(path):
+        os.remove(path)
+    given, begun = {"SETTINGS": json.dumps(settings), "ANSWER": path}, time.time()
+    cpu, memory, code, _ = measured(["yade", "-n", "-x", "-j1", script], folder, limit, given)
+    cost = {"cpu_s": cpu, "memory_MB": memory, "trouble": "", "answer": None}
+    if os.path.exists(path):
+        return cost | {"answer": json.load(open(path))}
+    return cost | {"trouble": f"ended after {time.time() - begun:.0f} s" if code < 0 else f"exit {code}"}
+
+
 def yade(folder, script, settings, limit):
-    """Runs a script of YADE's; gives the cost of 1 % of strain, trouble and the rows that the script wrote."""
-    answer = os.path.join(folder, "yade.json")
-    if os.path.exists(answer):
-        os.remove(answer)
-    given = {"TRIAXIAL": json.dumps(settings), "ANSWER": answer}
-    _, memory, code, _ = measured(["yade", "-n", "-x", "-j1", script], folder, limit, given)
-    if not os.path.exists(answer):
-        return {"cpu_s": limit, "memory_MB": memory, "trouble": f"exit {code}", "rows": []}
-    with open(answer) as stream:
-        found = json.load(stream)
+    """Runs a triaxial test of YADE's; gives the cost of 1 % of strain, trouble and the rows that the script wrote."""
+    cost = measured_yade(folder, script, settings, limit)
+    found = cost["answer"]
+    if not found:
+        return cost | {"rows": []}
+    memory = cost["memory_MB"]
     cpu = found["shear_s"] * 0.01 / found["rows"][-1]["strain"] if found["rows"] else found["consolidation_s"]
     return {"cpu_s": cpu, "memory_MB": memory, "trouble": "" if found["settled"] else "did not consolidate", "rows": found["rows"]}
 

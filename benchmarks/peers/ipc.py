@@ -5,6 +5,7 @@
 Each increment minimises the energy of the solids (St. Venant and Kirchhoff), of the barrier, of friction and of springs that drive
 nodes to their targets; friction's normal forces are those of the iterate before, LAGS times an increment. A drag of `drag` a
 node towards the increment's start holds what nothing touches. Steps are cut where ipctk says that surfaces would meet.
+Where given, `loads` of an increment pull at all freedoms, and a run ends where nodes moved by `most` or did not come to rest.
 At rest: the largest force out of balance is BALANCE of the largest force of the barrier at a node.
 """
 
@@ -136,7 +137,7 @@ class Equilibrium:
         self.touch = Touch(points, given["faces"], given["bodies"], barrier, stiffness, friction, slip)
         self.held, self.drag = given["held"], float(given["drag"])  # freedoms
         self.free = numpy.setdiff1d(numpy.arange(points.size), given["fixed"])
-        self.targets, self.start = self.x.ravel()[self.held], self.x.copy()
+        self.targets, self.load, self.start = self.x.ravel()[self.held], numpy.zeros(points.size), self.x.copy()
         self.newtons = 0
 
     def pulls(self, x):
@@ -145,12 +146,12 @@ class Equilibrium:
 
     def energy(self, x):
         drag, pulls = self.drag / 2 * ((x - self.start) ** 2).sum(), (self.pulls(x) ** 2).sum() / (2 * HOLD)
-        return self.solid.energy(x) + self.touch.energy(x) + drag + pulls
+        return self.solid.energy(x) + self.touch.energy(x) + drag + pulls - self.load @ (x - self.start).ravel()
 
     def gradient(self, x):
         """The whole, and the largest of the barrier's forces at a node."""
         pressed, rubbed = self.touch.gradients(x)
-        whole = self.solid.gradient(x) + pressed + rubbed + self.drag * (x - self.start).ravel()
+        whole = self.solid.gradient(x) + pressed + rubbed + self.drag * (x - self.start).ravel() - self.load
         whole[self.held] -= self.pulls(x)
         return whole, abs(pressed).max()
 
@@ -184,9 +185,9 @@ class Equilibrium:
             self.x, energy = trial, lower
         return False
 
-    def advance(self, targets):
-        """Whether the increment to these targets came to rest with friction's forces settled."""
-        self.targets, self.start = targets, self.x.copy()
+    def advance(self, targets, load):
+        """Whether the increment to these targets and loads came to rest with friction's forces settled."""
+        self.targets, self.load, self.start = targets, load, self.x.copy()
         return all([self.lagged_rest() for _ in range(LAGS)])
 
     def lagged_rest(self):
@@ -200,14 +201,18 @@ def main():
     ipctk.set_logger_level(ipctk.LoggerLevel.error)
     given = dict(numpy.load(problem))
     begun, equilibrium = time.time(), Equilibrium(given)
-    rows = []
-    for number, targets in enumerate(given["targets"], 1):
-        rest = bool(equilibrium.advance(targets))
+    rows, count = [], len(given["targets"])
+    loads = given.get("loads", numpy.zeros((count, equilibrium.x.size)))
+    for number, (targets, load) in enumerate(zip(given["targets"], loads), 1):
+        rest = bool(equilibrium.advance(targets, load))
         pulls, axes = equilibrium.pulls(equilibrium.x), given["held"] % 3
-        rows.append({"share": number / len(given["targets"]), "rest": rest, "newtons": equilibrium.newtons,
+        moved = float(numpy.linalg.norm(equilibrium.x - given["points"], axis=1).max())
+        rows.append({"share": number / count, "rest": rest, "moved": moved, "newtons": equilibrium.newtons,
                      "seconds": time.time() - begun, "force": [float(pulls[axes == k].sum()) for k in range(3)]})
         with open(answer, "w") as stream:
             json.dump(rows, stream)
+        if "most" in given and not (rest and moved < given["most"]):
+            break
 
 
 if __name__ == "__main__":

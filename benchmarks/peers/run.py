@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The same problems by riprap and by what users would pick: CPU time, memory and error.
 
-    benchmarks/peers/run.py RIPRAP OUT [hertz block pile_closed pile_gapped triaxial]
+    benchmarks/peers/run.py RIPRAP OUT [hertz block pile_closed pile_gapped stack wedge arch disc triaxial triaxial_5]
 
 Needs numpy, scipy and h5py. CalculiX (`ccx`) and YADE (`yade`) are taken from the path, ipctk from python's modules.
 Codes that are not there are left out, and named in OUT/versions.txt.
@@ -20,7 +20,9 @@ import tempfile
 
 import block
 import codes
+import disc
 import hertz
+import limits
 import pile
 import triaxial
 
@@ -30,7 +32,12 @@ PROBLEMS = {
     "block": block.rows,
     "pile_closed": lambda *all: pile.rows(*all, "closed"),
     "pile_gapped": lambda *all: pile.rows(*all, "gapped"),
-    "triaxial": triaxial.rows,
+    "stack": lambda *all: limits.rows(*all, "stack"),
+    "wedge": lambda *all: limits.rows(*all, "wedge"),
+    "arch": lambda *all: limits.rows(*all, "arch"),
+    "disc": disc.rows,
+    "triaxial": lambda *all: triaxial.rows(*all, 0.01),
+    "triaxial_5": lambda *all: triaxial.rows(*all, 0.05),
 }
 
 

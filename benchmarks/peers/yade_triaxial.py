@@ -1,6 +1,6 @@
 """A triaxial test of spheres or clumps by YADE.
 
-    TRIAXIAL='{"pressure": 8e5, ...}' ANSWER=out.json yade -n -x -j1 yade_triaxial.py
+    SETTINGS='{"pressure": 8e5, ...}' ANSWER=out.json yade -n -x -j1 yade_triaxial.py
 
 Six frictionless walls bring a cloud of grains to the pressure; then the lid goes down at a strain rate by its inertial number
 I = rate * d * sqrt(density / pressure), d halfway from the smallest to the largest diameter, while the side walls keep the pressure.
@@ -15,7 +15,7 @@ import time
 
 from yade import pack
 
-settings = json.loads(os.environ["TRIAXIAL"])
+settings = json.loads(os.environ["SETTINGS"])
 PRESSURE, DENSITY, FRICTION = settings["pressure"], settings["density"], settings["friction"]
 SIZES, SHARES = settings["sizes"], settings["shares"]
 MIDDLE = (SIZES[0] + SIZES[-1]) / 2
