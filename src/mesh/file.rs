@@ -369,7 +369,7 @@ mod tests {
             nodes[top].z -= depth;
             vtu(&nodes, &corners)
         };
-        let mesh = parse_mesh("body.vtu", &pressed_in(0.01)).unwrap_or_else(|e| panic!("{e}"));
+        let mesh = parse_mesh(&pressed_in(0.01)).unwrap_or_else(|e| panic!("{e}"));
         let filled = mesh.convex_hull().expect("a hull").volume() / mesh.volume() - 1.0;
         assert!(filled > 1e-3 && filled < CONVEX, "{filled}");
         assert!(message(&pressed_in(0.04)).contains("facets of its surface inside"));
