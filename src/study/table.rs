@@ -48,7 +48,7 @@ impl Table {
         lines.join("\n")
     }
 
-    /// Each row as its first cell, and indented below it what the others say, at most [`TERMINAL`] columns wide where single cells are.
+    /// Each row as its first cell, and indented below it what the others say, at most 80 columns wide where single cells are.
     pub fn to_list(&self) -> String {
         let mut lines = Vec::new();
         for row in &self.rows {
