@@ -6,11 +6,12 @@
 Every run is one process on one thread; its cost is the CPU time of that process (the machine may be shared, wall times are
 recorded beside it). cpu_specimen_s is the part of it that made the specimen, by its share of the wall time in the run's own profile.
 
-SEEDS="1 2" runs a specimen with these seeds, ONLY="rigid,full reference" runs these fidelities or runs alone, LIMIT=600 ends a run
+SEEDS="1 2" runs a specimen with these seeds, ONLY="rigid,condensed reference" runs these fidelities or runs alone, LIMIT=600 ends a run
 after so many seconds, SET="/stages/1/axial_strain=0.02" changes the case of every run.
 
-OUT gets, appended to where they exist: runs.csv (one row a run), curves.csv (one row an increment of a specimen),
-forces.csv (one row a pair of bodies: the force between them behind each stage). No errors: chart.py has those.
+OUT gets, appended to where they exist: runs.csv (one row a run), curves.csv (one row an increment of a specimen; of the disc the plate's
+way [m] and force [N] in the place of strain and stress), forces.csv (one row a pair of bodies: the force between them behind each stage).
+No errors: chart.py has those.
 """
 
 import csv
@@ -32,54 +33,44 @@ CURVES = ["scene", "variant", "seed", "stage", "axial_strain", "deviatoric_stres
 FORCES = ["scene", "variant", "seed", "stage", "body_a", "body_b", "x_N", "y_N", "z_N"]
 
 # What is varied around the default. "increments": a factor on the number of increments of each stage.
-COMMON = {
-    "default": {},
-    "increments x0.5": {"increments": 0.5},
-    "increments x2": {"increments": 2},
-    "increments x4": {"increments": 4},
-    "force tolerance 1e-2": {"/solver/force_tolerance": 1e-2},
-    "force tolerance 1e-4": {"/solver/force_tolerance": 1e-4},
+INCREMENTS = {"default": {}} | {f"increments x{k}": {"increments": k} for k in (0.5, 2, 4)}
+TOLERANCES = {f"force tolerance {t}": {"/solver/force_tolerance": float(t)} for t in ("1e-2", "1e-4")}
+GAPS = {f"gap tolerance {t}": {"/solver/gap_tolerance": float(t)} for t in ("1e-4", "1e-7")}
+UNREST = {f"unrest {u}": {"/solver/stabilisation": float(u)} for u in ("3e-2", "1e-2", "1e-3")}
+STRICT = {"/solver/stabilisation": "null"}
+CHOSEN = {f"accuracy {a}": {"/solver/accuracy": a} for a in (0.02, 0.05, 0.1)}
+CELLS = {f"{n} cells": {"/specimen/cells_per_grain": n} for n in (12, 100, 250)}
+MESHES = {f"cells of {size} mm": {"/scene/bodies/1/mesh_size": f"{size} mm"} for size in (12, 10, 9)}
+SCENE = {"increments": 4, "/solver/force_tolerance": 1e-5, "/solver/gap_tolerance": 1e-8}
+# The converged run of a scene, and the one next to it in every respect: their difference is the reference's own error.
+REFERENCES = {
+    "scene": ("full", {"reference": SCENE, "next to the reference": SCENE | {"increments": 2}}),
+    "disc": ("condensed", {"reference": MESHES["cells of 9 mm"], "next to the reference": MESHES["cells of 10 mm"]}),
+    "specimen": ("condensed", {
+        "reference": STRICT | {"increments": 4} | CELLS["250 cells"],
+        "next to the reference": STRICT | {"increments": 2} | CELLS["100 cells"],
+    }),
 }
-CONDENSED = {
-    "gap tolerance 1e-4": {"/solver/gap_tolerance": 1e-4},
-    "gap tolerance 1e-6": {"/solver/gap_tolerance": 1e-6},
-    "gap tolerance 1e-7": {"/solver/gap_tolerance": 1e-7},
-}
-CHOSEN = {
-    "accuracy 0.02": {"/solver/accuracy": 0.02},
-    "accuracy 0.05": {"/solver/accuracy": 0.05},
-    "accuracy 0.1": {"/solver/accuracy": 0.1},
-    "accuracy 0.02, increments x4": {"/solver/accuracy": 0.02, "increments": 4},
-    "accuracy 0.1, increments x4": {"/solver/accuracy": 0.1, "increments": 4},
-}
-CELLS = {"12 cells": {"/specimen/cells_per_grain": 12}, "100 cells": {"/specimen/cells_per_grain": 100}}
-# To large strains, where snaps part single runs: means over strain and seeds, and what chance alone does ("tolerance halved").
-INCREMENTS = {name: COMMON[name] for name in ("increments x0.5", "default", "increments x2")}
-DEEP = {
-    "full": {"reference": {"increments": 2}, "tolerance halved": {"increments": 2, "/solver/force_tolerance": 5e-4}, "default": {}},
-    "condensed": INCREMENTS,
-    "rigid": INCREMENTS,
-    "auto": {name: CHOSEN[name] for name in ("accuracy 0.05", "accuracy 0.1")},
-}
-REFERENCE = {"reference": {"increments": 4, "/solver/force_tolerance": 1e-5, "/solver/gap_tolerance": 1e-8}}
 
 
 def plan(scene):
     """(fidelity, variant, settings) of a scene; the converged reference first."""
-    if scene.endswith("_deep"):
-        yield from ((fidelity, name, settings) for fidelity, of in DEEP.items() for name, settings in of.items())
-        return
-    specimen = scene.startswith("specimen")
-    yield from (("full", name, settings) for name, settings in REFERENCE.items())
-    if specimen:
+    kind = scene if scene in REFERENCES else scene.split("_")[0]
+    fidelity, references = REFERENCES.get(kind, REFERENCES["scene"])
+    yield from ((fidelity, name, settings) for name, settings in references.items())
+    if kind == "specimen":
+        unrest = UNREST | {"strict": STRICT}
         yield "full", "default", {}
-        yield from (("full", name, settings) for name, settings in CELLS.items() if name == "12 cells")
+        yield from (("condensed", name, settings) for name, settings in {**INCREMENTS, **unrest, **CELLS}.items())
+        yield from (("rigid", name, settings) for name, settings in {**INCREMENTS, **unrest}.items())
+    elif kind == "disc":
+        coarser = {name: MESHES[name] for name in MESHES if MESHES[name] not in references.values()}
+        yield from (("condensed", name, settings) for name, settings in {**INCREMENTS, **coarser}.items())
+        return
     else:
-        yield from (("full", name, settings) for name, settings in COMMON.items())
-    yield from (("condensed", name, settings) for name, settings in {**COMMON, **CONDENSED}.items())
-    if specimen:
-        yield from (("condensed", name, settings) for name, settings in CELLS.items())
-    yield from (("rigid", name, settings) for name, settings in COMMON.items())
+        for fidelity in ("full", "condensed", "rigid"):
+            gaps = GAPS if fidelity == "condensed" else {}
+            yield from ((fidelity, name, settings) for name, settings in {**INCREMENTS, **TOLERANCES, **gaps}.items())
     yield from (("auto", name, settings) for name, settings in CHOSEN.items())
 
 
@@ -138,6 +129,11 @@ def record(out, scene, fidelity, variant, seed, cost, path):
             columns = ("stage", "axial_strain", "deviatoric_stress", "volumetric_strain", "energy_friction")
             append(os.path.join(out, "curves.csv"), CURVES,
                    [[*key, int(row[0]), *(f"{x:.8g}" for x in row[1:])] for row in zip(*(history[k] for k in columns))])
+        if scene == "disc":
+            way, force = (numpy.abs(file[f"bodies/top/{what}"][:, 2]) for what in ("displacement", "force"))
+            append(os.path.join(out, "curves.csv"), CURVES,
+                   [[*key, 0, f"{d:.8g}", f"{f:.8g}", "", ""] for d, f in zip(way, force)])
+            return
         shown = sorted(int(k) for k in file["contacts"])
         for number in sorted(set(stage)):
             of_stage = numpy.flatnonzero(stage == number)[-1] + 1
@@ -152,7 +148,7 @@ def record(out, scene, fidelity, variant, seed, cost, path):
 
 def main():
     program, out, *scenes = sys.argv[1:]
-    scenes = scenes or ["wedge", "pile", "hertz", "specimen_20"]
+    scenes = scenes or ["hertz", "pile", "wedge", "disc", "specimen_20", "specimen_60", "specimen_300"]
     seeds = [int(s) for s in os.environ.get("SEEDS", "1").split()]
     os.makedirs(out, exist_ok=True)
     for scene in scenes:
@@ -162,7 +158,7 @@ def main():
                 only = os.environ.get("ONLY", "full,condensed,rigid,auto").split(",")
                 wanted = [row for row in plan(scene) if row[0] in only or f"{row[0]} {row[1]}" in only]
                 for fidelity, variant, settings in wanted:
-                    path = os.path.join(folder, "run.h5")
+                    path = os.path.join(folder, "run.vtkhdf")
                     if os.path.exists(path):
                         os.remove(path)
                     sets = [f"/seed={seed}"] + os.environ.get("SET", "").split()

@@ -53,7 +53,7 @@ const WRITING: f64 = 0.015;
 /// CPU seconds a grain that generating, compacting and seating it takes.
 const GENERATION: f64 = 0.08;
 /// CPU seconds an increment of a body of a scene that deforms: a square of its cells where its flexibility is kept whole, every node with every other, and
-/// from some 500 cells on, where that is solved for on demand, a cell (measured in `benchmarks/runs/2026-11-27-peers`: 3.7 and 2.7 s for piles of nine
+/// from some 500 cells on, where that is solved for on demand, a cell (measured in `benchmarks/runs/2026-11-28-peers`: 3.7 and 2.7 s for piles of nine
 /// bodies of 300 cells in six increments, 5.8 s for a block of 1176 in eight, 3.0 s for a refined ball of 5173 in five).
 const SCENE_PAIR: f64 = 6e-7;
 const SCENE_CELL: f64 = 3e-4;
@@ -307,7 +307,7 @@ mod tests {
         ];
         const CONDENSED: &str = "/solver/fidelity=condensed";
         let of_scenes = [
-            // benchmarks/runs/2026-11-27-peers.
+            // benchmarks/runs/2026-11-28-peers.
             ("../benchmarks/peers/cases/pile_closed.json", &[CONDENSED][..], 3.7, Some(162e6)),
             ("../benchmarks/peers/cases/pile_gapped.json", &[CONDENSED], 2.7, Some(133e6)),
             // Timed on 2026-11-28.
@@ -362,7 +362,7 @@ mod tests {
         }
     }
 
-    /// The refined ball of benchmarks/runs/2026-11-27-peers: 10,792 cells, 18 CPU s, 320 MB. It was counted as the 1862 of its coarse mesh.
+    /// The refined ball of benchmarks/runs/2026-11-28-peers: 10,792 cells, 18 CPU s, 320 MB. It was counted as the 1862 of its coarse mesh.
     #[test]
     fn refined_cells_are_counted() {
         let text = r#"{"scene": {"bodies": [
