@@ -9,10 +9,11 @@ use riprap::loading::StageEnd;
 use riprap::material::{Rubber, RubberLaw};
 use riprap::model::Thickness;
 use riprap::solver::Settings;
-use riprap::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
+use riprap::specimen::Specimen;
 use riprap::triaxial::{
     Cover, Lateral, Path, Rig, RigParameters, Rims, Row, RubberSheet, Stage, Steps, Test, Until,
 };
+use riprap::verification::rig::sixteen_grains;
 
 pub const PRESSURE: f64 = 4e5;
 /// What the rig promises for what it prescribes.
@@ -23,18 +24,7 @@ type Ready = (Rig, Test, Vec<Row>);
 
 pub fn specimen() -> &'static Specimen {
     static SPECIMEN: OnceLock<Specimen> = OnceLock::new();
-    SPECIMEN.get_or_init(|| {
-        let specimen = SpecimenParameters {
-            unreachable: Unreachable::Nearest,
-            seed: 4,
-            ..SpecimenParameters::new(
-                vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }],
-                SpecimenSize::Grains { count: 16, aspect: 1.5 },
-                0.6,
-            )
-        };
-        generate(&specimen, &mut |_, _| {}).expect("a specimen")
-    })
+    SPECIMEN.get_or_init(sixteen_grains)
 }
 
 /// A rig around the specimen, as generated, with rough plates.

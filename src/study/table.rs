@@ -326,14 +326,7 @@ mod tests {
     #[test]
     fn a_list_fits_a_terminal() {
         let texts = |row: &[&str]| row.iter().map(|text| text.to_string()).collect::<Vec<_>>();
-        let header = texts(&[
-            "figure",
-            "observed order",
-            "of all triples",
-            "at size zero",
-            "error of the finest [%]",
-            "its GCI [%]",
-        ]);
+        let header = orders(&[], &[]).header;
         let first = texts(&[
             "mean q to 15.0000 % strain [MPa]",
             "2.09",

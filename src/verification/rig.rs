@@ -22,9 +22,9 @@ use crate::loading::StageEnd;
 use crate::material::Elastic;
 use crate::mesh::cuboid_mesh;
 use crate::solver::Settings;
-use crate::specimen::Specimen;
 use crate::specimen::shape::GrainShape;
 use crate::specimen::statistics::Statistics;
+use crate::specimen::{SievePoint, Specimen, SpecimenParameters, SpecimenSize, Unreachable, generate};
 use crate::tensor::{Pose, Rotation, Vec3};
 use crate::triaxial::{Cover, Lateral, Path, Rig, RigParameters, Rims, Row, Stage, Steps, Test, Until};
 use crate::verification::{Absolute, Findings, Relative, timed};
@@ -45,6 +45,17 @@ pub(super) fn parameters(friction: f64) -> RigParameters {
         tilting: false,
         cover: Cover::Pressure(Rims::Bonded),
     }
+}
+
+/// Sixteen grains of 40 to 60 mm, drawn and compacted.
+pub fn sixteen_grains() -> Specimen {
+    let sizes = vec![SievePoint { size: 0.06, passing: 1.0 }, SievePoint { size: 0.04, passing: 0.0 }];
+    let parameters = SpecimenParameters {
+        unreachable: Unreachable::Nearest,
+        seed: 4,
+        ..SpecimenParameters::new(sizes, SpecimenSize::Grains { count: 16, aspect: 1.5 }, 0.6)
+    };
+    generate(&parameters, &mut |_, _| {}).expect("a specimen")
 }
 
 /// Boxes one on the other, each given by its edge lengths [m].
