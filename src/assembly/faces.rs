@@ -1,13 +1,13 @@
 //! Patches of parallel faces among the contacts of a pair of bodies; see [`crate::contact::face`].
 
 use crate::assembly::ContactPoint;
-use crate::contact::cells::{PatchCell, SLID};
 use crate::contact::face::{flat_share, look_at_each_other, may_face};
 use crate::contact::force::{self, Kinematics, SitePoints, Tangent};
 use crate::contact::memory::{PairKey, PairMemory};
+use crate::contact::mortar::{MortarNode, SLID};
 use crate::contact::patch::{self, FacesInSpace};
 use crate::contact::search::PairFeatures;
-use crate::contact::{ContactLaw, ContactShape, Face, FaceCells, Feature, Site};
+use crate::contact::{ContactLaw, ContactShape, Face, Feature, Mortar, Site};
 use crate::grain::Surface;
 use crate::model::Model;
 use crate::tensor::{Pose, Vec3};
@@ -63,18 +63,18 @@ impl<'a> Facing<'a> {
         Site { feature, on_a: [0; 3], on_b: [0; 3], count_a: 3, count_b: 1 }
     }
 
-    pub fn cells(&self, poses: [&Pose; 2], surfaces: [Option<&Surface>; 2]) -> FaceCells {
-        FaceCells::new(self.numbers, self.faces, poses, surfaces)
+    pub fn mortar(&self, poses: [&Pose; 2], surfaces: [Option<&Surface>; 2]) -> Mortar {
+        Mortar::new(self.numbers, self.faces, poses, surfaces)
     }
 
-    /// Where the middle of a cell of the patch is on the cores of the bodies.
-    pub fn sites(&self, poses: [&Pose; 2], cell: &PatchCell, shapes: [&ContactShape; 2]) -> SitePoints {
+    /// Where a node of the patch is on the cores of the bodies.
+    pub fn sites(&self, poses: [&Pose; 2], node: &MortarNode, shapes: [&ContactShape; 2]) -> SitePoints {
         let [first, second] = self.faces;
         let [inner, outer] = [0, 1].map(|side| shapes[side].rounded.radius);
         let span = first.area.sqrt();
         let corner = first.ring[0] - first.normal * inner;
         let a = [corner, corner + first.axes[0] * span, corner + first.axes[1] * span];
-        let b = second.point(cell.at) - second.normal * outer;
+        let b = second.point(node.at) - second.normal * outer;
         SitePoints {
             a: a.map(|p| poses[0].to_space(&p)),
             b: [poses[1].to_space(&b); 3],
@@ -107,12 +107,12 @@ pub(super) fn patch_tangents_into(
     }
 }
 
-/// Finds the cells of meshed patches anew whose faces have slid, with what they remember.
-pub(super) fn renew_cells(memory: &mut PairMemory, model: &Model, (a, b): PairKey, poses: &[Pose]) {
+/// Finds the nodes of meshed patches anew whose faces have slid, with what they remember.
+pub(super) fn renew_mortars(memory: &mut PairMemory, model: &Model, (a, b): PairKey, poses: &[Pose]) {
     let bodies = [a as usize, b as usize];
     let (shapes, poses) = (bodies.map(|body| &model.shapes[body]), bodies.map(|body| &poses[body]));
     let slack = SLID * shapes[0].rounded.radius.min(shapes[1].rounded.radius);
-    for known in &mut memory.face_cells {
+    for known in &mut memory.mortars {
         let (Some(first), Some(second)) =
             (shapes[0].faces.get(known.faces.0 as usize), shapes[1].faces.get(known.faces.1 as usize))
         else {
@@ -122,7 +122,7 @@ pub(super) fn renew_cells(memory: &mut PairMemory, model: &Model, (a, b): PairKe
             continue;
         }
         let surfaces = bodies.map(|body| model.bodies[body].surface());
-        let renewed = FaceCells::new(known.faces, [first, second], poses, surfaces);
+        let renewed = Mortar::new(known.faces, [first, second], poses, surfaces);
         let of_these = |feature: Feature| matches!(feature, Feature::Faces(i, j, _) if (i, j) == known.faces);
         let (old, mut points): (Vec<_>, Vec<_>) =
             memory.points.iter().copied().partition(|point| of_these(point.feature));

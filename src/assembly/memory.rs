@@ -3,7 +3,7 @@
 use crate::assembly::crushing::depth_of;
 use crate::assembly::{ContactPoint, Contacts};
 use crate::contact::memory::{Memory, PairMemory, PointMemory};
-use crate::contact::{FaceCells, Feature};
+use crate::contact::{Feature, Mortar};
 use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
 
@@ -58,13 +58,13 @@ impl Contacts {
             points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.initial_overlap)));
             if !points.is_empty() {
                 points.sort_by_key(|p| p.feature);
-                let felt = |known: &&FaceCells| {
+                let felt = |known: &&Mortar| {
                     points
                         .iter()
                         .any(|p| matches!(p.feature, Feature::Faces(i, j, _) if known.faces == (i, j)))
                 };
-                let face_cells = pair.face_cells.iter().filter(felt).cloned().collect();
-                memory.insert(pair.key(), PairMemory { slip, points, face_cells });
+                let mortars = pair.mortars.iter().filter(felt).cloned().collect();
+                memory.insert(pair.key(), PairMemory { slip, points, mortars });
             }
         }
         memory

@@ -12,7 +12,7 @@ use crate::contact::memory::{Crushable, PairKey, PairMemory};
 use crate::contact::patch;
 use crate::contact::search::PairFeatures;
 use crate::contact::visit::{Clearances, Placed, visit_sites};
-use crate::contact::{ContactShape, Crushed, FaceCells, FaceShare, Feature, Site};
+use crate::contact::{ContactShape, Crushed, FaceShare, Feature, Mortar, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::model::{Committed, Model};
 use crate::tensor::{Pose, Vec3};
@@ -59,7 +59,7 @@ pub struct PairWork {
     pub points: Vec<ContactPoint>,
     /// Of the patches that meshed faces share.
     #[serde(skip)]
-    pub face_cells: Vec<FaceCells>,
+    pub mortars: Vec<Mortar>,
     /// Tangents of the active points, in their order.
     #[serde(skip)]
     pub tangents: Vec<Tangent>,
@@ -131,7 +131,7 @@ impl PairWork {
             multipliers: Vec::new(),
             places: Vec::new(),
             points: Vec::new(),
-            face_cells: Vec::new(),
+            mortars: Vec::new(),
             tangents: Vec::new(),
             elastic_tangents: Vec::new(),
             nearest: f64::INFINITY,
@@ -200,11 +200,11 @@ impl PairWork {
     pub(super) fn reset(&mut self, model: &Model, committed: &Committed) {
         self.carried = committed.memory.get(&self.key()).cloned().unwrap_or_default();
         let key = self.key();
-        faces::renew_cells(&mut self.carried, model, key, &committed.poses);
+        faces::renew_mortars(&mut self.carried, model, key, &committed.poses);
         self.initial_overlap = self.carried.initial_overlap();
         self.is_new = self.carried.points.iter().all(|point| point.load <= 0.0);
         self.starts.clear();
-        self.face_cells.clone_from(&self.carried.face_cells);
+        self.mortars.clone_from(&self.carried.mortars);
         self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
         self.multipliers.clear();
         self.multipliers.extend(self.carried.points.iter().map(Multiplier::committed));
@@ -224,9 +224,8 @@ impl PairWork {
         let meeting = Meeting::new(self, model, view);
         let Meeting { bodies: [a, b], shapes, .. } = meeting;
         let (poses, corners) = ([&view.poses[a], &view.poses[b]], [&view.corners[a][..], &view.corners[b]]);
-        let PairWork {
-            features, carried, starts, clearances, multipliers, places, points, face_cells, ..
-        } = self;
+        let PairWork { features, carried, starts, clearances, multipliers, places, points, mortars, .. } =
+            self;
         let reach = if meeting.is_elastic || self.initial_overlap > 0.0 { features.margin() } else { 0.0 };
         let facings = faces::facings(model, features, poses);
         let crushing = Crushing { model, bodies: [a, b], carried, crushed: view.crushed };
@@ -267,17 +266,17 @@ impl PairWork {
         }
         let surfaces = [a, b].map(|body| model.bodies[body].surface());
         for facing in &facings {
-            let known_cells = face_cells.iter().position(|known| known.faces == facing.numbers);
-            let number = known_cells.unwrap_or_else(|| {
-                face_cells.push(facing.cells(poses, surfaces));
-                face_cells.len() - 1
+            let same = mortars.iter().position(|mortar| mortar.faces == facing.numbers);
+            let number = same.unwrap_or_else(|| {
+                mortars.push(facing.mortar(poses, surfaces));
+                mortars.len() - 1
             });
-            for (k, cell) in face_cells[number].cells.iter().enumerate() {
+            for (k, node) in mortars[number].nodes.iter().enumerate() {
                 let site = facing.site(k as u32);
-                let sites = facing.sites(poses, cell, shapes);
-                let mut state = meeting.state(&Start::of(carried, site.feature), per_area * cell.area);
+                let sites = facing.sites(poses, node, shapes);
+                let mut state = meeting.state(&Start::of(carried, site.feature), per_area * node.area);
                 state.faces = Some(FaceShare::Patch { g: facing.g });
-                points.push(meeting.point(&law, site, sites, state, Some(&cell.on), &mut known));
+                points.push(meeting.point(&law, site, sites, state, Some(&node.on), &mut known));
             }
         }
         self.offset = known.offset;

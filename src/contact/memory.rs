@@ -3,8 +3,8 @@
 //! Kept per pair of bodies and feature, so that nothing has to be transported when a contact
 //! slides: its identity is the feature. A pair forgets its friction once it separates (healing); what is crushed stays crushed.
 
-use crate::contact::cells::FaceCells;
 use crate::contact::features::Feature;
+use crate::contact::mortar::Mortar;
 pub use crate::contact::point_memory::PointMemory;
 use crate::tensor::Vec3;
 use serde::{Deserialize, Serialize};
@@ -54,7 +54,7 @@ pub struct PairMemory {
     /// Sorted by feature.
     pub points: Vec<PointMemory>,
     /// Of the patches that its meshed faces share.
-    pub face_cells: Vec<FaceCells>,
+    pub mortars: Vec<Mortar>,
 }
 
 impl PairMemory {

@@ -24,7 +24,7 @@ pub mod membrane;
 pub mod memory;
 pub mod patch;
 pub mod point_memory;
-pub mod cells;
+pub mod mortar;
 pub mod search;
 pub mod state;
 pub mod visit;
@@ -36,7 +36,7 @@ pub use features::{Feature, Site};
 pub use force::{Evaluation, Kinematics};
 pub use law::ContactLaw;
 
-pub use cells::FaceCells;
 pub use membrane::{MembraneContact, MembraneContactLaw, MembraneForce, MembraneTangent, Offset};
 pub use memory::{ContactKey, Crushable, Crushed, Memory, PairMemory, PointMemory};
+pub use mortar::Mortar;
 pub use search::{ContactShape, Neighbours, PairFeatures};
