@@ -1,7 +1,8 @@
 //! Blocks on planes: sliding, tipping, pushed along under weakening friction, pressed at many points.
 //!
 //! - A block of width b and height h on a plane that tilts slides at `tan(angle) = mu`, or tips first, at `(b - 2 r) / h` where
-//!   that is less: its edges are rounded with r, so that its foot ends r before the block does. The angle found is the last
+//!   that is less: its edges are rounded with r, so that its foot ends r before the block does; a meshed one that carries by its area
+//!   tips at `b / h`, and so do cubes on each other. The angle found is the last
 //!   with an equilibrium. Tolerance on its tangent: the smallest increment turns gravity by 1/64 of a twentieth of the way, which is
 //!   1.2 times the limit: 1e-3; and forces balance to 1e-5.
 //! - Pushed along a plane by a displacement under N, the push rises to `mu_p N`, then follows `N mu(s)`,
@@ -14,7 +15,8 @@ use crate::contact::law::Friction;
 use crate::scene::{BodyLoad, SceneParameters, SceneShape};
 use crate::tensor::Vec3;
 use crate::verification::bodies::{
-    HELD, ROUNDING, body, cuboid, drive, fixed, gravity, ground, hull, load, push, scene, sharp,
+    HELD, ROUNDING, body, cuboid, drive, fixed, gravity, ground, hull, load, meshed_by_area, push, scene,
+    sharp,
 };
 use crate::verification::{Absolute, Findings, Relative, Run, worse};
 
@@ -27,6 +29,17 @@ pub fn tilted(width: f64, height: f64, friction: f64, limit: f64) -> SceneParame
     let end = 1.2 * limit;
     let stages = vec![gravity(4, [0.0, 0.0, -9.81]), gravity(20, [9.81 * end, 0.0, -9.81])];
     sharp(scene(vec![ground(), block], friction, stages))
+}
+
+/// Three cubes on each other on a plane, tilted to 1.2 times the tangent `limit`.
+fn stack(limit: f64) -> SceneParameters {
+    let single = tilted(0.1, 0.1, 0.65, limit);
+    let mut bodies = vec![ground()];
+    bodies.extend((0..3).map(|k| {
+        let height = 0.05 + 0.1 * f64::from(k);
+        body(&format!("cube {k}"), cuboid([0.1; 3]), [0.0, 0.0, height], [0.0; 3])
+    }));
+    SceneParameters { bodies, ..single }
 }
 
 /// Tangent of the steepest tilt with an equilibrium; not a number where there was none at all or where it
@@ -53,6 +66,12 @@ pub(super) fn incline(findings: &mut Findings) {
         let expected = tipping(slenderness * 0.1, 0.1);
         let run = Run::of(&tilted(slenderness * 0.1, 0.1, 0.8, expected));
         found(format!("tan where it tips, b/h {slenderness}"), &run, expected);
+    }
+    for cells in [0.1, 0.04] {
+        let run = Run::of(&meshed_by_area(tilted(0.03, 0.1, 0.8, 0.3), cells));
+        found(format!("tan where it tips, b/h 0.3, meshed, cells of {cells} m, by area"), &run, 0.3);
+        let run = Run::of(&meshed_by_area(stack(1.0 / 3.0), cells));
+        found(format!("tan where three cubes tip, meshed, cells of {cells} m, by area"), &run, 1.0 / 3.0);
     }
 }
 

@@ -8,7 +8,7 @@ use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::CondensedGrain;
 use crate::material::Elastic;
-use crate::mesh::{NearPoint, sphere_mesh};
+use crate::mesh::{Mesh, NearPoint, polyhedron_mesh, sphere_mesh};
 use crate::scene::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::solver::Settings;
 use crate::tensor::{Pose, Rotation, Vec3};
@@ -52,11 +52,28 @@ pub fn condensed_sphere(
     let nominal = mesh.convex_hull().expect("a hull");
     let core = nominal.scaled(1.0 - rounding / radius);
     let shape = SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } };
-    let placed = body(name, shape, position, [0.0; 3]);
+    condensed(body(name, shape, position, [0.0; 3]), mesh)
+}
+
+/// The body with this mesh, condensed.
+pub fn condensed(placed: SceneBody, mesh: Mesh) -> SceneBody {
     let rock = Elastic::new(placed.youngs_modulus, placed.poissons_ratio).expect("allowed");
     let rock = vec![rock; mesh.cells.len()];
     let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
     SceneBody { grain: Some(Arc::new(grain)), ..placed }
+}
+
+/// The same scene with cells of this size [m] in all bodies that move, and faces that carry over their area.
+pub fn meshed_by_area(mut parameters: SceneParameters, mesh_size: f64) -> SceneParameters {
+    let with_cells = |placed: SceneBody| match &placed.shape {
+        SceneShape::Polyhedron { nominal, .. } if !placed.fixed => {
+            let mesh = polyhedron_mesh(nominal, mesh_size).expect("a mesh");
+            condensed(placed, mesh)
+        }
+        _ => placed,
+    };
+    parameters.bodies = parameters.bodies.into_iter().map(with_cells).collect();
+    SceneParameters { faces: FaceContact::Area, ..parameters }
 }
 
 /// A box of these edge lengths [m], which are positive.

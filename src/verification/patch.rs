@@ -63,18 +63,13 @@ pub fn column(blocks: Blocks, angle: f64, heading: f64, cells: [f64; 2]) -> Scen
             centre.into(),
             [0.0; 3],
         );
-        let rock = Elastic::new(placed.youngs_modulus, placed.poissons_ratio).expect("allowed");
-        let rock = vec![rock; mesh.cells.len()];
+        let placed = condensed(placed, mesh);
+        let full = |grain: &Arc<CondensedGrain>| {
+            Arc::new(FullGrain::new(grain.clone(), DENSITY, Strains::Finite).expect("a grain"))
+        };
         match blocks {
-            Blocks::Condensed => {
-                let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-                SceneBody { grain: Some(Arc::new(grain)), ..placed }
-            }
-            Blocks::Full => {
-                let grain = Arc::new(CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain"));
-                let full = FullGrain::new(grain.clone(), DENSITY, Strains::Finite).expect("a grain");
-                SceneBody { grain: Some(grain), full: Some(Arc::new(full)), ..placed }
-            }
+            Blocks::Condensed => placed,
+            Blocks::Full => SceneBody { full: placed.grain.as_ref().map(full), ..placed },
         }
     };
     let plate = |name, z: f64| SceneBody {
