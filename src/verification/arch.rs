@@ -138,7 +138,7 @@ pub(super) fn stands_or_falls(findings: &mut Findings) {
             tried(what, &arch(count, share * least_thickness(count, ROUNDING)), expected);
         }
         let thickness = share * least_thickness(12, 0.0);
-        let what = format!("12 meshed blocks by area, t/R {share} of the least");
+        let what = format!("12 meshed ones by area, {share} of the least");
         tried(what, &meshed_by_area(arch(12, thickness), 0.3), expected);
     }
 }

@@ -69,10 +69,10 @@ pub(super) fn incline(findings: &mut Findings) {
     }
     for cells in [0.1, 0.04] {
         let run = Run::of(&meshed_by_area(tilted(0.03, 0.1, 0.8, 0.3), cells));
-        found(format!("tan where it tips, b/h 0.3, meshed, cells of {cells} m, by area"), &run, 0.3);
-        let run = Run::of(&meshed_by_area(stack(1.0 / 3.0), cells));
-        found(format!("tan where three cubes tip, meshed, cells of {cells} m, by area"), &run, 1.0 / 3.0);
+        found(format!("tan where it tips, meshed by {cells} m, area"), &run, 0.3);
     }
+    let run = Run::of(&meshed_by_area(stack(1.0 / 3.0), 0.1));
+    found("tan where three cubes tip, meshed, area".into(), &run, 1.0 / 3.0);
 }
 
 /// What presses the pushed block down [N], and how far it is pushed [m].

@@ -17,11 +17,10 @@ use crate::contact::law::Friction;
 use crate::element::Strains;
 use crate::geometry::Polyhedron;
 use crate::grain::{CondensedGrain, FullGrain};
-use crate::material::Elastic;
 use crate::mesh::polyhedron_mesh;
 use crate::scene::{BodyLoad, SceneBody, SceneParameters, SceneShape};
 use crate::tensor::Vec3;
-use crate::verification::bodies::{DENSITY, HELD, body, cuboid, drive, fixed, load, scene};
+use crate::verification::bodies::{DENSITY, HELD, body, condensed, cuboid, drive, fixed, load, scene};
 use crate::verification::{Absolute, Findings, Run, worse};
 
 /// Edge of the cross-section, and height of either block's axis [m].
