@@ -2,23 +2,24 @@
 
 use crate::error::Result;
 use crate::loading::Portion;
-use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
+use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, Stabilisation, advance};
 use crate::triaxial::drive::{Drive, Guess};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::test::Test;
 use crate::triaxial::test::increments::REST_SHARE;
 
 impl Test {
-    /// Breaks up what the last increment left to, `done` of the stage behind it; whether anything did. Contacts store other energy on new shapes: what they lose is crushing, what
-    /// they gain came from nowhere and is told as such.
+    /// Breaks up what the last increment left to, `done` of the stage behind it; whether anything did. Contacts on failed rock and on new shapes store other energy: what they
+    /// lose is crushing, what they gain came from nowhere and is told as such.
     pub(super) fn break_up(&mut self, rig: &mut Rig, drive: &Drive, done: f64) -> Result<bool> {
         if rig.failing.is_empty() {
             return Ok(false);
         }
-        let before = self.forces_now(rig, drive, done).energy.elastic;
         let fractures = rig.break_up()?;
         let after = self.forces_now(rig, drive, done);
-        let change = after.energy.elastic - before;
+        // What contacts on failed rock lose is booked here: they go on from what they bear now, or the next increment would book it again.
+        let change = after.energy.elastic - (self.start_elastic + self.ledger.elastic);
+        rig.committed.memory = after.memory;
         rig.committed.forces = after.forces;
         let lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
         let (released, gained) = ((-change).max(0.0), change.max(0.0));
@@ -38,7 +39,9 @@ impl Test {
         let guess = Guess { area, pressure, deviatoric_stress: now.deviatoric_stress };
         let loads = drive.loads(rig, Portion { share: REST_SHARE, to: done }, &guess);
         let damage = DamageSettings { moves: false, ..rig.settings.damage };
-        let settings = Settings { max_augmentations: 0, damage, ..rig.settings.clone() };
+        // Without a step: with one, what moves next would be counted as lost here.
+        let (stabilisation, max_augmentations) = (Stabilisation::Rest, 0);
+        let settings = Settings { stabilisation, max_augmentations, damage, ..rig.settings.clone() };
         let increment =
             Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
         advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts)
