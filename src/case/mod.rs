@@ -22,6 +22,7 @@ mod rules;
 mod schema;
 mod size;
 mod source;
+mod stage;
 mod support;
 mod table;
 mod types;
