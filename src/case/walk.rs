@@ -83,18 +83,7 @@ impl Walker {
             (Form::Overrides(keys), Value::Object(map)) => {
                 Some(Value::Object(self.object(keys, &[], map, path, Gaps::Leave)))
             }
-            (Form::OneOf(keys), Value::Object(map)) => {
-                let walked = self.object(keys, &[], map, path, Gaps::Leave);
-                let named = keys.iter().map(|key| key.name);
-                let given: Vec<_> = named.filter(|name| map.contains_key(*name)).collect();
-                let problem = match given[..] {
-                    [_] => return Some(Value::Object(walked)),
-                    [] if !self.is_clean(path) => return None,
-                    [] => "has none of the keys of which one is needed".into(),
-                    _ => format!("has {} where one is needed", given.join(" and ")),
-                };
-                self.refuse(form, value, path, problem)
-            }
+            (Form::OneOf(keys), Value::Object(map)) => self.one_of(form, keys, map, path),
             (Form::Kinds(kinds), Value::Object(map)) => self.kinds(kinds, map, path),
             (Form::Kinds(kinds), Value::String(word)) if kinds.iter().any(|kind| kind.name == word) => {
                 let map = Map::from_iter([("kind".to_string(), value.clone())]);
@@ -102,17 +91,7 @@ impl Walker {
             }
             (Form::Named(form), Value::Object(map)) => Some(self.named(form, map, path)),
             (Form::ByPointer(form), Value::Object(map)) => Some(self.by_pointer(form, map, path)),
-            (Form::Scattered(keys), Value::Object(map)) => {
-                let mut walked = self.object(keys, &[], map, path, Gaps::Fill);
-                if self.is_clean(path) {
-                    self.scatter(&mut walked, path);
-                }
-                Some(Value::Object(walked))
-            }
-            (Form::Scattered(keys), value) => {
-                let mean = self.walk(&keys.first()?.form, value, path)?;
-                Some(serde_json::json!({ "mean": mean, "law": "constant" }))
-            }
+            (Form::Scattered(keys), value) => self.scattered(keys, value, path),
             (Form::Nullable(_), Value::Null) => Some(Value::Null),
             (Form::Nullable(form), value) => self.nullable(form, value, path),
             (Form::Either(forms), value) => self.either(form, forms, value, path),
@@ -144,6 +123,19 @@ impl Walker {
         path: &str,
     ) -> Vec<Option<Value>> {
         items.enumerate().map(|(i, (form, item))| self.walk(form, item, &format!("{path}[{i}]"))).collect()
+    }
+
+    fn one_of(&mut self, form: &Form, keys: &[Key], map: &Map<String, Value>, path: &str) -> Option<Value> {
+        let walked = Value::Object(self.object(keys, &[], map, path, Gaps::Leave));
+        let named = keys.iter().map(|key| key.name);
+        let given: Vec<_> = named.filter(|name| map.contains_key(*name)).collect();
+        let problem = match given[..] {
+            [_] => return Some(walked),
+            [] if !self.is_clean(path) => return None,
+            [] => "has none of the keys of which one is needed".into(),
+            _ => format!("has {} where one is needed", given.join(" and ")),
+        };
+        self.refuse(form, &Value::Object(map.clone()), path, problem)
     }
 
     fn named(&mut self, form: &Form, map: &Map<String, Value>, path: &str) -> Value {
@@ -266,6 +258,18 @@ impl Walker {
         let value = map.get("kind").map(shown).unwrap_or("nothing".into());
         self.fault(place, value, problem, choices);
         None
+    }
+
+    fn scattered(&mut self, keys: &[Key], value: &Value, path: &str) -> Option<Value> {
+        let Value::Object(map) = value else {
+            let mean = self.walk(&keys.first()?.form, value, path)?;
+            return Some(serde_json::json!({ "mean": mean, "law": "constant" }));
+        };
+        let mut walked = self.object(keys, &[], map, path, Gaps::Fill);
+        if self.is_clean(path) {
+            self.scatter(&mut walked, path);
+        }
+        Some(Value::Object(walked))
     }
 
     /// Settles the law of a scattered quantity and refuses parameters of another law.

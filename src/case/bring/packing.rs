@@ -55,20 +55,9 @@ pub fn specimen(
     if complete && way.norm() < 1e-9 * size {
         return Ok((Value::Object(given.clone()), notes));
     }
-    let stated = |key: &str| -> Result<Option<f64>, Fault> {
-        let value = given.get(key).unwrap_or(&Value::Null);
-        if value.is_null() {
-            return Ok(None);
-        }
-        let read = quantity::read(value, Dimension::Length).ok().filter(|length| *length > 0.0);
-        let path = format!("$.specimen.{key}");
-        let problem =
-            || Fault::new(path, shown(value), "is no length".to_string(), "a length, as \"300 mm\"");
-        read.map(Some).ok_or_else(problem)
-    };
     centre(&mut grains);
     let before = grains.len();
-    keep_within(&mut grains, stated("diameter")?, stated("height")?);
+    keep_within(&mut grains, stated(given, "diameter")?, stated(given, "height")?);
     if grains.len() < before {
         notes.push(format!(
             "packing: {} of {before} grains do not lie in the cylinder and are left out",
@@ -119,6 +108,14 @@ pub fn specimen(
     let grains: Vec<Value> = packing.grains.iter().map(listed).collect();
     specimen.insert("packing".into(), json!({"grains": grains, "compact": compact}));
     Ok((Value::Object(specimen), notes))
+}
+
+/// A length that a specimen may state [m].
+fn stated(specimen: &Map<String, Value>, key: &str) -> Result<Option<f64>, Fault> {
+    let Some(value) = specimen.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
+    let read = quantity::read(value, Dimension::Length).ok().filter(|length| *length > 0.0);
+    let path = format!("$.specimen.{key}");
+    read.map(Some).ok_or_else(|| Fault::new(path, shown(value), "is no length", "a length, as \"300 mm\""))
 }
 
 /// The grains of a packing as it is given, and whether it is to be compacted.
