@@ -189,11 +189,29 @@ fn cells_of_bodies_are_about_those_of_their_meshes() {
     }
 }
 
+fn is_of_type(value: &Value, name: &str) -> Result<bool, String> {
+    Ok(match name {
+        "object" => value.is_object(),
+        "array" => value.is_array(),
+        "string" => value.is_string(),
+        "number" => value.is_number(),
+        "integer" => value.as_f64().is_some_and(|x| x.fract() == 0.0),
+        "boolean" => value.is_boolean(),
+        "null" => value.is_null(),
+        other => return Err(format!("the schema has the unknown type {other}")),
+    })
+}
+
 /// The part of JSON Schema that the case's schema uses, `pattern` (an editor's business) apart.
 fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
     let refuse = |what: &str| Err(format!("{path}: {what}: {value}"));
     let Some(schema) = schema.as_object() else {
         return if schema == &Value::Bool(false) { refuse("nothing goes here") } else { Ok(()) };
+    };
+    // The values of an object under some of its keys.
+    let each = |is_meant: &dyn Fn(&str) -> bool, rule: &Value| {
+        let mut values = value.as_object().into_iter().flatten().filter(|(key, _)| is_meant(key));
+        values.try_for_each(|(key, value)| conforms(rule, value, &format!("{path}.{key}")))
     };
     for (word, rule) in schema {
         let number = || value.as_f64().zip(rule.as_f64());
@@ -202,16 +220,7 @@ fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
         let length = value.as_array().map(Vec::len).or(value.as_object().map(|map| map.len()));
         let limit = rule.as_u64().map(|n| n as usize);
         let sound = match word.as_str() {
-            "type" => match rule.as_str().unwrap_or_default() {
-                "object" => value.is_object(),
-                "array" => value.is_array(),
-                "string" => value.is_string(),
-                "number" => value.is_number(),
-                "integer" => value.as_f64().is_some_and(|x| x.fract() == 0.0),
-                "boolean" => value.is_boolean(),
-                "null" => value.is_null(),
-                other => return Err(format!("the schema has the unknown type {other}")),
-            },
+            "type" => is_of_type(value, rule.as_str().unwrap_or_default())?,
             "const" => value == rule,
             "enum" => list.contains(value),
             "anyOf" => passing() > 0,
@@ -237,31 +246,22 @@ fn conforms(schema: &Value, value: &Value, path: &str) -> Result<(), String> {
                     schema.get("properties").is_some_and(|known| known.get(key).is_some())
                         || schema.contains_key("patternProperties") && key.starts_with('/')
                 };
-                for (key, value) in value.as_object().into_iter().flatten().filter(|(key, _)| !known(key)) {
-                    conforms(rule, value, &format!("{path}.{key}"))?;
-                }
+                each(&|key| !known(key), rule)?;
                 true
             }
             "patternProperties" => {
-                for (key, value) in
-                    value.as_object().into_iter().flatten().filter(|(key, _)| key.starts_with('/'))
-                {
-                    conforms(&rule["^/"], value, &format!("{path}.{key}"))?;
-                }
+                each(&|key| key.starts_with('/'), &rule["^/"])?;
                 true
             }
             "prefixItems" => {
-                for (i, (rule, value)) in list.iter().zip(value.as_array().into_iter().flatten()).enumerate()
-                {
-                    conforms(rule, value, &format!("{path}[{i}]"))?;
-                }
+                let mut each = list.iter().zip(value.as_array().into_iter().flatten()).enumerate();
+                each.try_for_each(|(i, (rule, value))| conforms(rule, value, &format!("{path}[{i}]")))?;
                 true
             }
             "items" => {
                 let prefix = schema.get("prefixItems").and_then(Value::as_array).map_or(0, Vec::len);
-                for (i, value) in value.as_array().into_iter().flatten().enumerate().skip(prefix) {
-                    conforms(rule, value, &format!("{path}[{i}]"))?;
-                }
+                let mut rest = value.as_array().into_iter().flatten().enumerate().skip(prefix);
+                rest.try_for_each(|(i, value)| conforms(rule, value, &format!("{path}[{i}]")))?;
                 true
             }
             "$schema" | "title" | "description" | "default" | "examples" | "pattern" => true,
