@@ -21,6 +21,46 @@ fn stress(strain: f64) -> f64 {
     3.2e6 * (1.0 - (strain / 0.04 - 1.0).powi(2))
 }
 
+/// Two tetrahedra, a grain each, one above the other.
+fn mesh() -> FieldMesh {
+    let mut mesh = FieldMesh::new();
+    let part = mesh.add_part("grains");
+    for grain in 0..2 {
+        let at = Vec3::new(0.0, 0.0, 0.05 * grain as f64);
+        let corners = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]];
+        let nodes = corners.map(|corner| mesh.add_point(&(at + Vec3::from(corner))));
+        mesh.add_cell(CellKind::Tetrahedron, &nodes, part, Some(grain), 30e9).expect("a cell");
+    }
+    mesh
+}
+
+/// The increment of a consolidation, and those of the shearing behind it.
+fn row(increment: i64) -> HistoryRow {
+    let strain = 1e-3 * (increment - 1) as f64;
+    let work = 10.0 * increment as f64;
+    HistoryRow {
+        stage: i64::from(increment > 1),
+        increment,
+        time: increment as f64 / 51.0,
+        // At the end of the consolidation strains are its own, and begin anew behind it.
+        axial_strain: if increment == 1 { 0.012 } else { strain },
+        volumetric_strain: if increment == 1 { 0.03 } else { 0.2 * strain },
+        deviatoric_stress: stress(strain),
+        confining_pressure: 0.8e6,
+        mean_stress: 0.8e6 + stress(strain) / 3.0,
+        void_ratio: 0.4,
+        factorisations: 3,
+        augmentations: 2,
+        cuts: i64::from(increment == 7),
+        out_of_balance: 1e-4,
+        wall_time: 0.5 * increment as f64,
+        energy_external: work,
+        energy_elastic: 0.25 * work,
+        energy_friction: 0.75 * work,
+        ..HistoryRow::default()
+    }
+}
+
 /// A run of a consolidation and a shearing to 5 % in 50 increments, two grains, damage, contacts, breakage.
 fn write_made_run(path: &Path, outcome: Outcome) {
     write_run_of(path, outcome, &["consolidate", "shear"], "<b>Known & made</b>");
@@ -37,15 +77,7 @@ fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
         stages: stages.iter().map(|kind| kind.to_string()).collect(),
     };
     let mut writer = Writer::create(path, &record, Existing::Refuse).expect("a new file");
-    let mut mesh = FieldMesh::new();
-    let part = mesh.add_part("grains");
-    for grain in 0..2 {
-        let at = Vec3::new(0.0, 0.0, 0.05 * grain as f64);
-        let corners = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]];
-        let nodes = corners.map(|corner| mesh.add_point(&(at + Vec3::from(corner))));
-        mesh.add_cell(CellKind::Tetrahedron, &nodes, part, Some(grain), 30e9).expect("a cell");
-    }
-    writer.set_mesh(mesh.clone()).expect("a mesh");
+    writer.set_mesh(mesh()).expect("a mesh");
     let sizes = Column::floats("sieve_size", "m", "sieve size", vec![0.045, 0.055]);
     let masses = Column::floats("mass", "kg", "mass", vec![1.0, 3.0]);
     writer.write_table("grains", &[sizes, masses]).expect("grains");
@@ -72,30 +104,7 @@ fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
         writer.write_table(&format!("contacts/{state}"), &contacts).expect("contacts");
     };
     for increment in 1..=51 {
-        let strain = 1e-3 * (increment - 1) as f64;
-        let work = 10.0 * increment as f64;
-        let row = HistoryRow {
-            stage: i64::from(increment > 1),
-            increment,
-            time: increment as f64 / 51.0,
-            // At the end of the consolidation strains are its own, and begin anew behind it.
-            axial_strain: if increment == 1 { 0.012 } else { strain },
-            volumetric_strain: if increment == 1 { 0.03 } else { 0.2 * strain },
-            deviatoric_stress: stress(strain),
-            confining_pressure: 0.8e6,
-            mean_stress: 0.8e6 + stress(strain) / 3.0,
-            void_ratio: 0.4,
-            factorisations: 3,
-            augmentations: 2,
-            cuts: i64::from(increment == 7),
-            out_of_balance: 1e-4,
-            wall_time: 0.5 * increment as f64,
-            energy_external: work,
-            energy_elastic: 0.25 * work,
-            energy_friction: 0.75 * work,
-            ..HistoryRow::default()
-        };
-        writer.append(&row, &[]).expect("a row");
+        writer.append(&row(increment), &[]).expect("a row");
         if increment == 1 {
             save(&mut writer, 1, 0);
         }

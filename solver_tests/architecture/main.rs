@@ -180,23 +180,8 @@ fn faults(file: &Path, source: &str, rooms: &[String]) -> Vec<String> {
                 depth = depth.saturating_sub(1);
             }
             "crate" if path_goes_on(k + 1) => {
-                let target = text(k + 3);
-                match rooms.iter().position(|listed| listed == target) {
-                    Some(other) if other <= layer => {}
-                    Some(_) => fault(
-                        *line,
-                        format!(
-                            "`{room}` refers to `{target}`, which lib.rs lists below it: move what is shared \
-                             down into a room above `{room}`, or hand it in as an argument"
-                        ),
-                    ),
-                    None if target == "{" || target == "*" => {
-                        fault(
-                            *line,
-                            "write one `use crate::room::…` per room, so that this test sees it".into(),
-                        );
-                    }
-                    None => fault(*line, format!("`crate::{target}` is no room that lib.rs lists")),
+                if let Some(problem) = fault_of_import(room, layer, text(k + 3), rooms) {
+                    fault(*line, problem);
                 }
             }
             "super" if !path_comes_before(k) => {
@@ -227,6 +212,21 @@ fn faults(file: &Path, source: &str, rooms: &[String]) -> Vec<String> {
         }
     }
     faults
+}
+
+/// What is wrong with a path into a room `target` out of `room`, which is number `layer` of the `rooms`.
+fn fault_of_import(room: &str, layer: usize, target: &str, rooms: &[String]) -> Option<String> {
+    match rooms.iter().position(|listed| listed == target) {
+        Some(other) if other <= layer => None,
+        Some(_) => Some(format!(
+            "`{room}` refers to `{target}`, which lib.rs lists below it: move what is shared \
+             down into a room above `{room}`, or hand it in as an argument"
+        )),
+        None if target == "{" || target == "*" => {
+            Some("write one `use crate::room::…` per room, so that this test sees it".into())
+        }
+        None => Some(format!("`crate::{target}` is no room that lib.rs lists")),
+    }
 }
 
 fn source_files(folder: &Path, found: &mut Vec<PathBuf>) {

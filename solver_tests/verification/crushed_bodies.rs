@@ -5,7 +5,8 @@
 //!
 //! The elastic part against Hertz is not here: nodal contact needs both poles finely meshed for it.
 
-use riprap::crushing::{Ending, Grip, Press, Record, crush};
+use crate::crush::{Ending, Press, Record, crush};
+use riprap::crushing::Grip;
 use riprap::grain::{Ancestry, DamagedGrain, contact_shapes};
 use riprap::material::{DamageLaw, DamageParameters, Elastic};
 use riprap::mesh::{Mesh, cuboid_mesh, grain_mesh, sphere_mesh};

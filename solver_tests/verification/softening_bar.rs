@@ -10,7 +10,8 @@
 //!
 //! Bazant & Oh (1983), "Crack band theory for fracture of concrete", Mater. Struct. 16:155-177.
 
-use riprap::crushing::{Ending, Grip, Press, Record, crush};
+use crate::crush::{Ending, Press, Record, crush};
+use riprap::crushing::Grip;
 use riprap::grain::{Ancestry, DamagedGrain};
 use riprap::material::{DamageLaw, DamageParameters, Elastic, Softening, crack_band_size};
 use riprap::mesh::cuboid_mesh;

@@ -51,15 +51,8 @@ struct Specimen {
     shapes: Vec<Vec<[f64; 3]>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     packing: Option<PackingCase>,
-    unreachable: WhenUnreachable,
+    unreachable: Unreachable,
     cells_per_grain: usize,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum WhenUnreachable {
-    Refuse,
-    Nearest,
 }
 
 /// The case of a completed value, a specimen with its mean grains; otherwise why the table and the
@@ -110,10 +103,7 @@ impl Specimen {
             vertex_separation: self.vertex_separation,
             shapes: self.shapes.clone(),
             packing: self.packing.clone(),
-            unreachable: match self.unreachable {
-                WhenUnreachable::Refuse => Unreachable::Refuse,
-                WhenUnreachable::Nearest => Unreachable::Nearest,
-            },
+            unreachable: self.unreachable,
             cells_per_grain: self.cells_per_grain,
         })
     }
@@ -135,10 +125,7 @@ impl Specimen {
             vertex_separation: case.vertex_separation,
             shapes: case.shapes.clone(),
             packing: case.packing.clone(),
-            unreachable: match case.unreachable {
-                Unreachable::Refuse => WhenUnreachable::Refuse,
-                Unreachable::Nearest => WhenUnreachable::Nearest,
-            },
+            unreachable: case.unreachable,
             cells_per_grain: case.cells_per_grain,
         }
     }

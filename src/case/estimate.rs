@@ -219,15 +219,8 @@ impl StageCase {
             | StageCase::Hold { increments }
             | StageCase::StressShear { increments, .. }
             | StageCase::Load { increments, .. } => increments as f64,
-            StageCase::Shear { axial_strain, increment, .. }
-            | StageCase::Oedometer { axial_strain, increment, .. }
-            | StageCase::ConstantVolume { axial_strain, increment, .. }
-            | StageCase::ConstantP { axial_strain, increment, .. } => (axial_strain / increment).ceil(),
             // Unloading is stiff: a tenth of a percent or so.
-            StageCase::Unload { increment, .. } => (1e-3 / increment).ceil(),
-            StageCase::Reload { axial_strain, increment, .. } => {
-                (axial_strain.unwrap_or(1e-3) / increment).ceil()
-            }
+            _ => self.strained().map_or(0.0, |it| (it.axial_strain.unwrap_or(1e-3) / it.increment).ceil()),
         }
     }
 }

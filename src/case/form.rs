@@ -13,6 +13,8 @@ pub enum Form {
     /// A whole number from the first to the second, both included.
     Count(u64, u64),
     Text,
+    /// A text that is not empty and has no line break.
+    Line,
     Flag,
     /// One of a few words.
     Choice(&'static [&'static str]),
@@ -37,7 +39,10 @@ pub enum Form {
     OrBrought(&'static Form, &'static Form),
     /// What `bring` has put in another's place before; where it is still there it has a fault already.
     Brought(&'static Form),
+    /// An object with JSON pointers as its keys, its values of one form.
+    ByPointer(&'static Form),
     Nullable(&'static Form),
+    Any,
     /// The first of these that fits.
     Either(&'static [Form]),
 }
@@ -167,12 +172,14 @@ impl Form {
             Form::Count(low, u64::MAX) => format!("a whole number, at least {low}"),
             Form::Count(low, high) => format!("a whole number from {low} to {high}"),
             Form::Text => "a text in quotes".into(),
+            Form::Line => "a text in quotes, not empty and without line breaks".into(),
             Form::Flag => "true or false".into(),
             Form::Choice(words) => quoted(words.iter().copied()),
             Form::Tuple(items) => match items.first() {
                 Some(first) => format!("a list of {}, each {}", items.len(), first.accepted()),
                 None => "an empty list".into(),
             },
+            Form::List(item, 0) => format!("a list, each {}", item.accepted()),
             Form::List(item, least) => {
                 format!("a list of at least {least}, each {}", item.accepted())
             }
@@ -185,6 +192,10 @@ impl Form {
                 if words.is_empty() { object } else { format!("{object}, or alone the word {words}") }
             }
             Form::Named(_) => "an object with names as its keys".into(),
+            Form::ByPointer(form) => {
+                format!("an object with JSON pointers as its keys, each with {}", form.accepted())
+            }
+            Form::Any => "any value".into(),
             Form::Scattered(keys) => {
                 let mean = keys.first().map(|mean| mean.form.accepted()).unwrap_or_default();
                 format!("{mean}, or an object with the keys {}", names(keys))

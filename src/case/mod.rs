@@ -14,6 +14,7 @@ mod form;
 mod idle;
 mod overlap;
 mod packed;
+mod path;
 mod plausible;
 mod quantity;
 mod remarks;
@@ -21,18 +22,24 @@ mod rules;
 mod schema;
 mod size;
 mod source;
+mod stage;
 mod support;
 mod table;
 mod types;
 mod walk;
 
 pub use estimate::Estimate;
+pub(crate) use form::{Form, Key};
+pub use path::child as path_of_key;
+pub(crate) use path::{fault_of_pointer, shortened};
 pub use remarks::Squeeze;
 pub use schema::schema;
-pub use source::{RawCase, fault_of_pointer, parse_override, read, read_named, shortened};
+pub(crate) use schema::schema_of;
+pub use source::{RawCase, parse_override, read, read_named};
 pub use support::unsupported;
 pub use types::*;
-pub use walk::{child as path_of_key, meant, nearest, shown};
+pub(crate) use walk::Walker;
+pub use walk::shown;
 
 use std::path::Path;
 
@@ -88,7 +95,9 @@ mod tests {
                 (low, high) => json!(low + (high - low).min(0.1) / 2.0),
             }],
             Form::Count(low, high) => vec![json!(20.clamp(*low, *high))],
-            Form::Text => vec![json!("a text")],
+            Form::Text | Form::Line => vec![json!("a text")],
+            Form::Any => vec![json!(1)],
+            Form::ByPointer(form) => vec![json!({"/a": examples(form).remove(0)})],
             Form::Flag => vec![json!(true), json!(false)],
             Form::Choice(words) => words.iter().map(|word| json!(word)).collect(),
             Form::Tuple(forms) => {

@@ -193,19 +193,10 @@ impl Case {
     fn largest_stress(&self) -> f64 {
         let (mut confining, mut largest) = (0.0_f64, 0.0_f64);
         for stage in &self.stages {
-            let named = stage.radial_pressure();
-            confining = if named > 0.0 { named } else { confining };
+            confining = stage.pressure().filter(|named| *named > 0.0).unwrap_or(confining);
             let deviatoric = match stage {
                 StageCase::StressShear { deviatoric_stress, .. } => *deviatoric_stress,
-                StageCase::Shear { until, .. }
-                | StageCase::Reload { until, .. }
-                | StageCase::Oedometer { until, .. }
-                | StageCase::ConstantVolume { until, .. }
-                | StageCase::ConstantP { until, .. } => until.deviatoric_stress.unwrap_or(0.0),
-                StageCase::Consolidate { .. }
-                | StageCase::Unload { .. }
-                | StageCase::Hold { .. }
-                | StageCase::Load { .. } => 0.0,
+                other => other.strained().and_then(|it| it.until.deviatoric_stress).unwrap_or(0.0),
             };
             largest = largest.max(stage.largest_pressure()).max(confining + deviatoric);
         }

@@ -8,20 +8,9 @@ use super::table;
 
 /// The schema, for editors: they complete keys, show descriptions and mark what doesn't fit.
 pub fn schema() -> Value {
-    let mut schema = of(&table::CASE);
-    let head = json!({
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "riprap case",
-        // Of the editors' own: case files may have both.
-        "allowComments": true,
-        "allowTrailingCommas": true,
-        "description": "A triaxial test on rockfill (specimen) or a scene of bodies. Quantities are SI numbers or strings with a unit.",
-    });
-    if let (Value::Object(schema), Value::Object(mut head)) = (&mut schema, head) {
-        head.append(schema);
-        head.insert("oneOf".into(), json!([{"required": ["specimen"]}, {"required": ["scene"]}]));
-        *schema = head;
-    }
+    let about = "A triaxial test on rockfill (specimen) or a scene of bodies. Quantities are SI numbers or strings with a unit.";
+    let mut schema = schema_of("riprap case", about, &table::CASE);
+    schema["oneOf"] = json!([{"required": ["specimen"]}, {"required": ["scene"]}]);
     // What may stand in place of keys that the table needs.
     let specimen = &mut schema["properties"]["specimen"];
     specimen["required"] = json!([]);
@@ -35,12 +24,29 @@ pub fn schema() -> Value {
     schema
 }
 
+/// The schema of a whole file of this form.
+pub fn schema_of(title: &str, about: &str, form: &Form) -> Value {
+    let mut head = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": title,
+        // Of the editors' own: files may have both.
+        "allowComments": true,
+        "allowTrailingCommas": true,
+        "description": about,
+    });
+    if let (Value::Object(head), Value::Object(mut schema)) = (&mut head, of(form)) {
+        head.append(&mut schema);
+    }
+    head
+}
+
 fn of(form: &Form) -> Value {
     match form {
         Form::Quantity(dimension, range) => quantity(*dimension, range),
         Form::Count(low, u64::MAX) => json!({"type": "integer", "minimum": low}),
         Form::Count(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
         Form::Text => json!({"type": "string"}),
+        Form::Line => json!({"type": "string", "pattern": r"^[^\r\n]+$"}),
         Form::Flag => json!({"type": "boolean"}),
         Form::Choice(words) => json!({"enum": words}),
         Form::Tuple(forms) => {
@@ -70,6 +76,11 @@ fn of(form: &Form) -> Value {
             let words = (!words.is_empty()).then(|| json!({"enum": words}));
             json!({"oneOf": kinds.chain(words).collect::<Vec<_>>()})
         }
+        Form::ByPointer(form) => {
+            let pointers = json!({"^/": of(form)});
+            json!({"type": "object", "patternProperties": pointers, "additionalProperties": false})
+        }
+        Form::Any => json!({}),
         Form::Named(form) => json!({"type": "object", "additionalProperties": of(form)}),
         Form::Scattered(keys) => {
             let mean = keys.first().map(|mean| of(&mean.form));
@@ -117,6 +128,8 @@ fn unit(form: &Form) -> Option<&'static str> {
         Form::Scattered(keys) => unit(&keys.first()?.form),
         Form::Count(..)
         | Form::Text
+        | Form::Line
+        | Form::Any
         | Form::Flag
         | Form::Choice(_)
         | Form::Object(_)
@@ -124,6 +137,7 @@ fn unit(form: &Form) -> Option<&'static str> {
         | Form::OneOf(_)
         | Form::Kinds(_)
         | Form::Named(_)
+        | Form::ByPointer(_)
         | Form::Either(_) => None,
     }
 }

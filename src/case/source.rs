@@ -8,12 +8,8 @@ use serde_json::Value;
 use crate::error::{Error, Fault, Faults, Result};
 use crate::input;
 
-use super::walk::{child, is_within, shown};
-
-/// Keys of a JSON pointer at most; no value of a case is as deep.
-const MOST_KEYS: usize = 32;
-/// Of a pointer or value that is told of in a message.
-const SHOWN: usize = 100;
+use super::path::{child, fault_of_pointer, is_within, path_of, shortened};
+use super::walk::shown;
 
 /// A case file that is JSON, not yet checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,22 +121,6 @@ pub fn parse_override(argument: &str) -> Result<(String, Value), Fault> {
     }
 }
 
-/// What is wrong with a JSON pointer by itself, and what is accepted; `None` where nothing is.
-pub fn fault_of_pointer(pointer: &str) -> Option<(String, String)> {
-    let accepted = "a JSON pointer, as /stages/0/pressure";
-    let Some(keys) = pointer.strip_prefix('/') else {
-        return Some(("the pointer must begin with /".into(), accepted.into()));
-    };
-    // Every key nests a value in another, and some code that meets these calls itself for each.
-    if keys.split('/').nth(MOST_KEYS).is_some() {
-        return Some((
-            "the pointer is too deep".into(),
-            format!("{accepted}, with at most {MOST_KEYS} keys"),
-        ));
-    }
-    None
-}
-
 fn set_at(root: &mut Value, pointer: &str, new: Value) -> Result<(), (String, String)> {
     if let Some(fault) = fault_of_pointer(pointer) {
         return Err(fault);
@@ -174,21 +154,6 @@ fn set_at(root: &mut Value, pointer: &str, new: Value) -> Result<(), (String, St
     }
     *at = new;
     Ok(())
-}
-
-/// A text for a message, cut where it is long.
-pub fn shortened(text: &str) -> String {
-    match text.char_indices().nth(SHOWN) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_string(),
-    }
-}
-
-fn path_of(pointer: &str) -> String {
-    pointer.split('/').skip(1).fold("$".into(), |path, key| match key.parse::<usize>() {
-        Ok(index) => format!("{path}[{index}]"),
-        Err(_) => child(&path, &key.replace("~1", "/").replace("~0", "~")),
-    })
 }
 
 fn to_value(tree: &jsonc_parser::ast::Value, path: &str, text: &str, faults: &mut Vec<Fault>) -> Value {
@@ -235,6 +200,7 @@ fn lower_first(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::path::MOST_KEYS;
     use super::*;
 
     #[test]

@@ -3,8 +3,6 @@
 //! Tension is positive except where a field says otherwise: pressures and axial strains of the
 //! stages count compression positive, as in soil mechanics.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
 use crate::contact::asperity::{LIMIT_OVER_STRENGTH, NormalLaw};
@@ -16,6 +14,7 @@ use crate::tensor::Vec3;
 use crate::triaxial::Rims;
 
 pub use super::packed::{PackedCase, PackingCase};
+pub use super::stage::{StageCase, StrainedCase, UntilCase};
 pub use crate::scene::BodyLoad;
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
@@ -458,150 +457,6 @@ pub enum RubberLawCase {
     Gent,
 }
 
-impl SolverCase {
-    /// The accuracy, where fidelities are chosen for it.
-    pub fn chosen_accuracy(&self) -> Option<f64> {
-        self.accuracy.filter(|_| self.fidelity == Fidelity::Auto)
-    }
-}
-
-/// One stage. Pressures [Pa] and axial strains (shortening) are positive in compression.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum StageCase {
-    Consolidate {
-        axial_pressure: f64,
-        radial_pressure: f64,
-        increments: usize,
-    },
-    /// `axial_strain` is added in this stage; `pressure` is the confining pressure held, `None` what
-    /// the stage before leaves.
-    Shear {
-        axial_strain: f64,
-        increment: f64,
-        increment_max: f64,
-        until: UntilCase,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        pressure: Option<f64>,
-    },
-    /// To `deviatoric_stress` [Pa], the top plate loaded.
-    StressShear {
-        deviatoric_stress: f64,
-        increments: usize,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        pressure: Option<f64>,
-    },
-    /// Back to `deviatoric_stress` [Pa].
-    Unload {
-        deviatoric_stress: f64,
-        increment: f64,
-        increment_max: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        pressure: Option<f64>,
-    },
-    /// `None`: to where the last unloading began.
-    Reload {
-        axial_strain: Option<f64>,
-        increment: f64,
-        increment_max: f64,
-        until: UntilCase,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        pressure: Option<f64>,
-    },
-    Oedometer {
-        axial_strain: f64,
-        increment: f64,
-        increment_max: f64,
-        until: UntilCase,
-    },
-    ConstantVolume {
-        axial_strain: f64,
-        increment: f64,
-        increment_max: f64,
-        until: UntilCase,
-    },
-    ConstantP {
-        axial_strain: f64,
-        increment: f64,
-        increment_max: f64,
-        until: UntilCase,
-    },
-    Hold {
-        increments: usize,
-    },
-    /// Of a scene. Linear over the stage.
-    Load {
-        increments: usize,
-        /// By body name, each name known.
-        bodies: BTreeMap<String, BodyLoad>,
-        /// Acceleration at the end of the stage [m/s2]; `None`: as before the stage.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        gravity: Option<[f64; 3]>,
-    },
-}
-
-/// What ends a stage before its axial strain is reached.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct UntilCase {
-    /// [Pa]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub deviatoric_stress: Option<f64>,
-    /// Share of the stage's largest deviatoric stress that has to be lost.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub drop_after_peak: Option<f64>,
-}
-
-impl StageCase {
-    /// Confining pressure that the stage names [Pa]; zero where it names none.
-    pub fn radial_pressure(&self) -> f64 {
-        match self {
-            StageCase::Consolidate { radial_pressure, .. } => *radial_pressure,
-            StageCase::Shear { pressure, .. }
-            | StageCase::StressShear { pressure, .. }
-            | StageCase::Unload { pressure, .. }
-            | StageCase::Reload { pressure, .. } => pressure.unwrap_or(0.0),
-            StageCase::Oedometer { .. }
-            | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. }
-            | StageCase::Hold { .. }
-            | StageCase::Load { .. } => 0.0,
-        }
-    }
-
-    /// The largest pressure that the stage names [Pa]; zero where it names none.
-    pub fn largest_pressure(&self) -> f64 {
-        match self {
-            StageCase::Consolidate { axial_pressure, .. } => axial_pressure.max(self.radial_pressure()),
-            StageCase::Shear { .. }
-            | StageCase::StressShear { .. }
-            | StageCase::Unload { .. }
-            | StageCase::Reload { .. }
-            | StageCase::Oedometer { .. }
-            | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. }
-            | StageCase::Hold { .. }
-            | StageCase::Load { .. } => self.radial_pressure(),
-        }
-    }
-
-    /// The word for it in the case file.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            StageCase::Consolidate { .. } => "consolidate",
-            StageCase::Shear { .. } => "shear",
-            StageCase::StressShear { .. } => "stress_shear",
-            StageCase::Unload { .. } => "unload",
-            StageCase::Reload { .. } => "reload",
-            StageCase::Oedometer { .. } => "oedometer",
-            StageCase::ConstantVolume { .. } => "constant_volume",
-            StageCase::ConstantP { .. } => "constant_p",
-            StageCase::Hold { .. } => "hold",
-            StageCase::Load { .. } => "load",
-        }
-    }
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolverCase {
@@ -641,6 +496,13 @@ pub struct SolverCase {
     pub energy_gate: Option<GateCase>,
     /// Energy error of an increment over its work.
     pub energy_tolerance: f64,
+}
+
+impl SolverCase {
+    /// The accuracy, where fidelities are chosen for it.
+    pub fn chosen_accuracy(&self) -> Option<f64> {
+        self.accuracy.filter(|_| self.fidelity == Fidelity::Auto)
+    }
 }
 
 /// What became of the nodes of full bodies in a solve; they are always eliminated.

@@ -5,6 +5,7 @@ use serde_json::{Map, Value};
 use crate::error::{Fault, Faults};
 
 use super::form::{Form, Key, Kind, Need, Range};
+use super::path::{child, fault_of_pointer, is_within, shortened};
 use super::quantity::{self, Dimension};
 
 /// What to do about keys that are not there.
@@ -44,50 +45,37 @@ impl Walker {
     /// left out and a list item is null.
     pub fn walk(&mut self, form: &Form, value: &Value, path: &str) -> Option<Value> {
         match (form, value) {
-            (Form::Nullable(_), Value::Null) => Some(Value::Null),
-            (Form::Nullable(form), value) => {
-                let known = self.faults.len();
-                let walked = self.walk(form, value, path);
-                for fault in self.faults[known..].iter_mut().filter(|fault| fault.path == path) {
-                    fault.accepted.insert_str(0, "null, or ");
-                }
-                walked
-            }
+            (Form::Any, value) | (Form::Brought(_), value) => Some(value.clone()),
             (Form::Quantity(dimension, range), value) => {
                 self.or_refuse(in_si(value, *dimension, range), form, value, path)
             }
             (Form::Count(low, high), value) => self.or_refuse(counted(value, *low, *high), form, value, path),
-            (Form::Text, Value::String(text)) => Some(Value::from(text.as_str())),
-            (Form::Flag, Value::Bool(flag)) => Some(Value::from(*flag)),
+            (Form::Line, Value::String(text)) if text.is_empty() || text.contains(['\n', '\r']) => {
+                self.refuse(form, value, path, "is no line of text".into())
+            }
+            (Form::Text | Form::Line, Value::String(_)) | (Form::Flag, Value::Bool(_)) => Some(value.clone()),
             (Form::Choice(words), Value::String(word)) => {
                 let is_known = words.contains(&word.as_str());
                 let problem = || meant("is not one of the choices", nearest(word, words.iter().copied()));
                 self.or_refuse(if is_known { Ok(value.clone()) } else { Err(problem()) }, form, value, path)
             }
-            (Form::Tuple(forms), Value::Array(items)) => {
-                if items.len() != forms.len() {
-                    let problem = format!("has {} items where {} are needed", items.len(), forms.len());
-                    return self.refuse(form, value, path, problem);
-                }
-                let items = forms.iter().zip(items).enumerate();
-                // All of them, whatever is wrong with the first.
-                let walked: Vec<_> =
-                    items.map(|(i, (form, item))| self.walk(form, item, &format!("{path}[{i}]"))).collect();
-                walked.into_iter().collect::<Option<Vec<_>>>().map(Value::Array)
+            (Form::Tuple(forms), Value::Array(items)) if items.len() != forms.len() => {
+                let problem = format!("has {} items where {} are needed", items.len(), forms.len());
+                self.refuse(form, value, path, problem)
             }
-            (Form::List(item_form, least), Value::Array(items)) => {
-                if items.len() < *least {
-                    let problem = match items.len() {
-                        0 => "is empty".into(),
-                        n => format!("has {n} items where at least {least} are needed"),
-                    };
-                    return self.refuse(form, value, path, problem);
-                }
-                let items = items.iter().enumerate();
-                let walked = items.map(|(i, item)| {
-                    self.walk(item_form, item, &format!("{path}[{i}]")).unwrap_or(Value::Null)
-                });
-                Some(Value::Array(walked.collect()))
+            (Form::Tuple(forms), Value::Array(items)) => {
+                self.items(forms.iter().zip(items), path).into_iter().collect::<Option<_>>()
+            }
+            (Form::List(_, least), Value::Array(items)) if items.len() < *least => {
+                let problem = match items.len() {
+                    0 => "is empty".into(),
+                    n => format!("has {n} items where at least {least} are needed"),
+                };
+                self.refuse(form, value, path, problem)
+            }
+            (Form::List(form, _), Value::Array(items)) => {
+                let walked = self.items(items.iter().map(|item| (*form, item)), path);
+                Some(walked.into_iter().map(Option::unwrap_or_default).collect())
             }
             (Form::Object(keys), Value::Object(map)) => {
                 Some(Value::Object(self.object(keys, &[], map, path, Gaps::Fill)))
@@ -95,54 +83,22 @@ impl Walker {
             (Form::Overrides(keys), Value::Object(map)) => {
                 Some(Value::Object(self.object(keys, &[], map, path, Gaps::Leave)))
             }
-            (Form::OneOf(keys), Value::Object(map)) => {
-                let walked = self.object(keys, &[], map, path, Gaps::Leave);
-                let named = keys.iter().map(|key| key.name);
-                let given: Vec<_> = named.filter(|name| map.contains_key(*name)).collect();
-                let problem = match given[..] {
-                    [_] => return Some(Value::Object(walked)),
-                    [] if !self.is_clean(path) => return None,
-                    [] => "has none of the keys of which one is needed".into(),
-                    _ => format!("has {} where one is needed", given.join(" and ")),
-                };
-                self.refuse(form, value, path, problem)
-            }
+            (Form::OneOf(keys), Value::Object(map)) => self.one_of(form, keys, map, path),
             (Form::Kinds(kinds), Value::Object(map)) => self.kinds(kinds, map, path),
             (Form::Kinds(kinds), Value::String(word)) if kinds.iter().any(|kind| kind.name == word) => {
                 let map = Map::from_iter([("kind".to_string(), value.clone())]);
                 self.kinds(kinds, &map, path)
             }
-            (Form::Named(form), Value::Object(map)) => {
-                let mut walked = Map::new();
-                for (name, value) in map {
-                    if let Some(value) = self.walk(form, value, &child(path, name)) {
-                        walked.insert(name.clone(), value);
-                    }
-                }
-                Some(Value::Object(walked))
-            }
-            (Form::Scattered(keys), Value::Object(map)) => {
-                let mut walked = self.object(keys, &[], map, path, Gaps::Fill);
-                if self.is_clean(path) {
-                    self.scatter(&mut walked, path);
-                }
-                Some(Value::Object(walked))
-            }
-            (Form::Either(forms), value) => {
-                let fits = |form: &&Form| Walker::new(vec![]).walk(form, value, path).is_some();
-                match forms.iter().find(fits) {
-                    Some(form) => self.walk(form, value, path),
-                    None => self.refuse(form, value, path, "is none of what is accepted".into()),
-                }
-            }
-            (Form::Scattered(keys), value) => {
-                let mean = self.walk(&keys.first()?.form, value, path)?;
-                Some(serde_json::json!({ "mean": mean, "law": "constant" }))
-            }
+            (Form::Named(form), Value::Object(map)) => Some(self.named(form, map, path)),
+            (Form::ByPointer(form), Value::Object(map)) => Some(self.by_pointer(form, map, path)),
+            (Form::Scattered(keys), value) => self.scattered(keys, value, path),
+            (Form::Nullable(_), Value::Null) => Some(Value::Null),
+            (Form::Nullable(form), value) => self.nullable(form, value, path),
+            (Form::Either(forms), value) => self.either(form, forms, value, path),
             (Form::OrBrought(form, _), value) => self.walk(form, value, path),
-            (Form::Brought(_), value) => Some(value.clone()),
             (
                 Form::Text
+                | Form::Line
                 | Form::Flag
                 | Form::Choice(_)
                 | Form::Tuple(_)
@@ -151,11 +107,73 @@ impl Walker {
                 | Form::Overrides(_)
                 | Form::OneOf(_)
                 | Form::Kinds(_)
-                | Form::Named(_),
+                | Form::Named(_)
+                | Form::ByPointer(_),
                 value,
             ) => {
                 self.refuse(form, value, path, format!("is {} where {} is needed", sort(value), wanted(form)))
             }
+        }
+    }
+
+    /// All items of a list, whatever is wrong with the first.
+    fn items<'a>(
+        &mut self,
+        items: impl Iterator<Item = (&'a Form, &'a Value)>,
+        path: &str,
+    ) -> Vec<Option<Value>> {
+        items.enumerate().map(|(i, (form, item))| self.walk(form, item, &format!("{path}[{i}]"))).collect()
+    }
+
+    fn one_of(&mut self, form: &Form, keys: &[Key], map: &Map<String, Value>, path: &str) -> Option<Value> {
+        let walked = Value::Object(self.object(keys, &[], map, path, Gaps::Leave));
+        let named = keys.iter().map(|key| key.name);
+        let given: Vec<_> = named.filter(|name| map.contains_key(*name)).collect();
+        let problem = match given[..] {
+            [_] => return Some(walked),
+            [] if !self.is_clean(path) => return None,
+            [] => "has none of the keys of which one is needed".into(),
+            _ => format!("has {} where one is needed", given.join(" and ")),
+        };
+        self.refuse(form, &Value::Object(map.clone()), path, problem)
+    }
+
+    fn named(&mut self, form: &Form, map: &Map<String, Value>, path: &str) -> Value {
+        let walked = map
+            .iter()
+            .filter_map(|(name, value)| Some((name.clone(), self.walk(form, value, &child(path, name))?)));
+        Value::Object(walked.collect())
+    }
+
+    fn by_pointer(&mut self, form: &Form, map: &Map<String, Value>, path: &str) -> Value {
+        let mut walked = Map::new();
+        for (pointer, value) in map {
+            let place = child(path, &shortened(pointer));
+            if let Some((problem, accepted)) = fault_of_pointer(pointer) {
+                self.fault(place, shown(value), problem, accepted);
+            } else if let Some(value) = self.walk(form, value, &place) {
+                walked.insert(pointer.clone(), value);
+            }
+        }
+        Value::Object(walked)
+    }
+
+    fn nullable(&mut self, form: &Form, value: &Value, path: &str) -> Option<Value> {
+        let known = self.faults.len();
+        let walked = self.walk(form, value, path);
+        for fault in self.faults[known..].iter_mut().filter(|fault| fault.path == path) {
+            fault.accepted.insert_str(0, "null, or ");
+        }
+        walked
+    }
+
+    /// The first form that fits; where none does, a list or an object is told what it has wrong as such.
+    fn either(&mut self, form: &Form, forms: &[Form], value: &Value, path: &str) -> Option<Value> {
+        let fits = |form: &&Form| Walker::new(vec![]).walk(form, value, path).is_some();
+        let is_meant = |form: &&Form| (value.is_array() || value.is_object()) && wanted(form) == sort(value);
+        match forms.iter().find(fits).or_else(|| forms.iter().find(is_meant)) {
+            Some(form) => self.walk(form, value, path),
+            None => self.refuse(form, value, path, "is none of what is accepted".into()),
         }
     }
 
@@ -242,6 +260,18 @@ impl Walker {
         None
     }
 
+    fn scattered(&mut self, keys: &[Key], value: &Value, path: &str) -> Option<Value> {
+        let Value::Object(map) = value else {
+            let mean = self.walk(&keys.first()?.form, value, path)?;
+            return Some(serde_json::json!({ "mean": mean, "law": "constant" }));
+        };
+        let mut walked = self.object(keys, &[], map, path, Gaps::Fill);
+        if self.is_clean(path) {
+            self.scatter(&mut walked, path);
+        }
+        Some(Value::Object(walked))
+    }
+
     /// Settles the law of a scattered quantity and refuses parameters of another law.
     fn scatter(&mut self, map: &mut Map<String, Value>, path: &str) {
         const OWNERS: [(&str, &[&str]); 3] = [
@@ -276,43 +306,6 @@ impl Walker {
         }
         map.insert("law".into(), law.into());
     }
-}
-
-/// Path of a key: `$.rock`, or `$["odd name"]` where a dot would be ambiguous.
-pub fn child(path: &str, key: &str) -> String {
-    let plain = !key.is_empty() && key.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '$'));
-    if plain { format!("{path}.{key}") } else { format!("{path}[{}]", Value::from(key)) }
-}
-
-/// Whether `path` is `ancestor` or below it.
-pub fn is_within(path: &str, ancestor: &str) -> bool {
-    path.strip_prefix(ancestor).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
-}
-
-/// The value at a path, if it is there.
-pub fn at<'a>(root: &'a Value, path: &str) -> Option<&'a Value> {
-    let mut found = root;
-    let mut rest = path.strip_prefix('$')?;
-    while !rest.is_empty() {
-        if let Some(after) = rest.strip_prefix("[\"") {
-            // A quoted key, JSON escapes and all: the paths that `child` makes.
-            let Value::Object(map) = found else { return None };
-            let quoted = |key: &str| format!("{}]", &Value::from(key).to_string()[1..]);
-            let (key, value) = map.iter().find(|(key, _)| after.starts_with(&quoted(key)))?;
-            found = value;
-            rest = &after[quoted(key).len()..];
-        } else if let Some(after) = rest.strip_prefix('[') {
-            let (index, after) = after.split_once(']')?;
-            found = found.get(index.parse::<usize>().ok()?)?;
-            rest = after;
-        } else {
-            let after = rest.strip_prefix('.')?;
-            let end = after.find(['.', '[']).unwrap_or(after.len());
-            found = found.get(&after[..end])?;
-            rest = &after[end..];
-        }
-    }
-    Some(found)
 }
 
 /// The value as written, shortened for a message.
@@ -403,11 +396,16 @@ fn wanted(form: &Form) -> &'static str {
         Form::Quantity(dimension, _) => dimension.name(),
         Form::Count(..) => "a whole number",
         Form::Text | Form::Choice(_) => "a text",
+        Form::Line => "a line of text",
         Form::Flag => "true or false",
         Form::Tuple(_) | Form::List(..) => "a list",
-        Form::Object(_) | Form::Overrides(_) | Form::OneOf(_) | Form::Kinds(_) | Form::Named(_) => {
-            "an object"
-        }
+        Form::Object(_)
+        | Form::Overrides(_)
+        | Form::OneOf(_)
+        | Form::Kinds(_)
+        | Form::Named(_)
+        | Form::ByPointer(_) => "an object",
+        Form::Any => "a value",
         Form::Scattered(_) => "a quantity or an object",
         Form::Nullable(form) | Form::OrBrought(form, _) | Form::Brought(form) => wanted(form),
         Form::Either(forms) => forms.first().map_or("a value", wanted),
@@ -422,14 +420,6 @@ pub fn number(object: &Value, key: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn odd_keys_are_quoted_in_paths() {
-        assert_eq!(child("$.bodies", "left"), "$.bodies.left");
-        assert_eq!(child("$.bodies", "a.b"), "$.bodies[\"a.b\"]");
-        assert!(is_within("$.rock.density", "$.rock"));
-        assert!(!is_within("$.rocks", "$.rock"));
-    }
 
     #[test]
     fn long_values_are_shortened_between_characters() {

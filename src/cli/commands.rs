@@ -14,7 +14,7 @@ use crate::results::{
 };
 use crate::setup::rock_samples;
 use crate::simulation::{self, End, Options, Outcome, generate_specimen, missing_start};
-use crate::study::PLAN_SCHEMA;
+use crate::study::plan;
 use crate::verification::{Finding, PROBLEMS, Problem};
 
 use super::arguments::{CaseInput, Check, Export, Info, Report, Run, Specimen, Target, Verify};
@@ -209,10 +209,8 @@ pub fn verify(arguments: &Verify) -> Ended {
 }
 
 pub fn schema(of_plans: bool) -> Ended {
-    match of_plans {
-        true => say(PLAN_SCHEMA.trim_end()),
-        false => say(&format!("{:#}", case::schema())),
-    }
+    let schema = if of_plans { plan::schema() } else { case::schema() };
+    say(&format!("{schema:#}"));
     Ok(Ending::Done)
 }
 

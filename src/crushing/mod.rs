@@ -8,12 +8,10 @@
 //! A grain that comes apart goes on as [`Part`]s that stand between the plates side by side. Not modelled: contact of these parts with one another, and
 //! sliding with friction (a touching node sticks or is free to slide).
 //!
-//! [`crush`] is a whole test without a file; `scene::press` drives the same parts as a stage of a scene.
+//! `scene::press` drives the parts as a stage of a scene.
 
 mod bench;
 mod part;
-mod press;
 
 pub use bench::{Bench, Contact, Grip, Memory, Patches, Plate, Push};
 pub use part::{Kept, Limits, Part, Settled};
-pub use press::{Ending, Press, Record, Row, crush};

@@ -3,6 +3,8 @@
 //! SI units; of a triaxial test compression is positive. Times are wall-clock times of the run and of its
 //! increments alone [s].
 
+use crate::loading::{FidelityCounts, Ledger};
+use crate::model::{Counters, DamageCounts};
 use crate::results::{BodyRow, HistoryRow};
 use crate::scene::Row;
 use crate::tensor::components;
@@ -10,20 +12,12 @@ use crate::triaxial::StepReport;
 
 /// The row of a triaxial test: an accepted increment of a `stage`, the run's `increment`-th. Breakage is
 /// measured apart.
-pub fn row_of_test(
-    stage: usize,
-    increment: u64,
-    report: &StepReport<'_>,
-    [wall_time, solving_time]: [f64; 2],
-) -> HistoryRow {
+pub fn row_of_test(stage: usize, increment: u64, report: &StepReport<'_>, times: [f64; 2]) -> HistoryRow {
     let row = &report.row;
-    let (m, ledger, counters) = (&row.measures, &row.ledger, &row.counters);
+    let (m, ledger) = (&row.measures, &row.ledger);
     let (picture, network) = (&row.picture, &row.picture.network);
     let fabric = components(&network.fabric);
     HistoryRow {
-        stage: stage as i64,
-        increment: increment as i64,
-        time: stage as f64 + row.progress,
         axial_strain: m.axial_strain,
         radial_strain: m.radial_strain,
         volumetric_strain: m.volumetric_strain,
@@ -75,83 +69,72 @@ pub fn row_of_test(
         band_flatness: picture.zones.band_flatness,
         band_inclination: picture.zones.band_inclination,
         plate_tilt: picture.tilt,
-        failed_points: row.damage.failed_points as i64,
-        deleted_cells: row.damage.deleted_cells as i64,
-        fragments: row.damage.fragments as i64,
-        broken_grains: 0,
-        breakage_marsal: f64::NAN,
-        breakage_hardin: f64::NAN,
-        breakage_einav: f64::NAN,
-        damaged_share: f64::NAN,
-        crushed_share: f64::NAN,
-        condensed_bodies: row.fidelity.condensed as i64,
-        promoted: row.fidelity.promoted as i64,
-        demoted: row.fidelity.demoted as i64,
-        repeats: row.fidelity.repeats as i64,
-        fidelity_error: row.fidelity.error.unwrap_or(f64::NAN),
-        resting_utilisation: row.fidelity.utilisation,
-        transition_jump: row.fidelity.jump,
-        augmentations: counters.augmentations as i64,
-        newton_iterations: counters.newton_iterations as i64,
-        factorisations: counters.factorisations as i64,
         snapped: row.restless.into(),
         unrest: row.unrest,
-        cuts: counters.cuts as i64,
-        wall_time,
-        solving_time,
         out_of_balance: row.out_of_balance,
         max_penetration: row.max_penetration,
-        energy_external: ledger.external,
-        energy_elastic: ledger.elastic,
-        energy_friction: ledger.friction,
-        energy_damage: ledger.damage,
         energy_crushing: ledger.crushing,
-        energy_crushing_contacts: ledger.indentation,
-        energy_stabilisation: ledger.stabilisation,
         energy_reshaped: ledger.reshaped,
-        energy_membrane: ledger.membrane,
-        energy_error: ledger.error(),
         energy_gap: row.energy_gap,
+        ..of_both(
+            (stage, increment, row.progress),
+            (&row.damage, &row.fidelity, &row.counters),
+            ledger,
+            times,
+        )
     }
 }
 
 /// The row of a scene, which has no strains and stresses, so those are NaN.
-pub fn row_of_scene(row: &Row, [wall_time, solving_time]: [f64; 2]) -> HistoryRow {
-    let count = |n: usize| n as i64;
+pub fn row_of_scene(row: &Row, times: [f64; 2]) -> HistoryRow {
+    let place = (row.stage, row.increment as u64, row.progress);
     HistoryRow {
-        stage: count(row.stage),
-        increment: count(row.increment),
-        time: row.stage as f64 + row.progress,
         coordination_number: 2.0 * row.measures.pairs as f64 / row.bodies.len().max(1) as f64,
         sliding_fraction: row.measures.sliding_fraction,
-        failed_points: count(row.damage.failed_points),
-        deleted_cells: count(row.damage.deleted_cells),
-        fragments: count(row.damage.fragments),
-        condensed_bodies: count(row.fidelity.condensed),
-        promoted: count(row.fidelity.promoted),
-        demoted: count(row.fidelity.demoted),
-        repeats: count(row.fidelity.repeats),
-        fidelity_error: row.fidelity.error.unwrap_or(f64::NAN),
-        resting_utilisation: row.fidelity.utilisation,
-        transition_jump: row.fidelity.jump,
-        augmentations: count(row.counters.augmentations),
-        newton_iterations: count(row.counters.newton_iterations),
-        factorisations: count(row.counters.factorisations),
-        cuts: count(row.counters.cuts),
-        wall_time,
-        solving_time,
         out_of_balance: row.balance.out_of_balance,
         max_penetration: row.measures.max_penetration,
-        energy_external: row.ledger.external,
-        energy_elastic: row.ledger.elastic,
-        energy_friction: row.ledger.friction,
-        energy_damage: row.ledger.damage,
-        energy_crushing_contacts: row.ledger.indentation,
-        energy_stabilisation: row.ledger.stabilisation,
-        energy_membrane: row.ledger.membrane,
-        energy_error: row.ledger.error(),
         snapped: row.snapped.into(),
         unrest: row.balance.unrest,
+        ..of_both(place, (&row.damage, &row.fidelity, &row.counters), &row.ledger, times)
+    }
+}
+
+/// What rows of tests and of scenes have alike, at the place that a stage, an increment and the stage's progress say.
+fn of_both(
+    (stage, increment, progress): (usize, u64, f64),
+    (damage, fidelity, counters): (&DamageCounts, &FidelityCounts, &Counters),
+    ledger: &Ledger,
+    [wall_time, solving_time]: [f64; 2],
+) -> HistoryRow {
+    let count = |n: usize| n as i64;
+    HistoryRow {
+        stage: count(stage),
+        increment: increment as i64,
+        time: stage as f64 + progress,
+        failed_points: count(damage.failed_points),
+        deleted_cells: count(damage.deleted_cells),
+        fragments: count(damage.fragments),
+        condensed_bodies: count(fidelity.condensed),
+        promoted: count(fidelity.promoted),
+        demoted: count(fidelity.demoted),
+        repeats: count(fidelity.repeats),
+        fidelity_error: fidelity.error.unwrap_or(f64::NAN),
+        resting_utilisation: fidelity.utilisation,
+        transition_jump: fidelity.jump,
+        augmentations: count(counters.augmentations),
+        newton_iterations: count(counters.newton_iterations),
+        factorisations: count(counters.factorisations),
+        cuts: count(counters.cuts),
+        wall_time,
+        solving_time,
+        energy_external: ledger.external,
+        energy_elastic: ledger.elastic,
+        energy_friction: ledger.friction,
+        energy_damage: ledger.damage,
+        energy_crushing_contacts: ledger.indentation,
+        energy_stabilisation: ledger.stabilisation,
+        energy_membrane: ledger.membrane,
+        energy_error: ledger.error(),
         ..HistoryRow::UNKNOWN
     }
 }

@@ -66,17 +66,6 @@ impl Decimals {
     }
 }
 
-/// What a table's first line says that its cells are parted by, as Excel writes and reads it ("sep=;"), and the text with that line emptied.
-pub fn separator_line(text: &str) -> (Option<char>, &str) {
-    let line = text.lines().next().unwrap_or("");
-    let plain = line.trim_matches([' ', '"']).to_ascii_lowercase();
-    let mut said = plain.strip_prefix("sep=").unwrap_or("").chars();
-    match (said.next(), said.next()) {
-        (Some(separator), None) => (Some(separator), &text[line.len()..]),
-        _ => (None, text),
-    }
-}
-
 /// Whether this mark may part thousands: one to three digits before it, three behind it, no zero first.
 fn may_be_thousands(cell: &str, mark: char) -> bool {
     let Some((before, behind)) = cell.trim_start_matches(['-', '+']).split_once(mark) else { return false };
@@ -116,15 +105,6 @@ mod tests {
         ] {
             let (at, message) = of(cells, separator).expect_err("refused");
             assert!(at == line && message.contains(says), "{cells:?}: {at}: {message}");
-        }
-    }
-
-    #[test]
-    fn the_line_that_names_the_separator_is_taken_out() {
-        assert_eq!(separator_line("sep=;\r\na;b"), (Some(';'), "\r\na;b"));
-        assert_eq!(separator_line("\"SEP=\t\"\na"), (Some('\t'), "\na"));
-        for text in ["", "a;b\nsep=;", "sep=;;\na", "separation [mm];b"] {
-            assert_eq!(separator_line(text), (None, text));
         }
     }
 

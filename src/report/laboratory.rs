@@ -19,8 +19,9 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::input;
 
-use super::decimal::{Decimals, separator_line};
+use super::decimal::Decimals;
 use super::heading::{heading, plain_unit};
+use super::sheet::Sheet;
 
 /// One measured curve, in SI, compression positive.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -119,27 +120,6 @@ fn listed(path: &Path, faults: &[Fault]) -> String {
     lines.join("\n")
 }
 
-/// The rows of a table, each with the number of its line; without remarks and empty lines.
-fn records(text: &str, separator: u8) -> Result<Vec<(usize, csv::StringRecord)>, Fault> {
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(separator)
-        .has_headers(false)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let line_of = |position: Option<&csv::Position>| position.map_or(1, |at| at.line() as usize);
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|e| (line_of(e.position()), e.to_string()))?;
-        let is_remark = record.get(0).is_some_and(|first| first.starts_with('#'));
-        if !is_remark && record.iter().any(|cell| !cell.is_empty()) {
-            rows.push((line_of(record.position()), record));
-        }
-    }
-    Ok(rows)
-}
-
 /// Where a header has the columns, and what is wrong with it.
 fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
     let (mut places, mut faults): (Places, Vec<String>) = Default::default();
@@ -217,17 +197,7 @@ fn numbers(cells: &csv::StringRecord, places: &Places, decimals: Decimals) -> Re
 
 /// `name` is the curve's where the table has no `curve` column.
 fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let (said, text) = separator_line(text);
-    let is_content = |line: &str| !line.trim().is_empty() && !line.trim().starts_with('#');
-    let header = text.lines().find(|line| is_content(line)).unwrap_or("");
-    let found = [';', '\t', ','].into_iter().find(|c| header.contains(*c));
-    let separator = match said.or(found).map(u8::try_from) {
-        None => b',',
-        Some(Ok(separator)) if separator.is_ascii() => separator,
-        Some(_) => return Err(vec![(1, "names a separator that is no comma, semicolon or tab".into())]),
-    };
-    let rows = records(text, separator).map_err(|fault| vec![fault])?;
+    let Sheet { separator, rows } = Sheet::parse(text).map_err(|fault| vec![fault])?;
     let Some(((header_line, header), rows)) = rows.split_first() else {
         return Err(vec![(1, "has no header line".into())]);
     };

@@ -25,16 +25,17 @@ pub mod palette;
 mod picture;
 mod raster;
 mod run;
+mod sheet;
 mod strength;
 mod surface;
 mod viewer;
 
 pub use axis::{Axis, duration, short};
-pub use decimal::separator_line;
 pub use energy::SOUND;
 pub use heading::{heading, plain_unit};
 pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
 pub use run::{Curve, Largest, Run, Shearing, safe};
+pub use sheet::{Row, Sheet};
 
 use std::path::{Path, PathBuf};
 

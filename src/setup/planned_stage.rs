@@ -40,67 +40,56 @@ const INCREMENT_OF_ACCURACY: f64 = 5e-3;
 /// The stages of a case that [`crate::case::unsupported`] lets through.
 pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
     let growth = case.solver.increment_growth;
-    let steps = |nominal: f64, largest: f64| Steps::Strain { nominal, largest, growth };
-    let until = |until: &UntilCase| Until {
-        deviatoric_stress: until.deviatoric_stress,
-        drop_after_peak: until.drop_after_peak,
-        must: false,
-    };
     let most =
         case.solver.chosen_accuracy().map_or(f64::INFINITY, |accuracy| INCREMENT_OF_ACCURACY * accuracy);
-    let steps = |nominal: f64, largest: f64| steps(nominal.min(most), largest.min(most));
-    let drive = |axial_strain: f64, lateral: Lateral, increment: f64, largest: f64, end: &UntilCase| {
-        let increment = increment.min(most);
-        let path = Path::Strain { axial_strain, lateral };
-        let stage = Stage { path, steps: steps(increment, largest), until: until(end) };
-        (Some(stage), (axial_strain / increment).max(1.0))
+    let strained = |stage: &StageCase, path: Path, until: Until| {
+        let given = stage.strained()?;
+        let [nominal, largest] = [given.increment, given.increment_max].map(|it| it.min(most));
+        let stage = Stage { path, steps: Steps::Strain { nominal, largest, growth }, until };
+        let increments = given.axial_strain.map_or(EXPECTED_UNLOADING / given.increment, |it| it / nominal);
+        Some((stage, increments.max(1.0)))
+    };
+    let driven = |stage: &StageCase, lateral: Lateral| {
+        let given = stage.strained()?;
+        let path = match given.axial_strain {
+            Some(axial_strain) => Path::Strain { axial_strain, lateral },
+            None => Path::Return { lateral },
+        };
+        let UntilCase { deviatoric_stress, drop_after_peak } = given.until;
+        strained(stage, path, Until { deviatoric_stress, drop_after_peak, must: false })
     };
     let counted = |path: Path, increments: usize| {
         let stage = Stage { path, steps: Steps::Count(increments), until: Until::default() };
-        (Some(stage), increments as f64)
+        Some((stage, increments as f64))
     };
     let planned = |(index, stage): (usize, &StageCase)| {
-        let (run, increments) = match stage {
+        let run = match *stage {
             StageCase::Consolidate { axial_pressure, radial_pressure, increments } => {
-                let path = Path::Stress { axial: *axial_pressure, radial: *radial_pressure };
-                counted(path, *increments)
-            }
-            StageCase::Shear { axial_strain, increment, increment_max, until, .. } => {
-                drive(*axial_strain, Lateral::Pressure, *increment, *increment_max, until)
-            }
-            StageCase::Oedometer { axial_strain, increment, increment_max, until } => {
-                drive(*axial_strain, Lateral::Area, *increment, *increment_max, until)
-            }
-            StageCase::ConstantVolume { axial_strain, increment, increment_max, until } => {
-                drive(*axial_strain, Lateral::Volume, *increment, *increment_max, until)
-            }
-            StageCase::ConstantP { axial_strain, increment, increment_max, until } => {
-                drive(*axial_strain, Lateral::MeanStress, *increment, *increment_max, until)
+                counted(Path::Stress { axial: axial_pressure, radial: radial_pressure }, increments)
             }
             StageCase::StressShear { deviatoric_stress, increments, .. } => {
-                counted(Path::Shear { deviatoric_stress: *deviatoric_stress }, *increments)
+                counted(Path::Shear { deviatoric_stress }, increments)
             }
-            StageCase::Unload { deviatoric_stress, increment, increment_max, .. } => {
+            StageCase::Shear { .. } | StageCase::Reload { .. } => driven(stage, Lateral::Pressure),
+            StageCase::Oedometer { .. } => driven(stage, Lateral::Area),
+            StageCase::ConstantVolume { .. } => driven(stage, Lateral::Volume),
+            StageCase::ConstantP { .. } => driven(stage, Lateral::MeanStress),
+            StageCase::Unload { deviatoric_stress, .. } => {
                 let path = Path::Strain { axial_strain: -MOST_UNLOADING, lateral: Lateral::Pressure };
                 let until =
-                    Until { deviatoric_stress: Some(*deviatoric_stress), drop_after_peak: None, must: true };
-                let stage = Stage { path, steps: steps(*increment, *increment_max), until };
-                (Some(stage), (EXPECTED_UNLOADING / increment).max(1.0))
-            }
-            StageCase::Reload {
-                axial_strain: Some(axial_strain), increment, increment_max, until, ..
-            } => drive(*axial_strain, Lateral::Pressure, *increment, *increment_max, until),
-            StageCase::Reload { axial_strain: None, increment, increment_max, until: end, .. } => {
-                let path = Path::Return { lateral: Lateral::Pressure };
-                let stage = Stage { path, steps: steps(*increment, *increment_max), until: until(end) };
-                (Some(stage), (EXPECTED_UNLOADING / increment).max(1.0))
+                    Until { deviatoric_stress: Some(deviatoric_stress), drop_after_peak: None, must: true };
+                strained(stage, path, until)
             }
             StageCase::Hold { increments } if matches!(case.geometry, Geometry::Specimen(_)) => {
-                counted(Path::Hold, *increments)
+                counted(Path::Hold, increments)
             }
-            StageCase::Hold { increments } | StageCase::Load { increments, .. } => (None, *increments as f64),
+            StageCase::Hold { increments } | StageCase::Load { increments, .. } => {
+                let increments = increments as f64;
+                return PlannedStage { index, kind: stage.kind(), stage: None, increments };
+            }
         };
-        PlannedStage { index, kind: stage.kind(), stage: run, increments }
+        let (run, increments) = run.unzip();
+        PlannedStage { index, kind: stage.kind(), stage: run, increments: increments.unwrap_or(0.0) }
     };
     case.stages.iter().enumerate().map(planned).collect()
 }

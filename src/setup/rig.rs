@@ -25,7 +25,7 @@ pub fn rig(case: &Case, specimen: &Specimen, membrane_pressure: f64, stop: StopS
 /// The largest confining pressure that the case names [Pa]; a stage without one of its own keeps one that it
 /// names.
 pub fn largest_pressure(case: &Case) -> f64 {
-    case.stages.iter().map(StageCase::radial_pressure).fold(0.0, f64::max)
+    case.stages.iter().filter_map(StageCase::pressure).fold(0.0, f64::max)
 }
 
 fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParameters> {

@@ -131,19 +131,10 @@ fn binding(completed: &Value) -> Value {
 fn wrong_pressures(case: &Case, held: f64) -> Vec<Fault> {
     let mut faults = Vec::new();
     for (i, stage) in case.stages.iter().enumerate() {
-        let said = match stage {
-            StageCase::Consolidate { .. } => break,
-            StageCase::Shear { pressure, .. }
-            | StageCase::StressShear { pressure, .. }
-            | StageCase::Unload { pressure, .. }
-            | StageCase::Reload { pressure, .. } => *pressure,
-            StageCase::Oedometer { .. }
-            | StageCase::ConstantVolume { .. }
-            | StageCase::ConstantP { .. }
-            | StageCase::Hold { .. }
-            | StageCase::Load { .. } => None,
-        };
-        if let Some(pressure) = said.filter(|pressure| (pressure / held - 1.0).abs() > 1e-9) {
+        if matches!(stage, StageCase::Consolidate { .. }) {
+            break;
+        }
+        if let Some(pressure) = stage.pressure().filter(|pressure| (pressure / held - 1.0).abs() > 1e-9) {
             let problem = format!("is not the pressure {held} Pa that the specimen was consolidated under");
             let accepted = "that pressure, no pressure, or a consolidate stage to the new one before";
             faults.fault(format!("$.stages[{i}].pressure"), pressure, problem, accepted);

@@ -33,7 +33,8 @@ use shape::ShapeLaw;
 use statistics::void_ratio;
 
 /// What to do with a void ratio that the grading cannot reach.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Unreachable {
     /// An error that states the reachable range.
     Refuse,

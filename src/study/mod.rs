@@ -25,9 +25,6 @@ use crate::error::{Error, Fault};
 use crate::report;
 use crate::results::results_file;
 
-/// JSON Schema of plans.
-pub const PLAN_SCHEMA: &str = include_str!("../../cases/plan.schema.json");
-
 /// One run of a series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Member {

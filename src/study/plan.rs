@@ -18,14 +18,14 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value};
+use serde_json::{Value, json};
 
 use crate::case::{
-    RawCase, fault_of_pointer, meant, nearest, path_of_key, read, read_named, shortened, shown,
+    self, Form, Key, RawCase, Walker, fault_of_pointer, path_of_key, read, read_named, shortened, shown,
 };
 use crate::error::{Error, Fault, Faults, Result};
 
-use super::cluster::{self, SLURM_KEYS, Slurm};
+use super::cluster::{SLURM, Slurm};
 use super::{Member, Refusal, safe};
 
 /// More members than this are taken for a slip.
@@ -46,8 +46,53 @@ pub struct Plan {
     pub slurm: Slurm,
 }
 
-/// Of a plan; `cases/plan.schema.json` says more of each.
-pub const KEYS: [&str; 9] = ["case", "cases", "set", "grid", "seeds", "out", "jobs", "threads", "slurm"];
+static PLAN: Form = Form::Object(&[
+    Key::optional("$schema", Form::Text, "Address of this schema, for editors; ignored."),
+    Key::optional("case", Form::Text, "The case file, relative to the plan."),
+    Key::optional(
+        "cases",
+        Form::List(&Form::Either(&[Form::Text, Form::Object(ENTRY)]), 1),
+        "Several cases, or variants of `case`.",
+    ),
+    Key::optional("set", SET, "Values by JSON pointer, as for --set, of every member."),
+    Key::optional(
+        "grid",
+        Form::ByPointer(&Form::List(&Form::Any, 1)),
+        "Lists of values by JSON pointer: every combination is run.",
+    ),
+    Key::optional(
+        "seeds",
+        Form::Either(&[Form::List(&SEED, 1), Form::Object(SEEDS)]),
+        "Each member with each seed.",
+    ),
+    Key::optional(
+        "out",
+        Form::Line,
+        "Folder of the results files, relative to the plan; default: results/<name of the plan>.",
+    ),
+    Key::optional("jobs", Form::Count(1, 1024), "Processes at a time."),
+    Key::default("threads", Form::Count(1, 1024), "1", "Threads of each."),
+    Key::default("slurm", Form::Object(SLURM), "{}", "What a cluster is told."),
+]);
+static ENTRY: &[Key] = &[
+    Key::optional("name", Form::Line, "Of the member's files."),
+    Key::optional("case", Form::Text, "The case file, relative to the plan."),
+    Key::optional("set", SET, "Values by JSON pointer, as for --set."),
+];
+static SEEDS: &[Key] = &[
+    Key::default("from", SEED, "1", "The first."),
+    Key::required("count", Form::Count(1, MOST_MEMBERS as u64), "How many, one after the other."),
+];
+const SET: Form = Form::ByPointer(&Form::Any);
+const SEED: Form = Form::Count(0, u64::MAX);
+
+/// JSON Schema of plans.
+pub fn schema() -> Value {
+    let mut schema =
+        case::schema_of("riprap plan of a batch", "Cases of a batch and what to change in them.", &PLAN);
+    schema["anyOf"] = json!([{"required": ["case"]}, {"required": ["cases"]}]);
+    schema
+}
 
 /// One entry of `cases`.
 struct Entry {
@@ -74,33 +119,26 @@ pub fn read_plan(file: &Path, out: Option<&Path>) -> Result<Plan> {
 }
 
 fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Fault>) -> Option<Plan> {
-    let Value::Object(map) = &raw.value else {
-        faults.fault("$", shown(&raw.value), "is no object", format!("the keys {}", KEYS.join(", ")));
-        return None;
-    };
-    unknown_keys(map, &KEYS, "$", faults);
-    let common = set_of(map.get("set"), "$.set", faults);
-    let entries = entries_of(map, folder, faults);
-    let grid = grid_of(map.get("grid"), faults);
-    let seeds = seeds_of(map.get("seeds"), faults);
+    let mut walker = Walker::new(std::mem::take(faults));
+    let walked = walker.walk(&PLAN, &raw.value, "$");
+    let entries = walked.as_ref().map(|plan| entries_of(plan, &raw.value, folder, &mut walker));
+    *faults = walker.faults;
+    let (plan, entries) = walked.zip(entries)?;
+    let common = set_of(&plan["set"]);
+    let grid = grid_of(&raw.value["grid"], faults);
+    let seeds = seeds_of(&plan["seeds"], faults);
     for (pointer, _) in &grid {
+        let place = path_of_key("$.grid", pointer);
         if pointer == "/seed" && !seeds.is_empty() {
             let problem = "is overruled by $.seeds";
-            faults.fault("$.grid", pointer, problem, "seeds in one of the two places");
+            faults.fault(&place, pointer, problem, "seeds in one of the two places");
         }
         if common.iter().any(|(set, _)| set == pointer) {
-            faults.fault("$.grid", pointer, "is in $.set too", "a pointer in one of the two places");
+            faults.fault(place, pointer, "is in $.set too", "a pointer in one of the two places");
         }
     }
     let stem = raw.file.file_stem().unwrap_or(raw.file.as_os_str());
-    let own_out = match map.get("out") {
-        None => folder.join("results").join(stem),
-        Some(Value::String(text)) if !text.is_empty() => folder.join(text),
-        Some(other) => {
-            faults.fault("$.out", shown(other), "is no folder", "a text in quotes");
-            folder.join("results")
-        }
-    };
+    let own_out = plan["out"].as_str().map_or(folder.join("results").join(stem), |own| folder.join(own));
     let (out, place) = out.map_or((own_out, "$.out"), |given| (given.to_path_buf(), "--out"));
     // It stands in a comment of a job array's script, which a line break would end.
     let whole = std::path::absolute(&out).unwrap_or_else(|_| out.clone());
@@ -108,22 +146,6 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
         let accepted = "a path without line breaks and other control characters";
         faults.fault(place, format!("{:?}", whole), "is no line of text", accepted);
     }
-    let count = |key: &str, faults: &mut Vec<Fault>| match map.get(key) {
-        None => None,
-        Some(value) => match value.as_u64() {
-            Some(n) if (1..=1024).contains(&n) => Some(n as usize),
-            _ => {
-                let place = path_of_key("$", key);
-                faults.fault(place, shown(value), "is out of range", "a whole number from 1 to 1024");
-                None
-            }
-        },
-    };
-    let (jobs, threads) = (count("jobs", faults), count("threads", faults).unwrap_or(1));
-    if let Some(Value::Object(own)) = map.get("slurm") {
-        unknown_keys(own, &SLURM_KEYS, "$.slurm", faults);
-    }
-    let slurm = cluster::slurm_of(map.get("slurm"), faults);
     let points: usize = grid.iter().map(|(_, values)| values.len()).product();
     let number = entries.len().saturating_mul(points).saturating_mul(seeds.len().max(1));
     if number > MOST_MEMBERS {
@@ -131,208 +153,125 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
         faults.fault("$", format!("{number} members"), "are too many", accepted);
         return None;
     }
-    let members = members_of(&entries, &common, &grid, &seeds, &out, faults);
-    Some(Plan { file: raw.file.clone(), members, out, jobs, threads, slurm })
+    let count = |key: &str| plan[key].as_u64().map(|n| n as usize);
+    Some(Plan {
+        file: raw.file.clone(),
+        members: members_of(&entries, &common, &grid, &seeds, &out, faults),
+        out,
+        jobs: count("jobs"),
+        threads: count("threads").unwrap_or(1),
+        slurm: serde_json::from_value(plan["slurm"].clone()).unwrap_or_default(),
+    })
 }
 
-fn unknown_keys(map: &Map<String, Value>, known: &[&str], path: &str, faults: &mut Vec<Fault>) {
-    for (key, value) in map.iter().filter(|(key, _)| !known.contains(&key.as_str()) && *key != "$schema") {
-        let problem = meant("is an unknown key", nearest(key, known.iter().copied()));
-        let accepted = format!("the keys {}", known.join(", "));
-        faults.fault(path_of_key(path, key), shown(value), problem, accepted);
+fn set_of(walked: &Value) -> Vec<(String, Value)> {
+    let set = walked.as_object().into_iter().flatten();
+    set.map(|(pointer, value)| (pointer.clone(), value.clone())).collect()
+}
+
+/// The sound entries of a plan that is `walked`; `given` is the plan as it stands.
+fn entries_of(walked: &Value, given: &Value, folder: &Path, walker: &mut Walker) -> Vec<Entry> {
+    let base = walked["case"].as_str().map(|case| folder.join(case));
+    if given.get("cases").is_none() {
+        if given.get("case").is_none() {
+            walker.fault("$.case", "nothing", "is missing", "a case file, or a list \"cases\"");
+        }
+        let entry = |case: PathBuf| Entry { name: stem(&case), case, set: Vec::new(), path: "$.case".into() };
+        return base.map(entry).into_iter().collect();
     }
-}
-
-fn set_of(value: Option<&Value>, path: &str, faults: &mut Vec<Fault>) -> Vec<(String, Value)> {
-    match value {
-        None => Vec::new(),
-        Some(Value::Object(map)) => {
-            for (pointer, value) in map {
-                if let Some((problem, accepted)) = fault_of_pointer(pointer) {
-                    let place = path_of_key(path, &shortened(pointer));
-                    faults.fault(place, shown(value), problem, accepted);
-                }
-            }
-            let sound = map.iter().filter(|(pointer, _)| fault_of_pointer(pointer).is_none());
-            sound.map(|(pointer, value)| (pointer.clone(), value.clone())).collect()
-        }
-        Some(other) => {
-            faults.fault(path, shown(other), "is no object", "JSON pointers with their values");
-            Vec::new()
-        }
-    }
-}
-
-fn entries_of(map: &Map<String, Value>, folder: &Path, faults: &mut Vec<Fault>) -> Vec<Entry> {
-    let stem = |case: &Path| case.file_stem().unwrap_or(case.as_os_str()).to_string_lossy().into_owned();
-    let base = match map.get("case") {
-        None => None,
-        Some(Value::String(text)) => Some(folder.join(text)),
-        Some(other) => {
-            faults.fault("$.case", shown(other), "is no file", "a text in quotes");
-            return Vec::new();
-        }
-    };
-    let items = match map.get("cases") {
-        None => match base {
-            Some(case) => {
-                return vec![Entry { name: stem(&case), case, set: Vec::new(), path: "$.case".into() }];
-            }
-            None => {
-                faults.fault("$.case", "nothing", "is missing", "a case file, or a list \"cases\"");
-                return Vec::new();
-            }
-        },
-        Some(Value::Array(items)) if !items.is_empty() => items,
-        Some(other) => {
-            let accepted = "a list of case files, or of objects with the keys name, case, set";
-            faults.fault("$.cases", shown(other), "is no list of cases", accepted);
-            return Vec::new();
-        }
-    };
     let mut entries: Vec<Entry> = Vec::new();
-    for (at, item) in items.iter().enumerate() {
+    for (at, item) in walked["cases"].as_array().into_iter().flatten().enumerate() {
         let path = format!("$.cases[{at}]");
-        let mut entry = match item {
-            Value::String(text) => {
-                let case = folder.join(text);
-                Entry { name: stem(&case), case, set: Vec::new(), path }
-            }
-            Value::Object(own) => {
-                unknown_keys(own, &["name", "case", "set"], &path, faults);
-                let case = match (own.get("case"), &base) {
-                    (Some(Value::String(text)), _) => folder.join(text),
-                    (None, Some(base)) => base.clone(),
-                    (None, None) => {
-                        let accepted = "a case file, here or as $.case";
-                        faults.fault(format!("{path}.case"), "nothing", "is missing", accepted);
-                        continue;
-                    }
-                    (Some(other), _) => {
-                        let place = format!("{path}.case");
-                        faults.fault(place, shown(other), "is no file", "a text in quotes");
-                        continue;
-                    }
-                };
-                let name = match own.get("name") {
-                    None => stem(&case),
-                    Some(Value::String(name)) if !safe(name).is_empty() => name.clone(),
-                    Some(other) => {
-                        let place = format!("{path}.name");
-                        faults.fault(place, shown(other), "is no name", "a text in quotes");
-                        continue;
-                    }
-                };
-                Entry { name, case, set: set_of(own.get("set"), &format!("{path}.set"), faults), path }
-            }
-            other => {
-                let accepted = "a case file, or an object with the keys name, case, set";
-                faults.fault(path, shown(other), "is no case", accepted);
-                continue;
-            }
-        };
+        let Some(mut entry) = entry_of(item, path, base.as_ref(), folder, walker) else { continue };
         if let Some(first) = entries.iter().find(|other| safe(&other.name) == safe(&entry.name)) {
             let problem = format!("has the name of {}", first.path);
-            faults.fault(&entry.path, &entry.name, problem, "a \"name\" of its own");
+            walker.fault(&entry.path, &entry.name, problem, "a \"name\" of its own");
             // Its members are told apart by the place in the plan.
             entry.name = entry.path.clone();
         }
         entries.push(entry);
     }
-    let brings_its_own = |item: &Value| item.as_object().is_none_or(|own| own.contains_key("case"));
-    if let (Some(unused), true) = (map.get("case"), items.iter().all(brings_its_own)) {
+    let brings_its_own = |item: &Value| !item.is_object() || item.get("case").is_some();
+    if let (Some(unused), Some(items)) = (given.get("case"), given["cases"].as_array())
+        && items.iter().all(brings_its_own)
+    {
         let accepted = "an entry of \"cases\" without its own, or none here";
-        faults.fault("$.case", shown(unused), "is used by none of \"cases\"", accepted);
+        walker.fault("$.case", shown(unused), "is used by none of \"cases\"", accepted);
     }
     entries
 }
 
-fn grid_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<(String, Vec<Value>)> {
-    let map = match value {
-        None => return Vec::new(),
-        Some(Value::Object(map)) => map,
-        Some(other) => {
-            faults.fault("$.grid", shown(other), "is no object", "JSON pointers with lists of values");
-            return Vec::new();
-        }
+/// One of `cases`, unless it is at fault.
+fn entry_of(
+    item: &Value,
+    path: String,
+    base: Option<&PathBuf>,
+    folder: &Path,
+    walker: &mut Walker,
+) -> Option<Entry> {
+    let [case_path, name_path] = ["case", "name"].map(|key| path_of_key(&path, key));
+    if item.is_null() || !walker.is_clean(&case_path) || !walker.is_clean(&name_path) {
+        return None;
+    }
+    let own = item.as_str().or(item["case"].as_str()).map(|case| folder.join(case));
+    let Some(case) = own.or(base.cloned()) else {
+        walker.fault(case_path, "nothing", "is missing", "a case file, here or as $.case");
+        return None;
     };
+    let name = item["name"].as_str().map_or_else(|| stem(&case), str::to_string);
+    if safe(&name).is_empty() {
+        walker.fault(name_path, name, "is no name", "a text with letters or digits");
+        return None;
+    }
+    Some(Entry { name, case, set: set_of(&item["set"]), path })
+}
+
+fn stem(case: &Path) -> String {
+    case.file_stem().unwrap_or(case.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The grid as it stands in the plan, its unsound pointers apart.
+fn grid_of(given: &Value, faults: &mut Vec<Fault>) -> Vec<(String, Vec<Value>)> {
     let mut grid = Vec::new();
-    for (pointer, values) in map {
-        let place = path_of_key("$.grid", &shortened(pointer));
-        let wrong = fault_of_pointer(pointer);
-        let aims = wrong.is_none();
-        if let Some((problem, accepted)) = wrong {
-            faults.fault(&place, shortened(pointer), problem, accepted);
-        }
-        let mut own: Vec<Value> = Vec::new();
-        match values {
-            Value::Array(values) if !values.is_empty() => {
-                for (at, value) in values.iter().enumerate() {
-                    if own.contains(value) {
-                        let place = format!("{place}[{at}]");
-                        faults.fault(place, shown(value), "is there twice", "each value once");
-                    } else {
-                        own.push(value.clone());
-                    }
-                }
-            }
-            other => {
-                faults.fault(place, shown(other), "is no list of values", "a list, not empty");
-                // A value without its brackets: the members have it.
-                own.extend(Some(other).filter(|value| !value.is_array() && !value.is_object()).cloned());
-            }
-        }
-        if aims && !own.is_empty() {
+    for (pointer, values) in given.as_object().into_iter().flatten() {
+        let values = match values {
+            Value::Array(values) => values.as_slice(),
+            Value::Object(_) => &[],
+            // A value without its brackets is a fault already: the members have it.
+            plain => std::slice::from_ref(plain),
+        };
+        let own = each_once(values, &path_of_key("$.grid", pointer), faults);
+        if fault_of_pointer(pointer).is_none() && !own.is_empty() {
             grid.push((pointer.clone(), own));
         }
     }
     grid
 }
 
-fn seeds_of(value: Option<&Value>, faults: &mut Vec<Fault>) -> Vec<u64> {
-    let accepted = format!(
-        "a list of whole numbers, or {{\"from\": 1, \"count\": 20}} with a count from 1 to {MOST_MEMBERS}"
-    );
-    match value {
-        None => Vec::new(),
-        Some(Value::Array(items)) if !items.is_empty() => {
-            let mut seeds = Vec::new();
-            for (at, item) in items.iter().enumerate() {
-                match item.as_u64() {
-                    Some(seed) if !seeds.contains(&seed) => seeds.push(seed),
-                    Some(_) => {
-                        let place = format!("$.seeds[{at}]");
-                        faults.fault(place, shown(item), "is there twice", "each seed once");
-                    }
-                    None => {
-                        let place = format!("$.seeds[{at}]");
-                        let accepted = format!("a whole number up to {}", u64::MAX);
-                        faults.fault(place, shown(item), "is no seed", accepted);
-                    }
-                }
-            }
-            seeds
-        }
-        Some(Value::Object(map)) => {
-            unknown_keys(map, &["from", "count"], "$.seeds", faults);
-            let from = map.get("from").map_or(Some(1), Value::as_u64);
-            let count =
-                map.get("count").and_then(Value::as_u64).filter(|n| *n >= 1 && *n <= MOST_MEMBERS as u64);
-            match (from, count) {
-                (Some(from), Some(count)) if from.checked_add(count).is_some() => {
-                    (from..from + count).collect()
-                }
-                _ => {
-                    faults.fault("$.seeds", shown(&Value::Object(map.clone())), "are no seeds", accepted);
-                    Vec::new()
-                }
-            }
-        }
-        Some(other) => {
-            faults.fault("$.seeds", shown(other), "are no seeds", accepted);
-            Vec::new()
+/// The values of a list; a second one of the same is a fault.
+fn each_once(values: &[Value], path: &str, faults: &mut Vec<Fault>) -> Vec<Value> {
+    let mut own: Vec<Value> = Vec::new();
+    for (at, value) in values.iter().enumerate() {
+        match own.contains(value) {
+            true => faults.fault(format!("{path}[{at}]"), shown(value), "is there twice", "each value once"),
+            false => own.push(value.clone()),
         }
     }
+    own
+}
+
+fn seeds_of(walked: &Value, faults: &mut Vec<Fault>) -> Vec<u64> {
+    if let Some(seeds) = walked.as_array() {
+        return each_once(seeds, "$.seeds", faults).iter().filter_map(Value::as_u64).collect();
+    }
+    let (Some(from), Some(count)) = (walked["from"].as_u64(), walked["count"].as_u64()) else {
+        return Vec::new();
+    };
+    if from.checked_add(count).is_none() {
+        faults.fault("$.seeds", shown(walked), "are too large", format!("seeds up to {}", u64::MAX));
+        return Vec::new();
+    }
+    (from..from + count).collect()
 }
 
 fn members_of(
@@ -481,17 +420,25 @@ mod tests {
 
     #[test]
     fn faults_name_their_paths() {
-        faulty("[]", &["$: is no object"]);
+        faulty("[]", &["$: is a list where an object is needed"]);
         faulty("{}", &["$.case: is missing"]);
         faulty(
             r#"{"case": "rock.json", "gird": {}}"#,
             &["$.gird: is an unknown key: did you mean \"grid\"?"],
         );
         faulty(r#"{"case": "none.json"}"#, &["$.case: cannot read"]);
-        faulty(r#"{"case": 3, "jobs": 0}"#, &["$.case: is no file", "$.jobs: is out of range", "found 0"]);
+        faulty(
+            r#"{"case": 3, "jobs": 0}"#,
+            &[
+                "$.case: is a number where a text is needed",
+                "$.jobs: must be at least 1",
+                "found 0",
+                "from 1 to 1024",
+            ],
+        );
         faulty(
             r#"{"case": "rock.json", "grid": {"/seed": 3}}"#,
-            &["$.grid[\"/seed\"]: is no list of values"],
+            &["$.grid[\"/seed\"]: is a number where a list is needed"],
         );
         faulty(
             r#"{"case": "rock.json", "grid": {"seed": [3]}}"#,
@@ -499,23 +446,29 @@ mod tests {
         );
         faulty(
             r#"{"case": "rock.json", "seeds": [1, 2, 1, "x"]}"#,
-            &["$.seeds[2]: is there twice", "$.seeds[3]: is no seed"],
+            &["$.seeds[2]: is there twice", "$.seeds[3]: is not a whole number"],
         );
-        faulty(r#"{"case": "rock.json", "seeds": [99999999999999999999]}"#, &["up to 18446744073709551615"]);
-        faulty(r#"{"case": "rock.json", "seeds": {"count": 0}}"#, &["$.seeds: are no seeds"]);
+        faulty(
+            r#"{"case": "rock.json", "seeds": [99999999999999999999]}"#,
+            &["at most 18446744073709551615"],
+        );
+        faulty(r#"{"case": "rock.json", "seeds": {"count": 0}}"#, &["$.seeds.count: must be at least 1"]);
         faulty(
             r#"{"case": "rock.json", "seeds": [3], "set": {"/contact/friction": 0.5}, "grid": {"/seed": [1], "/contact/friction": [0.6]}}"#,
-            &["$.grid: is overruled by $.seeds", "$.grid: is in $.set too"],
+            &["$.grid[\"/seed\"]: is overruled by $.seeds", "$.grid[\"/contact/friction\"]: is in $.set too"],
         );
         faulty(r#"{"cases": ["rock.json", "rock.json"]}"#, &["$.cases[1]: has the name of $.cases[0]"]);
         faulty(r#"{"cases": [{"set": {}}]}"#, &["$.cases[0].case: is missing"]);
         let unused = r#"{"case": "rock.json", "cases": ["rock.json", {"name": "b", "case": "rock.json"}]}"#;
         faulty(unused, &["$.case: is used by none of \"cases\""]);
         faulty(r#"{"case": "rock.json", "slurm": {"time": "1\n2"}}"#, &["$.slurm.time: is no line"]);
-        faulty(r#"{"case": "rock.json", "slurm": {"setup": [1]}}"#, &["$.slurm.setup[0]: is no line"]);
+        faulty(
+            r#"{"case": "rock.json", "slurm": {"setup": [1]}}"#,
+            &["$.slurm.setup[0]: is a number where a line of text is needed"],
+        );
         faulty(
             r#"{"case": "rock.json", "slurm": {"members_per_task": 0}}"#,
-            &["$.slurm.members_per_task: is out of range"],
+            &["$.slurm.members_per_task: must be at least 1"],
         );
         faulty(
             r#"{"case": "rock.json", "seeds": {"count": 99999}, "grid": {"/seed": [1, 2]}}"#,
@@ -561,10 +514,10 @@ mod tests {
                 "set": {"contact/friction": 0.5}, "grid": {"/contact/friction": [-1, -1], "/solver/fidelity": "stiff"}}"#,
             &[
                 "$.sets: is an unknown key",
-                "$.jobs: is out of range",
+                "$.jobs: must be at least 1",
                 "$.set[\"contact/friction\"]: the pointer must begin",
                 "$.grid[\"/contact/friction\"][1]: is there twice",
-                "$.grid[\"/solver/fidelity\"]: is no list of values",
+                "$.grid[\"/solver/fidelity\"]: is a text where a list is needed",
                 "$.cases[2]: has the name of $.cases[0]",
                 "$.cases[1]: cannot read",
                 "rock_friction=-1_fidelity=stiff: $.contact.friction: must",

@@ -260,7 +260,9 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
                 .stages
                 .iter()
                 .enumerate()
-                .filter_map(|(at, stage)| strain_increment(stage).map(|increment| (at, increment)))
+                .filter_map(|(at, stage)| {
+                    stage.strained().map(|it| it.increment).map(|increment| (at, increment))
+                })
                 .collect();
             let Some(&(_, base)) = driven.last() else {
                 return Err(missing("increment", "no stage of the case is driven by strain"));
@@ -326,33 +328,7 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
 
 /// The strain of a stage over its increment, where it prescribes both.
 fn strains_of(stage: &StageCase) -> Option<f64> {
-    match stage {
-        StageCase::Shear { axial_strain, increment, .. }
-        | StageCase::Oedometer { axial_strain, increment, .. }
-        | StageCase::ConstantVolume { axial_strain, increment, .. }
-        | StageCase::ConstantP { axial_strain, increment, .. } => Some(axial_strain / increment),
-        StageCase::Reload { axial_strain, increment, .. } => Some(axial_strain.as_ref()? / increment),
-        StageCase::Consolidate { .. }
-        | StageCase::Unload { .. }
-        | StageCase::StressShear { .. }
-        | StageCase::Hold { .. }
-        | StageCase::Load { .. } => None,
-    }
-}
-
-fn strain_increment(stage: &StageCase) -> Option<f64> {
-    match stage {
-        StageCase::Shear { increment, .. }
-        | StageCase::Unload { increment, .. }
-        | StageCase::Reload { increment, .. }
-        | StageCase::Oedometer { increment, .. }
-        | StageCase::ConstantVolume { increment, .. }
-        | StageCase::ConstantP { increment, .. } => Some(*increment),
-        StageCase::Consolidate { .. }
-        | StageCase::StressShear { .. }
-        | StageCase::Hold { .. }
-        | StageCase::Load { .. } => None,
-    }
+    stage.strained().and_then(|it| Some(it.axial_strain? / it.increment))
 }
 
 fn unused_meshes(of: &str) -> Error {

@@ -13,7 +13,7 @@ use crate::setup::scene_parameters;
 use crate::tensor::Vec3;
 use crate::verification::patch;
 use crate::verification::wedges::force_by_stage;
-use crate::verification::{Absolute, Findings, Relative, Run};
+use crate::verification::{Absolute, Findings, Relative, Run, Tolerance};
 
 /// A case file.
 #[derive(Debug, Clone, Copy)]
@@ -101,39 +101,21 @@ pub(super) fn all(findings: &mut Findings) {
     }
 }
 
+/// Of a block of 10 cm edges [N].
+const WEIGHT: f64 = 2180.0 * 1e-3 * 9.81;
+
 /// What is expected of each case; a case that nothing is expected of fails.
 pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
-    // A coordinate of the contact force on a body at the end.
-    let force = |body: &str, axis: usize| {
-        let body = run.scene.body(body);
-        run.at_end(|row| body.map_or(f64::NAN, |body| row.bodies[body].contact_force[axis]))
-    };
     let said = |what: &str| format!("{name}: {what}");
-    let weight = 2180.0 * 1e-3 * 9.81;
-    // Of a run that has to stop short, whose last state is judged.
-    let mut at_stop = |what: &str, computed: f64, reference: f64, tolerance: f64| {
-        let computed = if run.stopped() { computed } else { f64::NAN };
-        let note = if run.stopped() { String::new() } else { run.trouble() };
-        findings.compare(said(what), computed, reference, Relative(tolerance), run.cost(note));
-    };
-    let tangent = run.at_end(|row| row.gravity.x / -row.gravity.z);
-    match name {
-        "incline_slides" => return at_stop("tan where it stops", tangent, 0.65, 4e-3),
-        // b / h of a hard block, less what the rim that it stands on yields (cases/scenes/README.md).
-        "tipping_falls" => {
-            let [width, depth, height]: [f64; 3] = [0.03, 0.1, 0.1];
-            let block = 2180.0 * width * depth * height * 9.81;
-            let rim = 2.0 * block / (9.0 * run.scene.model.patch_stiffness(0, 1) * depth * height.powi(2));
-            return at_stop("tan where it stops", tangent, width / height - 3.0 * rim.cbrt(), 1e-2);
-        }
-        _ => {}
+    if let Some((what, (body, axis), reference, tolerance)) = expected_force(name) {
+        findings.of_run(said(what), run, force(run, body, axis), reference, tolerance);
+        return;
     }
     match name {
-        "crossed_edges" | "corner_on_corner" => {
-            findings.of_run(said("force [N]"), run, force("upper", 2), 6203.5, Relative(2e-3));
-        }
+        "incline_slides" | "tipping_falls" => judge_stop(findings, name, run),
+        "push" | "weakening_at_once" | "nafems_wedge" => judge_push(findings, name, run),
         "cube_on_cube" => {
-            findings.of_run(said("force [N]"), run, force("upper", 2), 1000.0, Relative(2e-3));
+            findings.of_run(said("force [N]"), run, force(run, "upper", 2), 1000.0, Relative(2e-3));
             let moment = run.at_end(|row| row.bodies[1].contact_moment.y);
             findings.of_run(said("moment [N m]"), run, moment, -10.0, Absolute(0.1));
         }
@@ -142,46 +124,7 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
             findings.of_run(said("stress off"), run, patch::stress_miss(run), 0.0, tolerance);
             findings.of_run(said("pressure off"), run, patch::pressure_miss(run, angle), 0.0, tolerance);
         }
-        "incline_stands" => {
-            let tolerance = Absolute(2e-3 * weight);
-            findings.of_run(said("friction [N]"), run, force("block", 0), -0.5 * weight, tolerance);
-        }
-        "push" => {
-            let pushes = run.rows.iter().map(|row| row.bodies[1].reaction_force.x);
-            // The peak falls within an increment of 5 um: 0.45 N times 5/50 at most.
-            findings.of_run(said("peak [N]"), run, pushes.fold(0.0, f64::max), 650.0, Relative(0.07));
-            let end = run.at_end(|row| row.bodies[1].reaction_force.x);
-            findings.of_run(said("push at the end [N]"), run, end, 200.0, Absolute(2.0));
-        }
-        "weakening_at_once" => {
-            let end = run.at_end(|row| row.bodies[1].reaction_force.x);
-            findings.of_run(said("push at the end [N]"), run, end, 200.0, Relative(2e-3));
-        }
-        "nafems_wedge" => {
-            let end = run.at_end(|row| row.bodies[1].reaction_force.x);
-            findings.of_run(said("push [N]"), run, end, 412.371, Relative(2e-3));
-        }
-        "simple_cubic" => {
-            findings.of_run(said("force on a plate [N]"), run, force("x high", 0), 2559.15, Relative(2e-3));
-        }
-        "face_centred_cubic" => {
-            findings.of_run(said("force on the top ball [N]"), run, force("top", 2), 18.857, Relative(2e-3));
-        }
-        "unlike_bodies" => {
-            let block = 2180.0 * 1e-3 * 9.81e-3;
-            findings.of_run(said("force on the block [N]"), run, force("block", 2), block, Relative(2e-3));
-        }
         "klarbring" => klarbring(findings, run),
-        "erleben_cliff" => {
-            findings.of_run(said("force on the box [N]"), run, force("box", 2), weight, Relative(2e-3));
-        }
-        "erleben_spikes"
-        | "erleben_spike_on_wedge"
-        | "erleben_wedges"
-        | "erleben_spike_in_crack"
-        | "erleben_wedge_in_crack" => {
-            findings.of_run(said("force [N]"), run, force("upper", 2), 100.0, Relative(2e-3));
-        }
         "pile_of_twelve" => pile(findings, run),
         "wedge_let_go" => {
             let angle = 20f64.to_radians();
@@ -195,14 +138,10 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
             let moved = run.at_end(|row| row.bodies[body].displacement.norm());
             findings.of_run(said("displacement [m]"), run, moved, 0.0, Absolute(0.0));
         }
-        "tipping_stands" => {
-            let reference = 0.3 * weight * 15f64.to_radians().cos();
-            findings.of_run(said("normal force [N]"), run, force("block", 2), reference, Relative(2.1e-3));
-        }
         "wedge_20" | "wedge_60" => {
             let (angle, friction): (f64, f64) = if name == "wedge_20" { (20.0, 0.65) } else { (60.0, 0.8) };
             let (sin, cos) = angle.to_radians().sin_cos();
-            let normal = force("right", 0) * cos - force("right", 2) * sin;
+            let normal = force(run, "right", 0) * cos - force(run, "right", 2) * sin;
             let reference = 1000.0 / (2.0 * (sin + friction * cos));
             findings.of_run(said("N [N]"), run, normal, reference, Relative(2e-3));
         }
@@ -211,7 +150,8 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
         }
         "three_cylinders_stand" => {
             let ball = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3) * 2180.0 * 9.81;
-            findings.of_run(said("on the ground [N]"), run, -force("ground", 2), 3.0 * ball, Relative(1e-3));
+            let on_ground = -force(run, "ground", 2);
+            findings.of_run(said("on the ground [N]"), run, on_ground, 3.0 * ball, Relative(1e-3));
         }
         "arch_falls" | "card_tent_falls" | "three_cylinders_spread" => {
             findings.stands(name, run, !run.stopped(), false);
@@ -222,6 +162,71 @@ pub fn judge(findings: &mut Findings, name: &str, run: &Run) {
             findings.stands(said("stopped above the plate"), run, stopped_above, true);
         }
         _ => findings.stands(said("nothing is expected of it"), run, false, true),
+    }
+}
+
+/// The contact force on a body at the end, where that alone is compared: its name, body and axis, value [N] and tolerance.
+fn expected_force(name: &str) -> Option<(&'static str, (&'static str, usize), f64, Tolerance)> {
+    let usual = Relative(2e-3);
+    Some(match name {
+        "crossed_edges" | "corner_on_corner" => ("force [N]", ("upper", 2), 6203.5, usual),
+        "simple_cubic" => ("force on a plate [N]", ("x high", 0), 2559.15, usual),
+        "face_centred_cubic" => ("force on the top ball [N]", ("top", 2), 18.857, usual),
+        "unlike_bodies" => ("force on the block [N]", ("block", 2), 1e-3 * WEIGHT, usual),
+        "erleben_cliff" => ("force on the box [N]", ("box", 2), WEIGHT, usual),
+        "erleben_spikes"
+        | "erleben_spike_on_wedge"
+        | "erleben_wedges"
+        | "erleben_spike_in_crack"
+        | "erleben_wedge_in_crack" => ("force [N]", ("upper", 2), 100.0, usual),
+        "incline_stands" => ("friction [N]", ("block", 0), -0.5 * WEIGHT, Absolute(2e-3 * WEIGHT)),
+        "tipping_stands" => {
+            let reference = 0.3 * WEIGHT * 15f64.to_radians().cos();
+            ("normal force [N]", ("block", 2), reference, Relative(2.1e-3))
+        }
+        _ => return None,
+    })
+}
+
+/// A coordinate of the contact force on a body at the end.
+fn force(run: &Run, body: &str, axis: usize) -> f64 {
+    let body = run.scene.body(body);
+    run.at_end(|row| body.map_or(f64::NAN, |body| row.bodies[body].contact_force[axis]))
+}
+
+/// Of a run that has to stop short, whose last state is judged: the slope of gravity there.
+fn judge_stop(findings: &mut Findings, name: &str, run: &Run) {
+    let (reference, tolerance) = match name {
+        "incline_slides" => (0.65, 4e-3),
+        // b / h of a hard block, less what the rim that it stands on yields (cases/scenes/README.md).
+        _ => {
+            let [width, depth, height]: [f64; 3] = [0.03, 0.1, 0.1];
+            let block = 2180.0 * width * depth * height * 9.81;
+            let rim = 2.0 * block / (9.0 * run.scene.model.patch_stiffness(0, 1) * depth * height.powi(2));
+            (width / height - 3.0 * rim.cbrt(), 1e-2)
+        }
+    };
+    let tangent = run.at_end(|row| row.gravity.x / -row.gravity.z);
+    let (computed, note) = if run.stopped() { (tangent, String::new()) } else { (f64::NAN, run.trouble()) };
+    let what = format!("{name}: tan where it stops");
+    findings.compare(what, computed, reference, Relative(tolerance), run.cost(note));
+}
+
+/// Of a body that is driven sideways: the force that this takes.
+fn judge_push(findings: &mut Findings, name: &str, run: &Run) {
+    let said = |what: &str| format!("{name}: {what}");
+    let end = run.at_end(|row| row.bodies[1].reaction_force.x);
+    match name {
+        "push" => {
+            let pushes = run.rows.iter().map(|row| row.bodies[1].reaction_force.x);
+            // The peak falls within an increment of 5 um: 0.45 N times 5/50 at most.
+            findings.of_run(said("peak [N]"), run, pushes.fold(0.0, f64::max), 650.0, Relative(0.07));
+            findings.of_run(said("push at the end [N]"), run, end, 200.0, Absolute(2.0));
+        }
+        "weakening_at_once" => {
+            findings.of_run(said("push at the end [N]"), run, end, 200.0, Relative(2e-3));
+        }
+        _ => findings.of_run(said("push [N]"), run, end, 412.371, Relative(2e-3)),
     }
 }
 

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use crate::input;
-use crate::report::{heading, plain_unit, separator_line};
+use crate::report::{Row, Sheet, heading, plain_unit};
 
 use super::words::{METRES, UNITS};
 
@@ -13,9 +13,8 @@ use super::words::{METRES, UNITS};
 pub struct Columns {
     /// Name and, where there is one, unit, both in small letters.
     pub header: Vec<(String, Option<String>)>,
-    /// Number of the line in the file, and cells.
-    pub rows: Vec<(usize, Vec<String>)>,
-    separator: char,
+    pub rows: Vec<Row>,
+    separator: u8,
 }
 
 impl Columns {
@@ -26,32 +25,26 @@ impl Columns {
     }
 
     pub fn parse(text: &str) -> Result<Self, String> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let (said, text) = separator_line(text);
-        let mut lines = text
-            .lines()
-            .enumerate()
-            .map(|(at, line)| (at + 1, line.trim()))
-            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-        let (_, header) = lines.next().ok_or("is empty")?;
-        let found = [';', '\t', ','].into_iter().find(|c| header.contains(*c));
-        let separator = said.or(found).ok_or("has a header of one column")?;
-        let cells = |line: &str| -> Vec<String> {
-            line.split(separator).map(|cell| cell.trim().trim_matches('"').trim().to_string()).collect()
-        };
-        let parted = |cell: &String| {
+        let Sheet { separator, mut rows } =
+            Sheet::parse(text).map_err(|(line, problem)| format!("line {line}: {problem}"))?;
+        if rows.is_empty() {
+            return Err("is empty".into());
+        }
+        let (_, header) = rows.remove(0);
+        if header.len() < 2 {
+            return Err("has a header of one column".into());
+        }
+        let parted = |cell: &str| {
             let (name, unit) = heading(cell);
             (name.to_lowercase(), unit.map(plain_unit))
         };
-        let header: Vec<_> = cells(header).iter().map(parted).collect();
-        let rows: Vec<_> = lines.map(|(line, row)| (line, cells(row))).collect();
-        let long = |row: &&(usize, Vec<String>)| row.1.iter().skip(header.len()).any(|cell| !cell.is_empty());
-        if let Some((line, _)) = rows.iter().find(long) {
+        let is_long = |(_, cells): &&Row| cells.iter().skip(header.len()).any(|cell| !cell.is_empty());
+        if let Some((line, _)) = rows.iter().find(is_long) {
             return Err(format!(
                 "line {line}: more cells than the header; decimal commas need semicolons between the cells"
             ));
         }
-        Ok(Columns { header, rows, separator })
+        Ok(Columns { header: header.iter().map(parted).collect(), rows, separator })
     }
 
     /// The unit of length of a column [m].
@@ -60,11 +53,16 @@ impl Columns {
         UNITS.iter().zip(METRES).find(|(name, _)| **name == unit).map(|(_, metres)| metres)
     }
 
+    /// A cell; nothing where its row ends before.
+    pub fn cell((_, cells): &Row, column: usize) -> &str {
+        cells.get(column).unwrap_or("").trim_matches(['"', ' '])
+    }
+
     /// A cell as a number; a sign of per cent behind it is passed over.
-    pub fn number(&self, (line, cells): &(usize, Vec<String>), column: usize) -> Result<f64, String> {
-        let cell = cells.get(column).map_or("", String::as_str);
-        let plain = if self.separator == ',' { cell.to_string() } else { cell.replace(',', ".") };
+    pub fn number(&self, row: &Row, column: usize) -> Result<f64, String> {
+        let cell = Columns::cell(row, column);
+        let plain = if self.separator == b',' { cell.to_string() } else { cell.replace(',', ".") };
         let value = plain.trim_end_matches('%').trim().parse::<f64>().ok().filter(|value| value.is_finite());
-        value.ok_or_else(|| format!("line {line}: {cell:?} is no number"))
+        value.ok_or_else(|| format!("line {}: {cell:?} is no number", row.0))
     }
 }

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use crate::error::Fault;
+use crate::report::Row;
 use crate::specimen::given::void_ratio_within;
 use crate::specimen::random::{Purpose, Stream};
 use crate::specimen::shape::{GrainShape, lying_grain, solid_hull};
@@ -54,20 +55,9 @@ pub fn specimen(
     if complete && way.norm() < 1e-9 * size {
         return Ok((Value::Object(given.clone()), notes));
     }
-    let stated = |key: &str| -> Result<Option<f64>, Fault> {
-        let value = given.get(key).unwrap_or(&Value::Null);
-        if value.is_null() {
-            return Ok(None);
-        }
-        let read = quantity::read(value, Dimension::Length).ok().filter(|length| *length > 0.0);
-        let path = format!("$.specimen.{key}");
-        let problem =
-            || Fault::new(path, shown(value), "is no length".to_string(), "a length, as \"300 mm\"");
-        read.map(Some).ok_or_else(problem)
-    };
     centre(&mut grains);
     let before = grains.len();
-    keep_within(&mut grains, stated("diameter")?, stated("height")?);
+    keep_within(&mut grains, stated(given, "diameter")?, stated(given, "height")?);
     if grains.len() < before {
         notes.push(format!(
             "packing: {} of {before} grains do not lie in the cylinder and are left out",
@@ -118,6 +108,14 @@ pub fn specimen(
     let grains: Vec<Value> = packing.grains.iter().map(listed).collect();
     specimen.insert("packing".into(), json!({"grains": grains, "compact": compact}));
     Ok((Value::Object(specimen), notes))
+}
+
+/// A length that a specimen may state [m].
+fn stated(specimen: &Map<String, Value>, key: &str) -> Result<Option<f64>, Fault> {
+    let Some(value) = specimen.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
+    let read = quantity::read(value, Dimension::Length).ok().filter(|length| *length > 0.0);
+    let path = format!("$.specimen.{key}");
+    read.map(Some).ok_or_else(|| Fault::new(path, shown(value), "is no length", "a length, as \"300 mm\""))
 }
 
 /// The grains of a packing as it is given, and whether it is to be compacted.
@@ -214,7 +212,7 @@ fn tabled(table: &Columns, library: &[Shape], seed: u64, compact: bool) -> Resul
     if !compact && shape.is_none() {
         return Err("has sizes and no shapes: such a packing has to be compacted, by \"compact\": true and void_ratio, or needs a column shape".into());
     }
-    let grain = |(index, row): (usize, &(usize, Vec<String>))| -> Result<GivenGrain, String> {
+    let grain = |(index, row): (usize, &Row)| -> Result<GivenGrain, String> {
         let value = |(at, metres): (usize, f64)| Ok::<f64, String>(table.number(row, at)? * metres);
         let position = Vec3::new(value(place[0])?, value(place[1])?, value(place[2])?);
         let size = value(size)?;
@@ -232,7 +230,7 @@ fn tabled(table: &Columns, library: &[Shape], seed: u64, compact: bool) -> Resul
             (None, Some(at)) => Rotation::from_scaled_axis(Vec3::from_column_slice(&numbers(at)?)),
             (None, None) => stream.rotation(),
         };
-        let corners = match shape.and_then(|at| row.1.get(at)).filter(|name| !name.is_empty()) {
+        let corners = match shape.map(|at| Columns::cell(row, at)).filter(|name| !name.is_empty()) {
             Some(name) => {
                 let found = library.iter().position(|(known, _)| known == name);
                 let shape = found.or(name.parse().ok()).and_then(|k| library.get(k));
@@ -252,7 +250,7 @@ fn tabled(table: &Columns, library: &[Shape], seed: u64, compact: bool) -> Resul
         return Err("has no rows".into());
     }
     if shape.is_none() {
-        let reach = |(grain, row): (&GivenGrain, &(usize, Vec<String>))| {
+        let reach = |(grain, row): (&GivenGrain, &Row)| {
             let ball = 0.5 * size.1 * table.number(row, size.0).unwrap_or(f64::INFINITY);
             grain.corners.iter().map(|corner| corner.norm()).fold(0.0, f64::max) / ball
         };

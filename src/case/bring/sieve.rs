@@ -167,6 +167,7 @@ mod tests {
         near("d [m]\tpassing\n0.06\t1\n0.04\t0.625\n0.02\t0.1\n");
         near("粒径/mm\t小于某粒径质量百分数/%\n60\t100\n40\t62.5\n20\t10\n");
         near("\"粒径 [mm]\",\"通过率\"\n60,100\n40,62.5 %\n20,10\n");
+        near("\"sieve, square [mm]\",\"passing, of mass [%]\"\n60, \"100\"\n\"40\",62.5\n20,10\n");
         let refused = |text: &str| read(text).expect_err(text);
         assert!(refused("sieve,passing\n60,1\n").contains("no unit of length"));
         assert!(refused("sieve [mm],retained [%]\n60,1\n").contains("retained"));

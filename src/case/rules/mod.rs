@@ -15,8 +15,9 @@ use serde_json::{Value, json};
 
 use crate::error::{Fault, Faults};
 
+use super::path::at;
 use super::size::MeanGrains;
-use super::walk::{Walker, at, number, shown};
+use super::walk::{Walker, number, shown};
 
 /// Fills in what follows from other values.
 pub fn derive(case: &mut Value) {

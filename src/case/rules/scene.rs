@@ -12,8 +12,9 @@ use crate::mesh::formats;
 use crate::specimen::shape::lying_grain;
 
 use super::super::overlap::Placed;
+use super::super::path::child;
 use super::super::types::{BodyCase, ShapeCase};
-use super::super::walk::{Walker, child, shown};
+use super::super::walk::{Walker, shown};
 use super::material;
 
 /// How far from the point that it is placed by, over its size, a body may lie that stages move or load about that point.

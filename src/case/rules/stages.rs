@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use crate::error::Faults;
 
-use super::super::walk::{Walker, child, meant, nearest, number, shown};
+use super::super::path::child;
+use super::super::walk::{Walker, meant, nearest, number, shown};
 
 /// Stages in which the confining pressure follows from something else.
 const FLOATING: [&str; 3] = ["oedometer", "constant_volume", "constant_p"];

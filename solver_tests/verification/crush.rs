@@ -1,10 +1,9 @@
 //! A whole crushing test without a file: increments, cuts, the ledger, the end.
 
-use crate::crushing::bench::{Bench, Grip, Plate};
-use crate::crushing::part::{Kept, Limits, Part, Settled};
-use crate::error::Result;
-use crate::grain::{BreakUp, DamagedGrain};
-use crate::tensor::Pose;
+use riprap::crushing::{Bench, Grip, Kept, Limits, Part, Plate, Settled};
+use riprap::error::Result;
+use riprap::grain::{BreakUp, DamagedGrain};
+use riprap::tensor::Pose;
 
 /// A crushing test.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,8 +106,6 @@ pub enum Ending {
 pub struct Record {
     pub rows: Vec<Row>,
     pub ending: Ending,
-    /// The grain as last committed.
-    pub grain: DamagedGrain,
 }
 
 impl Record {
@@ -131,7 +128,7 @@ pub fn crush(grain: DamagedGrain, press: &Press) -> Result<Record> {
         frame: Pose::identity(),
         plates: [Plate::wide(low), Plate::wide(high)],
         length: high - low,
-        modulus: grain.law(crate::mesh::CellId(0)).elastic().youngs_modulus(),
+        modulus: grain.law(riprap::mesh::CellId(0)).elastic().youngs_modulus(),
     };
     let limits =
         Limits { max_change: press.max_change, tolerance: press.tolerance, most_rounds: press.most_rounds };
@@ -188,5 +185,5 @@ pub fn crush(grain: DamagedGrain, press: &Press) -> Result<Record> {
             }
         }
     }
-    Ok(Record { rows, ending, grain: part.grain })
+    Ok(Record { rows, ending })
 }
