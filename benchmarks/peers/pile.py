@@ -42,11 +42,8 @@ IPC = {
 }
 INCREMENTS = 12
 RIPRAP = [
-    ("rigid, corners", ["--fidelity", "rigid"]),
-    ("condensed, corners", ["--fidelity", "condensed"]),
-    ("rigid, area", ["--fidelity", "rigid", "--set", '/contact/faces="area"']),
-    ("condensed, area", ["--fidelity", "condensed", "--set", '/contact/faces="area"']),
-    ("full, area", ["--fidelity", "full", "--set", '/contact/faces="area"']),
+    (f"{fidelity}, {faces}", ["--fidelity", fidelity, "--set", f'/contact/faces="{faces}"'])
+    for fidelity, faces in [("rigid", "corners"), ("condensed", "corners"), ("rigid", "area"), ("condensed", "area"), ("full", "area")]
 ]
 
 

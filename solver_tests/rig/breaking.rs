@@ -432,32 +432,27 @@ fn broken(tensile: f64, kind: Kind) -> Option<Rig> {
     Some(whole)
 }
 
-/// What contacts on failed rock lose is booked where it fails, and not again in the increments in which what they held moves: each accounts for what it turns
-/// over, to what friction's trapezoidal rule leaves, and nothing comes from new shapes.
+/// In stabilised increments what contacts on failed rock lose is booked where it fails, and not again while what they held moves. Where most of the
+/// work is lost in one fall, more of it than that goes unseen.
 #[test]
 fn what_fails_is_booked_once() {
     let kind = Kind { crushes: true, keeps_rubble: true, ..RIGID };
-    for rock in 0..3 {
+    let mut calm = 0;
+    for rock in 0..6 {
         let mut rig = breakable_by_cells(&|grain, cell| 0.4 * draw(rock)(grain, cell), kind);
         rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
-        let (mut test, mut rows) = compressed(&mut rig, 6);
-        let (sheared, end) = run(&mut rig, &mut test, &drive(2e-3, Lateral::Pressure));
+        let (mut test, _) = compressed(&mut rig, 6);
+        let (rows, end) = run(&mut rig, &mut test, &drive(2e-3, Lateral::Pressure));
         assert_eq!(end, StageEnd::Finished);
-        rows.extend(sheared);
         let ledger = &rows[rows.len() - 1].ledger;
-        println!("{rock}: {ledger:?} error {}", ledger.error() / ledger.external);
-        for two in rows.windows(2) {
-            let (from, to) = (&two[0].ledger, &two[1].ledger);
-            let turned = (to.external - from.external)
-                .abs()
-                .max(to.friction + to.damage - from.friction - from.damage);
-            println!(
-                "   {:.4} crushing {:.4}",
-                (to.error() - from.error()) / turned,
-                (to.crushing - from.crushing) / turned
-            );
+        if ledger.stabilisation < 0.25 * ledger.external {
+            calm += 1;
+            assert!(ledger.crushing > 0.0, "rock {rock}: {ledger:?}");
+            let error = ledger.error() / ledger.external;
+            assert!(error.abs() < CLOSED, "rock {rock}: {error}, {ledger:?}");
         }
     }
+    assert!(calm >= 4, "{calm}");
 }
 
 /// Strengths of rock number `draw` [Pa]: from 2 to 5 MPa, another in each cell.

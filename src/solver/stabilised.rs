@@ -14,6 +14,8 @@ use crate::tensor;
 
 /// Drag of a step over that of the one before.
 const DRAG_LOWER: f64 = 0.3;
+/// Steps of an increment that need not come to rest.
+const MOST_STEPS: usize = 40;
 /// Steps after which friction acts along the way from there on. Before, it is implicit in the whole way, so that what a step overshoots is not paid for.
 const REBASE_EVERY: usize = 4;
 /// The same where a body has come this share of the length that it may go in an iteration: what slides and opens on a longer way is not seen by its ends.
@@ -53,7 +55,7 @@ impl Course {
             Stabilisation::Unrest(_) => Course {
                 first_drag: 0.1,
                 least_drag: 1e-4,
-                most_steps: 40,
+                most_steps: MOST_STEPS.min(settings.max_augmentations),
                 most_fruitless: 10,
                 cut: Cut { pieces_a_step: 1, longest: 0.2 },
             },

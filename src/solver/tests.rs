@@ -207,6 +207,22 @@ fn what_missed_has_the_energy_of_what_deforms() {
     assert!((0.9..1.4).contains(&ratio), "{ratio}");
 }
 
+/// Energies of a state as it stands are asked for in this way.
+#[test]
+fn without_augmentations_nothing_moves() {
+    let (model, committed, mut loads) = block_on_plate(0.65);
+    loads.gravity = Vec3::new(0.0, 0.0, -9.81);
+    for stabilisation in [Stabilisation::Rest, Stabilisation::Unrest(3e-3)] {
+        let settings = Settings { stabilisation, max_augmentations: 0, ..Settings::default() };
+        let increment =
+            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
+        let mut contacts = Contacts::default();
+        let report = advance(&increment, vec![committed.poses.clone()], &mut contacts);
+        assert!(!report.converged() && report.augmentations == 0, "{stabilisation:?}");
+        assert_eq!(report.poses, committed.poses, "{stabilisation:?}");
+    }
+}
+
 #[test]
 fn block_rests_on_a_plate() {
     let (model, committed, mut loads) = block_on_plate(0.65);

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::loading::Portion;
-use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, Stabilisation, advance};
+use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
 use crate::triaxial::drive::{Drive, Guess};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::test::Test;
@@ -40,8 +40,7 @@ impl Test {
         let loads = drive.loads(rig, Portion { share: REST_SHARE, to: done }, &guess);
         let damage = DamageSettings { moves: false, ..rig.settings.damage };
         // Without a step: with one, what moves next would be counted as lost here.
-        let (stabilisation, max_augmentations) = (Stabilisation::Rest, 0);
-        let settings = Settings { stabilisation, max_augmentations, damage, ..rig.settings.clone() };
+        let settings = Settings { max_augmentations: 0, damage, ..rig.settings.clone() };
         let increment =
             Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings: &settings };
         advance(&increment, vec![rig.committed.poses.clone()], &mut rig.contacts)
