@@ -166,6 +166,15 @@ fn cut(a: &Polygon, b: &Polygon, least: f64) -> Option<Polygon> {
     (planar::area(&common) > least).then_some(common)
 }
 
+/// Integrals of a node's dual function.
+#[derive(Clone, Default)]
+struct Dual {
+    /// [m^2]
+    area: f64,
+    /// Times the shape functions of either mesh, by its nodes [m^2].
+    shares: [BTreeMap<u32, f64>; 2],
+}
+
 /// A convex polygon cut into triangles.
 struct Triangles {
     nodes: Vec<[f64; 2]>,
@@ -238,26 +247,25 @@ impl Triangles {
             let here = faces[1].point(at);
             if side == 1 { here } else { poses[0].to_body(&poses[1].to_space(&here)) }
         };
-        let mut areas = vec![0.0; self.nodes.len()];
-        let mut shares: Vec<[BTreeMap<u32, f64>; 2]> = vec![Default::default(); self.nodes.len()];
+        let mut duals = vec![Dual::default(); self.nodes.len()];
         for corners in &self.corners {
             let triangle: Polygon = corners.iter().map(|k| self.nodes[*k]).collect();
             for part in segments.iter().filter_map(|segment| cut(segment, &triangle, least)) {
                 each_point(&part, |at, weight| {
                     let dual = area_coordinates(&triangle, at).map(|l| weight * (4.0 * l - 1.0));
-                    corners.iter().zip(dual).for_each(|(node, dual)| areas[*node] += dual);
+                    corners.iter().zip(dual).for_each(|(node, dual)| duals[*node].area += dual);
                     for side in [0, 1] {
                         let Some(surface) = surfaces[side] else { continue };
                         for (of_mesh, shape) in surface.locate(&seen(side, at)).shares {
                             for (node, dual) in corners.iter().zip(dual) {
-                                *shares[*node][side].entry(of_mesh).or_default() += dual * shape;
+                                *duals[*node].shares[side].entry(of_mesh).or_default() += dual * shape;
                             }
                         }
                     }
                 });
             }
         }
-        let node = |((at, area), shares): ((&[f64; 2], f64), [BTreeMap<u32, f64>; 2])| {
+        let node = |(at, Dual { area, shares }): (&[f64; 2], Dual)| {
             let mut on = [None, None];
             for (side, shares) in shares.into_iter().enumerate() {
                 on[side] = surfaces[side].map(|surface| SurfacePoint {
@@ -268,7 +276,7 @@ impl Triangles {
             // Where a mesh leaves a gap there may be nothing to a node.
             (area > least).then_some(MortarNode { at: *at, area, on })
         };
-        self.nodes.iter().zip(areas).zip(shares).filter_map(node).collect()
+        self.nodes.iter().zip(duals).filter_map(node).collect()
     }
 }
 
