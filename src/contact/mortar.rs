@@ -102,10 +102,10 @@ impl Mortar {
         for a in &first {
             segments.extend(second.iter().filter_map(|b| cut(a, b, least)));
         }
-        // Facets per area of the coarser mesh.
+        // Facets per area of the coarser mesh; none where neither is meshed.
         let meshes = [(0, &first), (1, &second)].into_iter().filter(|(side, _)| surfaces[*side].is_some());
-        let density =
-            meshes.map(|(side, facets)| facets.len() as f64 / faces[side].area).fold(f64::INFINITY, f64::min);
+        let densities = meshes.map(|(side, facets)| facets.len() as f64 / faces[side].area);
+        let density = densities.reduce(f64::min).unwrap_or(0.0);
         let area: f64 = segments.iter().map(|segment| planar::area(segment)).sum();
         let outline = common_part(&backwards(reference.clone()), &own_ring);
         let triangles = Triangles::new(&outline, least.sqrt(), (area * density / FACETS).ceil() as usize);
@@ -403,6 +403,14 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn faces_without_a_mesh_have_their_corners_and_centre() {
+        let (lower_faces, upper_faces) = (faces_of(LOWER), faces_of(UPPER));
+        let faces = [looking(&lower_faces, 1.0), looking(&upper_faces, -1.0)];
+        let poses = poses(0.0);
+        assert_eq!(Mortar::new((0, 0), faces, [&poses[0], &poses[1]], [None, None]).nodes.len(), 5);
     }
 
     #[test]
