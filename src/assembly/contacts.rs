@@ -317,7 +317,18 @@ impl Contacts {
     /// Forgets where contacts lie on the bodies' surfaces, and so how stiff they are there. Evaluate anew
     /// afterwards.
     pub fn forget_places(&mut self) {
-        self.pairs.iter_mut().for_each(|pair| pair.places.clear());
+        self.forget_places_on(|_| true);
+    }
+
+    /// The same of the contacts of bodies that damage moved on last; of all where bodies bend, whose surfaces it displaced.
+    pub fn forget_damaged_places(&mut self, model: &Model) {
+        let moved = std::mem::take(&mut self.trial.moved);
+        self.forget_places_on(|body| model.has_elastic() || moved.get(body).is_some_and(|moved| *moved));
+    }
+
+    fn forget_places_on(&mut self, is_meant: impl Fn(usize) -> bool) {
+        let meant = self.pairs.iter_mut().filter(|pair| is_meant(pair.a()) || is_meant(pair.b()));
+        meant.for_each(|pair| pair.places.clear());
         self.unknown_forces.lift();
     }
 

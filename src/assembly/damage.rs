@@ -114,7 +114,7 @@ impl Contacts {
     /// Where a body cannot be factored any more: give the increment up.
     pub fn move_damage(&mut self, model: &Model, max_change: f64, least_change: f64) -> Result<DamageStep> {
         let start = Instant::now();
-        let Trial { grains, alone } = &mut self.trial;
+        let Trial { grains, alone, .. } = &mut self.trial;
         if grains.is_empty() {
             grains.extend(model.bodies.iter().map(|body| breakable(body).cloned()));
             alone.resize(grains.len(), Alone::default());
@@ -140,6 +140,7 @@ impl Contacts {
             .map(step)
             .collect::<Result<_>>()?;
         let mut total = DamageStep::default();
+        self.trial.moved = changes.iter().map(|change| change.is_some_and(|(_, fresh)| fresh)).collect();
         for (body, change) in changes.into_iter().enumerate() {
             let Some((change, fresh)) = change else { continue };
             total.applied = total.applied.max(change.applied);

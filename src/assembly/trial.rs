@@ -18,6 +18,8 @@ pub struct Trial {
     pub(super) grains: Vec<Option<DamagedGrain>>,
     /// Of the brittle ones.
     pub(super) alone: Vec<Alone>,
+    /// Whether the damage of a body moved when it was last to.
+    pub(super) moved: Vec<bool>,
 }
 
 /// What a brittle grain has come to by itself, between two augmentations.

@@ -85,7 +85,7 @@ impl DamageWatch {
             "damage"
         );
         if !settled {
-            contacts.forget_places();
+            contacts.forget_damaged_places(model);
             self.moves += usize::from(self.moves < max_moves);
         }
         Ok(settled)

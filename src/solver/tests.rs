@@ -349,9 +349,13 @@ fn dynamic_relaxation_books_what_contacts_set_free_by_softening() {
     for rebases in [false, false, true, false, true] {
         newton.contacts.note_loads(&model, &newton.loads, &newton.poses);
         newton.contacts.move_damage(&model, 0.02, 1e-5).expect("still a body");
-        newton.contacts.forget_places();
+        newton.contacts.forget_damaged_places(&model);
         assert!(newton.evaluate());
         let before = newton.softened + newton.contacts.softened(&model);
+        // Places on bodies whose damage rests are those that would be found anew.
+        newton.contacts.forget_places();
+        assert!(newton.evaluate());
+        assert_eq!(before, newton.softened + newton.contacts.softened(&model));
         if rebases {
             newton.rebase();
             assert!(newton.evaluate());
