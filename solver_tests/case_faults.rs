@@ -6,6 +6,7 @@ use std::path::Path;
 use proptest::prelude::*;
 use riprap::case::{Case, GateCase, RawCase, parse_override};
 use riprap::contact::NormalLaw;
+use riprap::contact::face::FaceContact;
 use riprap::error::{Error, Fault};
 use serde_json::{Value, json};
 
@@ -92,7 +93,7 @@ fn not_yet(base: &str, overrides: &[(&str, Value)]) -> Vec<String> {
 }
 
 #[test]
-fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
+fn faces_of_grains_share_no_patches_where_these_break_or_change_their_fidelity() {
     let refused = |base: &str, overrides: &[(&str, Value)]| {
         not_yet(base, overrides).iter().filter(|path| *path == "$.contact.faces").count()
     };
@@ -101,7 +102,13 @@ fn faces_share_no_patches_where_bodies_break_or_change_their_fidelity() {
     assert_eq!(refused(SPECIMEN, std::slice::from_ref(&area)), 1);
     assert_eq!(refused(SPECIMEN, &[area.clone(), whole.clone()]), 0);
     assert_eq!(refused(SPECIMEN, &[("/contact/faces", json!("corners"))]), 0);
-    assert_eq!(refused(SPECIMEN, &[area, whole, ("/solver/accuracy", json!(0.05))]), 1);
+    let chosen = ("/solver/accuracy", json!(0.05));
+    assert_eq!(refused(SPECIMEN, &[area, whole, chosen.clone()]), 1);
+    let strengths = ["compressive", "tensile"].map(|of| (format!("/rock/{of}_strength"), json!("25 MPa")));
+    let mut set = vec![chosen, ("/rock/damage", json!({}))];
+    set.extend(strengths.iter().map(|(at, to)| (at.as_str(), to.clone())));
+    assert_eq!((sound(SCENE, &set).contact.faces, refused(SCENE, &set)), (FaceContact::Area, 0));
+    assert_eq!(sound(SPECIMEN, &[]).contact.faces, FaceContact::Corners);
 }
 
 /// Contacts of specimens crush, those of scenes are springs, unless the case says otherwise; at every fidelity.

@@ -10,18 +10,24 @@
 //! - With an accuracy that no rigid body meets the outcome is that of condensed bodies, with one that all meet that of rigid ones, to the
 //!   last bit: nothing of the choice leaks into the solution.
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use riprap::assembly::Contacts;
+use riprap::case::RawCase;
+use riprap::contact::face::FaceContact;
 use riprap::grain::CondensedGrain;
 use riprap::loading::StageEnd;
 use riprap::model::Loads;
 use riprap::scene::{Row, Scene, SceneBody, SceneParameters};
 use riprap::solver::fidelity::change;
 use riprap::solver::{Increment, advance};
+use riprap::tensor::Vec3;
 
 use riprap::verification::bodies::DENSITY;
 
+use crate::scene_rows::{rows, scene};
 use crate::two_cubes::{between_plates, meshed};
 
 const CUBES: [usize; 2] = [1, 2];
@@ -88,6 +94,18 @@ fn a_change_leaves_forces_as_they_were() {
     }
 }
 
+/// The nodes of patches stay as they are when a body is condensed or comes to rest.
+#[test]
+fn a_change_leaves_forces_on_patches_as_they_were() {
+    for friction in [0.5, 0.02] {
+        changed_and_back(&by_area(pressed(Cubes::Chosen(1e9), 4, friction)));
+    }
+}
+
+fn by_area(parameters: SceneParameters) -> SceneParameters {
+    SceneParameters { faces: FaceContact::Area, ..parameters }
+}
+
 fn changed_and_back(parameters: &SceneParameters) {
     let (scene, rows) = run(parameters);
     println!("{:.2} of the contacts slide", rows[rows.len() - 1].measures.sliding_fraction);
@@ -134,6 +152,53 @@ fn what_is_asked_for_decides() {
     let estimate = blunt[3].fidelity.error.expect("an estimate");
     println!("rigid cubes: error {error:.3}, estimated {estimate:.3}");
     assert!(estimate > 0.5 * error && estimate < 2.0 * error, "{error} {estimate}");
+}
+
+/// By area as well, but to the bits: nodes of patches are found where bodies are woken, which is not where the first step of condensed ones looks.
+#[test]
+fn what_is_asked_for_decides_by_area() {
+    let force = |rows: &[Row]| rows[rows.len() - 1].bodies[3].contact_force;
+    let condensed = force(&run(&by_area(pressed(Cubes::Condensed, 4, 0.5))).1);
+    let (_, sharp) = run(&by_area(pressed(Cubes::Chosen(1e-6), 4, 0.5)));
+    let (_, blunt) = run(&by_area(pressed(Cubes::Chosen(1e9), 4, 0.5)));
+    assert!(sharp[0].fidelity.condensed == 2 && blunt[3].fidelity.condensed == 0);
+    let miss = (force(&sharp) - condensed).norm() / condensed.norm();
+    assert!(miss < 1e-9, "{miss:e}");
+    let error = (force(&blunt) - condensed).norm() / condensed.norm();
+    let estimate = blunt[3].fidelity.error.expect("an estimate");
+    println!("resting cubes: error {error:.4}, estimated {estimate:.4}");
+    assert!(estimate > 0.5 * error && estimate < 2.0 * error, "{error} {estimate}");
+}
+
+/// Six boxes face on face: forces between all of them against those of full bodies. Where an accuracy is asked for by which some may rest, some do.
+#[test]
+fn a_pile_keeps_within_the_accuracy_that_is_asked() {
+    let pile = |solver: serde_json::Value| {
+        let text = include_str!("../../benchmarks/work_precision/cases/pile.json");
+        let mut raw = RawCase::parse(Path::new("pile.json"), text).expect("parses");
+        raw.set(&[("/solver".into(), solver)]);
+        let mut scene = scene(&raw.check().expect("a sound case"));
+        let (rows, end) = rows(&mut scene, usize::MAX);
+        assert_eq!(end, StageEnd::Finished);
+        let mut forces: BTreeMap<_, Vec3> = BTreeMap::new();
+        for ((pair, _), force) in scene.contacts.forces() {
+            *forces.entry(pair).or_insert_with(Vec3::zeros) += force;
+        }
+        (forces, rows)
+    };
+    let square = |forces: &BTreeMap<_, Vec3>| forces.values().map(|force| force.norm_squared()).sum::<f64>();
+    let (full, _) = pile(serde_json::json!({"fidelity": "full"}));
+    for (accuracy, condensed) in [(0.005, 6..7), (0.02, 1..6), (0.05, 0..6)] {
+        let (mut forces, rows) = pile(serde_json::json!({"fidelity": "auto", "accuracy": accuracy}));
+        full.iter().for_each(|(pair, force)| *forces.entry(*pair).or_insert_with(Vec3::zeros) -= force);
+        let error = (square(&forces) / square(&full)).sqrt();
+        let count = rows[rows.len() - 1].fidelity.condensed;
+        println!("asked {accuracy}: {error:.4}, {count} condensed");
+        assert!(
+            error < accuracy && condensed.contains(&count),
+            "asked {accuracy}: {error}, {count} condensed"
+        );
+    }
 }
 
 #[test]

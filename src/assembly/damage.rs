@@ -180,7 +180,8 @@ impl Contacts {
                 let active = softer.filter(|(point, _)| point.evaluation.is_active());
                 active.map(|(point, memory)| freed_on_the_way(&model.law, point, memory)).sum()
             } else {
-                softer.map(|(point, memory)| freed_in_place(&model.law, point, memory)).sum()
+                let law = |point: &ContactPoint| model.law_at(point.site.feature);
+                softer.map(|(point, memory)| freed_in_place(&law(point), point, memory)).sum()
             }
         };
         self.pairs.iter().map(freed).sum()

@@ -20,6 +20,7 @@
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
 use crate::contact::memory::PointMemory;
+use crate::contact::mortar::MortarNode;
 use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
 
@@ -95,7 +96,9 @@ impl Contacts {
         } else {
             let radii: f64 = [pair.a(), pair.b()].map(|body| model.shapes[body].rounded.radius).iter().sum();
             let pressed = pair.indentation_for(model, lost.feature, lost.load, lost.depth);
-            let by_spring = || model.law.overlap_for(lost.load / pair.spring());
+            let of_node = |node: &MortarNode| pair.springs.patch * node.area;
+            let spring = pair.node(lost.feature).map_or(pair.springs.contact, of_node);
+            let by_spring = || model.law_at(lost.feature).overlap_for(lost.load / spring);
             let overlap = pressed.map_or_else(by_spring, |indentation| indentation - lost.depth);
             overlap / (overlap + (pair.nearest - radii).max(0.0))
         };

@@ -7,7 +7,7 @@ use crate::contact::memory::{PairKey, PairMemory};
 use crate::contact::mortar::{MortarNode, SLID};
 use crate::contact::patch::{self, FacesInSpace};
 use crate::contact::search::PairFeatures;
-use crate::contact::{ContactLaw, ContactShape, Face, Feature, Mortar, Site};
+use crate::contact::{ContactShape, Face, Feature, Mortar, Site};
 use crate::grain::Surface;
 use crate::model::Model;
 use crate::tensor::{Pose, Vec3};
@@ -96,7 +96,7 @@ pub(super) fn patch_tangents_into(
     poses: [&Pose; 2],
     kinematics: [&Kinematics; 2],
 ) {
-    let law = ContactLaw { onset: 0.0, ..model.law };
+    let law = model.law.of_patches();
     for facing in facings(model, features, poses) {
         let first = points.iter().position(|p| p.site.feature == facing.site(0).feature);
         let Some(own) = first.and_then(|first| points.get(first..first + patch::POINTS)) else { continue };
@@ -121,7 +121,7 @@ pub(super) fn renew_mortars(memory: &mut PairMemory, model: &Model, (a, b): Pair
         if known.slid([first, second], poses) <= slack {
             continue;
         }
-        let surfaces = bodies.map(|body| model.bodies[body].surface());
+        let surfaces = bodies.map(|body| model.bodies[body].meshed_surface());
         let renewed = Mortar::new(known.faces, [first, second], poses, surfaces);
         let of_these = |feature: Feature| matches!(feature, Feature::Faces(i, j, _) if (i, j) == known.faces);
         let (old, mut points): (Vec<_>, Vec<_>) =

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::assembly::Dofs;
 use crate::assembly::elastic::{for_each_cover_force_on, force_on_b};
 use crate::assembly::place::{SurfaceField, SurfaceLoads, interpolate};
+use crate::assembly::springs::Springs;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::{ContactKey, Memory, PointMemory};
 use crate::grain::{CondensedGrain, SurfacePoint};
@@ -75,10 +76,12 @@ fn places_of(
     pair: &PairWork,
     point: &ContactPoint,
 ) -> [Option<SurfacePoint>; 2] {
+    if let Some(node) = pair.node(point.site.feature) {
+        return node.on.clone();
+    }
     let look = |body: usize, x: &Vec3, outward: &Vec3| {
         let back = poses[body].rotation.inverse();
-        let at_rest = flexibility(model, body).map(CondensedGrain::surface);
-        let surface = model.bodies[body].stressed_surface().or(at_rest)?;
+        let surface = model.bodies[body].meshed_surface()?;
         Some(surface.locate_along(&(back * (x - poses[body].position)), &(back * outward)))
     };
     let e = &point.evaluation;
@@ -138,12 +141,12 @@ impl Contacts {
             .zip(&places)
             .map(|((pair, point), places)| {
                 let e = &point.evaluation;
-                let edge_weight = point.state.spring / pair.spring() / point.stiffness_left;
+                let share = pair.share_of(point);
                 let own = e.normal * e.sprung() + e.friction / (e.weight * model.law.tangential_ratio);
                 let side = |body: usize, place: &Option<SurfacePoint>, sign: f64| match place {
                     Some(place) if model.bodies[body].may_rest() => {
                         let displaced = poses[body].rotation * interpolate(place, &fields[body]);
-                        displaced * sign - own * (model.shell_spares(body) / edge_weight)
+                        displaced * sign - own * (model.spares(body, point.site.feature) / share)
                     }
                     Some(_) | None => Vec3::zeros(),
                 };
@@ -226,12 +229,12 @@ impl Contacts {
             else {
                 continue;
             };
-            let (e, state) = (&point.evaluation, &point.state);
-            let edge_weight = state.spring / pair.spring() / point.stiffness_left;
-            let sound = model.contact_spring(a, b);
+            let (e, state, feature) = (&point.evaluation, &point.state, point.site.feature);
+            let (sound, before_change) =
+                (Springs::between(model, a, b).at(feature), pair.springs.at(feature));
             // What softened rock yields more stays.
-            kept.stiffness_left = 1.0 / (1.0 + sound / pair.spring() * (1.0 / point.stiffness_left - 1.0));
-            let spring = sound * kept.stiffness_left * edge_weight;
+            kept.stiffness_left = 1.0 / (1.0 + sound / before_change * (1.0 / point.stiffness_left - 1.0));
+            let spring = sound * kept.stiffness_left * pair.share_of(point);
             let elastic = committed_gap(model, committed, pair, places);
             let geometric = point.geometric_overlap();
             (kept.load, kept.hardened) = (e.load, e.hardened);
@@ -242,7 +245,7 @@ impl Contacts {
             kept.tangential_energy = e.tangential_energy;
             let overlap = match state.asperity {
                 Some(_) => e.indentation,
-                None => model.law.overlap_for(e.sprung() / spring),
+                None => model.law_at(feature).overlap_for(e.sprung() / spring),
             };
             kept.initial_overlap = overlap - geometric + e.normal.dot(&elastic);
             let softer = state.spring / spring;
@@ -256,6 +259,10 @@ impl Contacts {
             }
         }
         self.hold_open(&mut memory, model, committed, changed);
+        for pair in self.pairs.iter().filter(|pair| changed[pair.a()] || changed[pair.b()]) {
+            let Some(pair_memory) = memory.get_mut(&pair.key()) else { continue };
+            pair_memory.mortars = pair.mortars_of(&pair_memory.points);
+        }
         memory
     }
 
@@ -281,7 +288,9 @@ impl Contacts {
             };
             for point in pair.active().filter(is_new) {
                 let open = PointMemory::open(point.site.feature, point.opening());
-                committed.memory.entry(pair.key()).or_default().put(open);
+                let kept = committed.memory.entry(pair.key()).or_default();
+                kept.put(open);
+                kept.mortars = pair.mortars_of(&kept.points);
                 any = true;
             }
         }

@@ -3,7 +3,6 @@
 use crate::assembly::crushing::depth_of;
 use crate::assembly::{ContactPoint, Contacts};
 use crate::contact::memory::{Memory, PairMemory, PointMemory};
-use crate::contact::{Feature, Mortar};
 use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
 
@@ -58,12 +57,7 @@ impl Contacts {
             points.extend(open.map(|p| PointMemory::open(p.site.feature, p.state.initial_overlap)));
             if !points.is_empty() {
                 points.sort_by_key(|p| p.feature);
-                let felt = |known: &&Mortar| {
-                    points
-                        .iter()
-                        .any(|p| matches!(p.feature, Feature::Faces(i, j, _) if known.faces == (i, j)))
-                };
-                let mortars = pair.mortars.iter().filter(felt).cloned().collect();
+                let mortars = pair.mortars_of(&points);
                 memory.insert(pair.key(), PairMemory { slip, points, mortars });
             }
         }

@@ -23,6 +23,7 @@ pub mod place;
 mod point;
 mod rubber;
 mod sites;
+mod springs;
 pub mod timings;
 pub mod too_close;
 mod trial;

@@ -4,11 +4,13 @@ use crate::assembly::faces::{self, Facing};
 use crate::assembly::place::{ContactPlace, Multiplier, Side, SurfaceField};
 use crate::assembly::point::ContactPoint;
 use crate::assembly::sites::{facing_corners, site_points};
+use crate::assembly::springs::Springs;
 use crate::assembly::trial::Trial;
 use crate::contact::asperity::AsperityState;
 use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Tangent};
 use crate::contact::law::{ContactLaw, Weakening};
-use crate::contact::memory::{Crushable, PairKey, PairMemory};
+use crate::contact::memory::{Crushable, PairKey, PairMemory, PointMemory};
+use crate::contact::mortar::MortarNode;
 use crate::contact::patch;
 use crate::contact::search::PairFeatures;
 use crate::contact::visit::{Clearances, Placed, visit_sites};
@@ -30,9 +32,7 @@ const RUBBLE_DEPTH: f64 = 2.0;
 pub struct PairWork {
     features: PairFeatures,
     skin: f64,
-    stiffness: f64,
-    /// Of patches, per area [N/m^3].
-    patch_stiffness: f64,
+    pub springs: Springs,
     /// Friction at the start of the increment; set anew for each, like all that is not stored below.
     #[serde(skip, default = "frictionless")]
     pub friction: Weakening,
@@ -120,8 +120,7 @@ impl PairWork {
         PairWork {
             features: PairFeatures::list(&model.shapes, corners, poses, key, [skin, margin]),
             skin,
-            stiffness: model.contact_spring(a, b),
-            patch_stiffness: model.patch_stiffness(a, b),
+            springs: Springs::between(model, a, b),
             friction: frictionless(),
             carried: PairMemory::default(),
             initial_overlap: 0.0,
@@ -178,9 +177,20 @@ impl PairWork {
         radii + self.features.room(&model.shapes, poses)
     }
 
-    /// Stiffness of its contacts' own springs [N/m].
-    pub fn spring(&self) -> f64 {
-        self.stiffness
+    /// The share of its springs that a contact has: the weight of its edges, of a patch's node the area [m^2].
+    pub fn share_of(&self, point: &ContactPoint) -> f64 {
+        point.state.spring / self.springs.at(point.site.feature) / point.stiffness_left
+    }
+
+    /// The node of a meshed patch.
+    pub fn node(&self, feature: Feature) -> Option<&MortarNode> {
+        self.mortars.iter().find_map(|mortar| mortar.node(feature))
+    }
+
+    /// The patches that these points are of.
+    pub fn mortars_of(&self, points: &[PointMemory]) -> Vec<Mortar> {
+        let felt = |mortar: &&Mortar| points.iter().any(|point| mortar.node(point.feature).is_some());
+        self.mortars.iter().filter(felt).cloned().collect()
     }
 
     pub fn place(&self, feature: Feature) -> Option<&ContactPlace> {
@@ -244,9 +254,9 @@ impl PairWork {
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
             };
             let mut sites = site_points(&site, shapes, corners, poses);
-            let spring = meeting.stiffness.min(view.strength / meeting.yielding) * edge_weight;
+            let spring = meeting.springs.contact.min(view.strength / meeting.yielding) * edge_weight;
             let mut state = meeting.state(start, spring);
-            let share = spring / meeting.stiffness;
+            let share = spring / meeting.springs.contact;
             state.asperity = start.asperity.map(|asperity| AsperityState { share, ..asperity });
             // Cores keep apart however much is crushed between them.
             state.hardening = state.asperity.map_or(0.0, |_| spring);
@@ -257,14 +267,14 @@ impl PairWork {
             }
             points.push(meeting.point(&model.law, site, sites, state, None, &mut known));
         });
-        let softened = (view.strength / meeting.yielding / meeting.stiffness).min(1.0);
-        let per_area = self.patch_stiffness * softened;
-        let law = ContactLaw { onset: 0.0, ..model.law };
-        if !meeting.is_elastic {
+        let softened = (view.strength / meeting.yielding / meeting.springs.contact).min(1.0);
+        let per_area = meeting.springs.patch * softened;
+        let law = model.law.of_patches();
+        if !has_mortars(model, [a, b]) {
             facings.iter().for_each(|facing| points.extend(meeting.patch(&law, facing, carried, per_area)));
             return;
         }
-        let surfaces = [a, b].map(|body| model.bodies[body].surface());
+        let surfaces = [a, b].map(|body| model.bodies[body].meshed_surface());
         for facing in &facings {
             let same = mortars.iter().position(|mortar| mortar.faces == facing.numbers);
             let number = same.unwrap_or_else(|| {
@@ -287,21 +297,22 @@ impl PairWork {
         let PairWork { features, points, tangents, elastic_tangents, .. } = self;
         let (a, b) = (features.a as usize, features.b as usize);
         let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
+        let has_mortars = has_mortars(model, [a, b]);
         tangents.clear();
         elastic_tangents.clear();
         let [at_a, at_b] = [&kinematics[a], &kinematics[b]];
         for ContactPoint { site, sites, state, .. } in points.iter().filter(|p| p.evaluation.is_active()) {
             let is_patch = matches!(site.feature, Feature::Faces(..));
+            let law = model.law_at(site.feature);
             if deforms && state.asperity.is_none() {
-                let law = ContactLaw { onset: if is_patch { 0.0 } else { model.law.onset }, ..model.law };
                 let elastic = force::elastic_tangent(&law, site, sites, at_a, at_b, state);
                 tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
                 elastic_tangents.push(elastic);
-            } else if deforms || !is_patch {
-                tangents.push(force::tangent(&model.law, site, sites, at_a, at_b, state));
+            } else if has_mortars || !is_patch {
+                tangents.push(force::tangent(&law, site, sites, at_a, at_b, state));
             }
         }
-        if !deforms {
+        if !has_mortars {
             faces::patch_tangents_into(
                 tangents,
                 model,
@@ -366,34 +377,35 @@ struct Meeting<'a> {
     view: &'a View<'a>,
     bodies: [usize; 2],
     shapes: [&'a ContactShape; 2],
-    stiffness: f64,
+    springs: Springs,
     friction: Weakening,
     is_new: bool,
     is_elastic: bool,
     is_brittle: bool,
     /// By how much a soft contact may press both bodies in [m].
     yielding: f64,
-    /// Compliance of the shells of bodies that deform, which rigid ones have in the contact [m/N].
-    spared: f64,
+}
+
+/// Whether the patches that two bodies' faces share have nodes: one of them has a mesh, whether or not it deforms now.
+fn has_mortars(model: &Model, bodies: [usize; 2]) -> bool {
+    bodies.iter().any(|body| model.bodies[*body].meshed_surface().is_some())
 }
 
 impl<'a> Meeting<'a> {
     fn new(pair: &PairWork, model: &'a Model, view: &'a View<'a>) -> Self {
         let bodies = [pair.a(), pair.b()];
         let shapes = bodies.map(|body| &model.shapes[body]);
-        let deforming = bodies.into_iter().filter(|body| model.bodies[*body].is_elastic());
         Meeting {
             model,
             view,
             bodies,
             shapes,
-            stiffness: pair.stiffness,
+            springs: pair.springs,
             friction: pair.friction,
             is_new: pair.is_new,
             is_elastic: bodies.iter().any(|body| model.bodies[*body].is_elastic()),
             is_brittle: bodies.iter().any(|body| model.bodies[*body].softens()),
             yielding: shapes[0].yielding() + shapes[1].yielding(),
-            spared: deforming.map(|body| model.shell_spares(body)).sum(),
         }
     }
 
@@ -451,6 +463,12 @@ impl<'a> Meeting<'a> {
         }
     }
 
+    /// By how much less its bodies yield by the spring of a contact there, or a patch, than rigid ones [m/N, m^3/N].
+    fn spared(&self, feature: Feature) -> f64 {
+        let deforming = self.bodies.into_iter().filter(|body| self.model.bodies[*body].is_elastic());
+        deforming.map(|body| self.model.spares(body, feature)).sum()
+    }
+
     /// The number of a contact's place among `known`, found where it is not there yet, `on` its surfaces where that is given.
     fn place(
         &self,
@@ -481,7 +499,7 @@ impl<'a> Meeting<'a> {
                 self.stiffness_left_of(a, &place.on_a, &point),
                 self.stiffness_left_of(b, &place.on_b, &point),
             ];
-            let left = self.model.softened_share(self.bodies, stiffness_left);
+            let left = self.model.softened_share(self.bodies, site.feature, stiffness_left);
             let memory = known.carried.point(site.feature);
             place.stiffness_left = memory.map_or(left, |memory| memory.stiffness_left.min(left));
         }
@@ -534,8 +552,8 @@ impl<'a> Meeting<'a> {
                 state.asperity.iter_mut().for_each(|asperity| asperity.share *= stiffness_left);
             }
             if self.is_brittle {
-                let edge_weight = spring / self.stiffness;
-                state.hardening = state.spring / (1.0 + state.spring * self.spared / edge_weight);
+                let share = spring / self.springs.at(site.feature);
+                state.hardening = state.spring / (1.0 + state.spring * self.spared(site.feature) / share);
             }
             if self.is_elastic {
                 state.elastic = place.elastic;

@@ -17,6 +17,9 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             if case.rock.damage.is_some() {
                 breaking(&mut refuse, case);
             }
+            if case.contact.faces == FaceContact::Area {
+                patches(&mut refuse, case);
+            }
             match case.membrane {
                 MembraneCase::Pressure { .. } | MembraneCase::Rubber { .. } => {}
                 MembraneCase::RigidWall => wall(&mut refuse, case),
@@ -68,9 +71,6 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             }
         }
     }
-    if case.contact.faces == FaceContact::Area {
-        patches(&mut refuse, case);
-    }
     faults
 }
 
@@ -82,21 +82,15 @@ fn scene_solver(refuse: &mut dyn FnMut(&str, &str, &str, &str), solver: &SolverC
     }
 }
 
-/// What does not go together with patches of faces: bodies that change their shape, or how they deform, as they run.
+/// What does not go together with patches of grains' faces: shapes that change, or how grains deform, as they run.
 fn patches(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
-    let breaks = |body: &BodyCase| body.rock.as_ref().is_some_and(|rock| rock.damage.is_some());
-    let bodies = match &case.geometry {
-        Geometry::Scene(scene) => &scene.bodies[..],
-        Geometry::Specimen(_) => &[],
-    };
-    let accepted = "\"corners\"";
-    if case.rock.damage.is_some() || bodies.iter().any(breaks) {
-        let problem = "faces of bodies that break share no patches yet";
+    if case.rock.damage.is_some() {
+        let problem = "faces of grains that break share no patches yet";
         refuse("$.contact.faces", "\"area\"", problem, "\"corners\", or \"damage\": null");
     }
     if case.solver.chosen_accuracy().is_some() {
-        let problem = "faces share no patches yet where the fidelity of bodies changes";
-        refuse("$.contact.faces", "\"area\"", problem, accepted);
+        let problem = "faces share no patches yet where the fidelity of grains changes";
+        refuse("$.contact.faces", "\"area\"", problem, "\"corners\"");
     }
 }
 

@@ -349,7 +349,7 @@ static CONTACT: &[Key] = &[
     Key::derived(
         "faces",
         Choice(&["corners", "area"]),
-        "area of scenes without damage and accuracy, else corners",
+        "area of scenes, corners of specimens",
         "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
     ),
     Key::derived(

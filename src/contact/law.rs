@@ -39,6 +39,12 @@ impl ContactLaw {
         }
     }
 
+    /// The same without an onset: a patch is smooth by itself.
+    #[must_use]
+    pub fn of_patches(&self) -> Self {
+        ContactLaw { onset: 0.0, ..*self }
+    }
+
     /// Normal force per stiffness, `p / k` [m], at an overlap [m]: quadratic below the onset,
     /// then linear.
     pub fn normal<T: Real>(&self, overlap: T) -> T {

@@ -4,7 +4,7 @@
 //! slides: its identity is the feature. A pair forgets its friction once it separates (healing); what is crushed stays crushed.
 
 use crate::contact::features::Feature;
-use crate::contact::mortar::Mortar;
+use crate::contact::mortar::{Mortar, MortarNode};
 pub use crate::contact::point_memory::PointMemory;
 use crate::tensor::Vec3;
 use serde::{Deserialize, Serialize};
@@ -73,6 +73,11 @@ impl PairMemory {
 
     pub fn point(&self, feature: Feature) -> Option<&PointMemory> {
         self.points.binary_search_by(|p| p.feature.cmp(&feature)).ok().map(|i| &self.points[i])
+    }
+
+    /// The node of a meshed patch.
+    pub fn node(&self, feature: Feature) -> Option<&MortarNode> {
+        self.mortars.iter().find_map(|mortar| mortar.node(feature))
     }
 
     /// [`PointMemory::omitted`] of a feature [m]; nothing where it is not known.

@@ -23,6 +23,7 @@ pub mod law;
 pub mod membrane;
 pub mod memory;
 pub mod patch;
+mod patched;
 pub mod point_memory;
 pub mod mortar;
 pub mod search;

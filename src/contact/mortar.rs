@@ -117,6 +117,12 @@ impl Mortar {
         Feature::Faces(self.faces.0, self.faces.1, node as u32)
     }
 
+    /// The node that a feature is.
+    pub fn node(&self, feature: Feature) -> Option<&MortarNode> {
+        let Feature::Faces(first, second, number) = feature else { return None };
+        self.nodes.get(number as usize).filter(|_| self.faces == (first, second))
+    }
+
     /// How far the first face has slid over the second since the nodes were found [m], with the bodies at `poses`.
     pub fn slid(&self, faces: [&Face; 2], poses: [&Pose; 2]) -> f64 {
         let moved = |(p, [x, y]): (&Vec3, &[f64; 2])| {
@@ -134,16 +140,7 @@ impl Mortar {
                 (0..old.nodes.len()).min_by(|&i, &j| away(&old.nodes[i]).total_cmp(&away(&old.nodes[j])))?;
             let kept = memory.iter().find(|kept| kept.feature == old.feature(nearest))?;
             let share = node.area / old.nodes[nearest].area;
-            Some(PointMemory {
-                feature: self.feature(k),
-                pressure: kept.pressure * share,
-                load: kept.load * share,
-                hardened: kept.hardened * share,
-                traction: kept.traction * share,
-                bound: kept.bound * share,
-                tangential_energy: kept.tangential_energy * share,
-                ..*kept
-            })
+            Some(PointMemory { feature: self.feature(k), ..kept.of_spring(share) })
         };
         self.nodes.iter().enumerate().filter_map(taken).collect()
     }

@@ -50,6 +50,20 @@ impl PointMemory {
         self.load - self.hardened
     }
 
+    /// The same of a contact with `share` times its spring.
+    #[must_use]
+    pub fn of_spring(&self, share: f64) -> Self {
+        PointMemory {
+            pressure: self.pressure * share,
+            load: self.load * share,
+            hardened: self.hardened * share,
+            traction: self.traction * share,
+            bound: self.bound * share,
+            tangential_energy: self.tangential_energy * share,
+            ..*self
+        }
+    }
+
     /// Of a contact without a force whose gap is more open than the geometry says by `-initial_overlap` [m].
     pub fn open(feature: Feature, initial_overlap: f64) -> Self {
         PointMemory {

@@ -61,12 +61,6 @@ impl ContactShape {
         ContactShape { rounded, edge_weight, corners, corner_spread, edge_spread, faces, bounding_radius }
     }
 
-    /// Has its faces share patches.
-    pub fn faced(mut self) -> Self {
-        self.faces = Face::of(&self.rounded);
-        self
-    }
-
     /// Distance of the farthest point of its rounded surface from the reference point [m].
     pub fn outer_radius(&self) -> f64 {
         self.bounding_radius + self.rounded.radius

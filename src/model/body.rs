@@ -219,6 +219,11 @@ impl Body {
         }
     }
 
+    /// The meshed surface by which its faces meet others: of a body that deforms, may do so, or breaks.
+    pub fn meshed_surface(&self) -> Option<&Surface> {
+        self.stressed_surface().or_else(|| self.flexibility().map(|grain| grain.surface()))
+    }
+
     pub fn is_elastic(&self) -> bool {
         self.grain().is_some()
     }

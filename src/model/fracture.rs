@@ -296,7 +296,8 @@ impl Model {
             {
                 Ok((fitted, rounded)) => {
                     nominal = fitted.translated(&-point);
-                    ContactShape::new(RoundedBody { core: rounded.core.translated(&-point), ..rounded })
+                    let rounded = RoundedBody { core: rounded.core.translated(&-point), ..rounded };
+                    ContactShape::new(rounded).faced_as(&self.shapes[index], &point)
                 }
                 // What no smaller shape can be made for keeps the one it had.
                 Err(_) if alone && !too_thin => {

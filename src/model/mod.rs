@@ -91,11 +91,17 @@ impl Model {
         1.0 / (self.bodies[body].stiffness * if has_shell { SHELL_STIFFNESS } else { 1.0 })
     }
 
-    /// By how much less a body yields at a contact's own spring where it deforms than where it is rigid [m/N].
-    pub fn shell_spares(&self, body: usize) -> f64 {
-        match self.normal {
-            NormalLaw::Spring => (1.0 - 1.0 / SHELL_STIFFNESS) / self.bodies[body].stiffness,
-            NormalLaw::Asperity => 0.0,
+    /// By how much less a body yields by the spring of a contact where it deforms than where it is rigid [m/N], in a patch per pressure [m^3/N].
+    pub fn spares(&self, body: usize, feature: Feature) -> f64 {
+        let own = &self.bodies[body];
+        match (feature, self.normal) {
+            (Feature::Faces(..), _) => {
+                (own.rotation_scale - self.shapes[body].rounded.radius) / own.plane_strain_modulus()
+            }
+            (Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..), NormalLaw::Asperity) => 0.0,
+            (Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..), NormalLaw::Spring) => {
+                (1.0 - 1.0 / SHELL_STIFFNESS) / own.stiffness
+            }
         }
     }
 
@@ -112,12 +118,22 @@ impl Model {
     /// Stiffness of the patch that two parallel faces share, per area [N/m^3]: of each body a layer in simple compression, of a rigid
     /// one half its size thick, of one whose mesh deforms the rounding, which is outside of the mesh's corners.
     pub fn patch_stiffness(&self, a: usize, b: usize) -> f64 {
-        let compliance = |body: usize| {
-            let (shape, body) = (&self.shapes[body], &self.bodies[body]);
-            let modulus = body.plane_strain_modulus();
-            (if body.is_elastic() { shape.rounded.radius } else { body.rotation_scale }) / modulus
-        };
-        1.0 / (compliance(a) + compliance(b))
+        1.0 / (self.layer_compliance(a) + self.layer_compliance(b))
+    }
+
+    /// What a body yields in a patch per pressure [m^3/N].
+    fn layer_compliance(&self, body: usize) -> f64 {
+        let (shape, body) = (&self.shapes[body], &self.bodies[body]);
+        let layer = if body.is_elastic() { shape.rounded.radius } else { body.rotation_scale };
+        layer / body.plane_strain_modulus()
+    }
+
+    /// The law of contacts at a feature.
+    pub fn law_at(&self, feature: Feature) -> ContactLaw {
+        match feature {
+            Feature::Faces(..) => self.law.of_patches(),
+            Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..) => self.law,
+        }
     }
 
     /// Has this bear the normal force between bodies.
@@ -163,15 +179,23 @@ impl Model {
         self
     }
 
-    /// What is left of [`Self::contact_spring`] where the two bodies' rock has kept the shares
+    /// What is left of a contact's spring where the two bodies' rock has kept the shares
     /// `stiffness_left` of its stiffness: what a contact of rigid bodies yields more is the same where they
     /// deform.
-    pub fn softened_share(&self, [a, b]: [usize; 2], stiffness_left: [f64; 2]) -> f64 {
+    pub fn softened_share(&self, [a, b]: [usize; 2], feature: Feature, stiffness_left: [f64; 2]) -> f64 {
         if stiffness_left == [1.0; 2] {
             return 1.0;
         }
         let sides = [(a, stiffness_left[0]), (b, stiffness_left[1])].map(|(body, left)| {
-            let (rigid, own) = (1.0 / self.bodies[body].stiffness, self.shell_compliance(body));
+            let it = &self.bodies[body];
+            let (rigid, own) = match feature {
+                Feature::Faces(..) => {
+                    (it.rotation_scale / it.plane_strain_modulus(), self.layer_compliance(body))
+                }
+                Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..) => {
+                    (1.0 / it.stiffness, self.shell_compliance(body))
+                }
+            };
             [own, own - rigid + rigid / left]
         });
         (sides[0][0] + sides[1][0]) / (sides[0][1] + sides[1][1])

@@ -29,6 +29,7 @@ struct StoredBody<'a> {
     name: Cow<'a, str>,
     nominal: Cow<'a, Polyhedron>,
     rounded: Cow<'a, RoundedBody>,
+    patched: Vec<bool>,
     stiffness: f64,
     rotation_scale: f64,
     mass: f64,
@@ -54,6 +55,7 @@ impl Model {
                 name: Cow::Borrowed(&body.name),
                 nominal: Cow::Borrowed(&body.nominal),
                 rounded: Cow::Borrowed(&shape.rounded),
+                patched: shape.patched(),
                 stiffness: body.stiffness,
                 rotation_scale: body.rotation_scale,
                 mass: body.mass,
@@ -137,7 +139,8 @@ impl Model {
                     }
                 }
             }
-            self.shapes[index] = ContactShape::new(stored.rounded.into_owned());
+            let shape = ContactShape::new(stored.rounded.into_owned());
+            self.shapes[index] = shape.with_patched(&stored.patched);
         }
         if let Some(membrane) = &mut self.membrane {
             membrane.stand_behind(self.bodies.len());

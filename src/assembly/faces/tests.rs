@@ -1,10 +1,14 @@
 //! Forces between faces that tilt and slide, patches and corners together.
 
+use std::sync::Arc;
+
 use crate::assembly::Contacts;
 use crate::assembly::cubes::pile;
+use crate::assembly::springs::Springs;
 use crate::contact::Feature;
 use crate::contact::face::FaceContact;
-use crate::model::{Committed, Model};
+use crate::grain::CondensedGrain;
+use crate::model::{Committed, Deformation, Loads, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
 /// Edge and rounding of the cubes [m]; see [`pile`].
@@ -63,6 +67,54 @@ fn parallel_faces_carry_by_their_patch_and_tilted_ones_by_corners() {
     tilted[1].position.z -= 0.12 * ROUNDING;
     let (_, counts) = on_upper(&model, &committed, &tilted);
     assert!(counts[0] == 0 && counts[1] > 0, "{counts:?}");
+}
+
+/// Layers in series: rock that keeps half of its stiffness yields twice as much, and what a body that deforms has less of a layer it spares.
+#[test]
+fn layers_of_patches_soften_and_are_spared_each_by_its_own() {
+    let feature = Feature::Faces(0, 0, 0);
+    let (model, _) = two_cubes();
+    let left = model.softened_share([0, 1], feature, [1.0, 0.5]);
+    assert!((left - 2.0 / 3.0).abs() < 1e-12, "{left}");
+    let (mut deforming, _, _) = resting_cubes();
+    let resting = deforming.clone();
+    deforming.bodies.iter_mut().for_each(|body| {
+        body.wake();
+    });
+    for feature in [feature, Feature::VertexOfA(0)] {
+        let yields = |model: &Model| 1.0 / Springs::between(model, 1, 2).at(feature);
+        let spared = [1, 2].map(|body| resting.spares(body, feature)).iter().sum::<f64>();
+        assert!(
+            (yields(&resting) - yields(&deforming) - spared).abs() < 1e-12 * yields(&resting),
+            "{feature:?}"
+        );
+    }
+}
+
+/// As [`two_cubes`], of which the upper one may deform, and does not for now.
+fn resting_cubes() -> (Model, Committed, Loads) {
+    let (model, committed, loads) = pile(0.0, |body, mesh, rock| {
+        let grain = CondensedGrain::new(mesh, rock, 2700.0).expect("a grain");
+        body.deformation = Deformation::Resting(Arc::new(grain));
+    });
+    (model.with_faces(FaceContact::Area), committed, loads)
+}
+
+/// A body that may deform has the nodes of its mesh's patches while it rests; pressed evenly these carry what rigid faces do.
+#[test]
+fn resting_faces_carry_by_nodes_what_rigid_ones_do() {
+    let (rigid, _) = two_cubes();
+    let (model, _, _) = resting_cubes();
+    let at = poses([5e-3, -2e-3], [0.0, 0.0, 0.3]);
+    // Nothing slides.
+    let committed = Committed::new(at.to_vec());
+    let (expected, _) = on_upper(&rigid, &committed, &at);
+    let (wrench, counts) = on_upper(&model, &committed, &at);
+    assert!(counts[0] > 4 && counts[1] == 0, "{counts:?}");
+    for k in 0..6 {
+        let arm = if k < 3 { 1.0 } else { EDGE };
+        assert!((wrench[k] - expected[k]).abs() < 1e-9 * arm * expected[2], "{k}: {wrench:?} {expected:?}");
+    }
 }
 
 /// The largest change of a component in a step falls with the step: no jump where a face turns away from parallel, slides off, or

@@ -23,7 +23,7 @@ use super::walk::{Walker, number, shown};
 pub fn derive(case: &mut Value) {
     let friction = case["contact"]["friction"].clone();
     let normal = if case["specimen"].is_null() { "spring" } else { "asperity" };
-    let faces = if keeps_faces(case) { "area" } else { "corners" };
+    let faces = if case["scene"].is_null() { "corners" } else { "area" };
     if let Some(contact) = object(case, "/contact") {
         contact.entry("normal").or_insert(normal.into());
         contact.entry("faces").or_insert(faces.into());
@@ -68,17 +68,6 @@ pub fn derive(case: &mut Value) {
     if let Some(case) = case.as_object_mut() {
         case.shift_remove("$schema");
     }
-}
-
-/// Whether the case is a scene whose bodies neither break nor change how they deform, so that faces can carry over their area.
-fn keeps_faces(case: &Value) -> bool {
-    let bodies = case["scene"]["bodies"].as_array().map_or(&[][..], |bodies| &bodies[..]);
-    let breaks = |rock: &Value| !rock["damage"].is_null();
-    let changes = case["solver"]["fidelity"] == "auto" && !case["solver"]["accuracy"].is_null();
-    !bodies.is_empty()
-        && !breaks(&case["rock"])
-        && !bodies.iter().any(|body| breaks(&body["rock"]))
-        && !changes
 }
 
 /// Checks every rule. `raw` is the value as written, `folder` where mesh files are looked for.
