@@ -77,7 +77,8 @@ def of_yade(folder, limit, shape, modulus, inertial, grains):
     row = {
         "step_s": probe["dt"], "steps_for_1_percent": steps, "cpu_s_per_step": seconds, "cpu_s_product": steps * seconds,
         "strain_reached": rows[-1]["strain"], "cpu_s_before_shear": found["consolidation_s"],
-        "steps_before_shear": found["consolidation_steps"], "memory_MB": cost["memory_MB"], "status": "finished",
+        "steps_before_shear": found["consolidation_steps"], "memory_MB": cost["memory_MB"],
+        "status": "finished" if found["carrying"] > grains / 2 else f"{found['carrying']} grains carry",
     }
     if whole:
         share = 0.01 / rows[-1]["strain"]
@@ -90,8 +91,10 @@ def of_polyhedra(folder, limit, modulus, inertial, grains):
     """YADE's polyhedra: to 1 % or as far as the CPU time of yade_polyhedra.py's settings allows."""
     whole = grains == 300
     settings = triaxial.settings(0.01, "polyhedra", modulus, inertial)
-    settings |= {"grains": grains, "settle_s": 240 if whole else 60, "shear_s": 360 if whole else 20}
-    cost = measured_yade(folder, os.path.join(HERE, "yade_polyhedra.py"), settings, limit)
+    settings |= {"grains": grains, "settle_s": 400 if whole else 60, "shear_s": 300 if whole else 20}
+    if "POISSON" in os.environ:
+        settings["poisson"] = float(os.environ["POISSON"])
+    cost = measured_yade(folder, os.path.join(HERE, "yade_polyhedra.py"), settings, 3 * limit)
     found = cost["answer"]
     if not found:
         return {"memory_MB": cost["memory_MB"], "status": cost["trouble"]}

@@ -5,8 +5,10 @@
 Polyhedra with 8 to 16 corners on spheres of the grading fill a box of six frictionless walls without touching. Each wall moves by what
 its pressure lacks, at SPEED at most, until the forces are within 1 % of the pressure and the unbalanced ratio is below 1e-2, or
 `settle_s` CPU seconds are gone. Then the two walls across z close at a strain rate by its inertial number, the others keep the pressure.
-`modulus` is YADE's volumetric stiffness [N/m3]: the normal force is modulus times the volume of overlap.
-The step is a share of sqrt(mass / (modulus * area)) of the smallest grain, its contact's area a tenth of its diameter squared.
+`modulus` is the material's `young` [N/m3]: the normal force is half of it times the volume of overlap. The tangential stiffness [N/m]
+is half of young * poisson, so `poisson` is by default an area: AREA, a tenth of the smallest diameter squared. With a Poisson ratio of
+0.2 in its place tangential springs are some thousand times too stiff for the step.
+The step is a share of sqrt(mass / (modulus * AREA)) of the smallest grain.
 The unbalanced ratio is YADE's: mean force out of balance over mean contact force.
 """
 
@@ -23,7 +25,9 @@ PRESSURE, DENSITY, FRICTION = settings["pressure"], settings["density"], setting
 SIZES, SHARES, GRAINS = settings["sizes"], settings["shares"], settings["grains"]
 MIDDLE = (SIZES[0] + SIZES[-1]) / 2
 LOOSE = 0.65  # porosity of the spheres in which the polyhedra are
-SPEED, SETTLED, SHARE = 2.0, 1e-2, 0.25
+SPEED, SETTLED, SHARE = 3.0, 1e-2, 0.25
+AREA = 0.1 * SIZES[0] ** 2
+POISSON = settings.get("poisson", AREA)
 random = numpy.random.default_rng(settings["seed"])
 
 
@@ -36,12 +40,13 @@ def polyhedron(rock, centre, radius):
 
 def fill():
     """The grains and the ids of the walls, low and high across x, y and z."""
-    rock = PolyhedraMat(young=settings["modulus"], poisson=0.2, frictionAngle=math.atan(0.2), density=DENSITY, label="rock")
-    smooth = PolyhedraMat(young=settings["modulus"], poisson=0.2, frictionAngle=0, density=DENSITY, label="smooth")
+    rock = PolyhedraMat(young=settings["modulus"], poisson=POISSON, frictionAngle=math.atan(0.2), density=DENSITY, label="rock")
+    smooth = PolyhedraMat(young=settings["modulus"], poisson=POISSON, frictionAngle=0, density=DENSITY, label="smooth")
     O.materials.append(rock)
     O.materials.append(smooth)
-    mean = math.pi / 6 * sum(s**3 for s in SIZES) / len(SIZES)
-    side = (GRAINS * mean / (1 - LOOSE)) ** (1 / 3)
+    # Grains in a volume of one, sizes even by mass between those of the grading.
+    numbers = sum((q - p) * 3 / math.pi * (a**-2 - b**-2) / (b - a) for a, b, p, q in zip(SIZES, SIZES[1:], SHARES, SHARES[1:]))
+    side = (GRAINS / numbers / (1 - LOOSE)) ** (1 / 3)
     cloud = pack.SpherePack()
     count = cloud.makeCloud((0, 0, 0), (side, side, side), psdSizes=SIZES, psdCumm=SHARES, num=GRAINS, distributeMass=True,
                             seed=settings["seed"])
@@ -49,7 +54,7 @@ def fill():
         O.bodies.append(polyhedron(rock, centre, radius))
     walls = [O.bodies.append(wall(place, axis=axis, sense=0, material=smooth)) for axis in range(3) for place in (0, side)]
     smallest = min(b.state.mass for b in O.bodies if b.id not in walls)
-    O.dt = SHARE * math.sqrt(smallest / (settings["modulus"] * 0.1 * SIZES[0] ** 2))
+    O.dt = SHARE * math.sqrt(smallest / (settings["modulus"] * AREA))
     O.engines = [
         ForceResetter(),
         InsertionSortCollider([Bo1_Polyhedra_Aabb(), Bo1_Wall_Aabb()], verletDist=0.05 * SIZES[0]),

@@ -63,6 +63,12 @@ def consolidate(walls):
     return False
 
 
+def carrying():
+    """How many grains touch anything."""
+    touching = {k for contact in O.interactions if contact.isReal for k in (contact.id1, contact.id2) if isinstance(O.bodies[k].shape, Sphere)}
+    return len({O.bodies[k].clumpId if O.bodies[k].clumpId >= 0 else k for k in touching})
+
+
 def shear(walls):
     """Rows of strain, stresses and unbalanced ratio to the last strain."""
     for body in O.bodies:
@@ -89,9 +95,9 @@ walls = fill()
 marks = [time.process_time()]
 settled = consolidate(walls)
 marks.append(time.process_time())
-steps = O.iter
+steps, carry = O.iter, carrying()
 rows = shear(walls) if settled else []
 marks.append(time.process_time())
 with open(os.environ["ANSWER"], "w") as stream:
-    json.dump({"settled": settled, "consolidation_s": marks[1] - marks[0], "consolidation_steps": steps,
+    json.dump({"settled": settled, "carrying": carry, "consolidation_s": marks[1] - marks[0], "consolidation_steps": steps,
                "shear_s": marks[2] - marks[1], "shear_steps": O.iter - steps, "rows": rows}, stream)
