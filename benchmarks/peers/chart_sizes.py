@@ -18,6 +18,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plot
 import numpy
+from matplotlib.lines import Line2D
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
 from chart_style import COLOURS, STYLE, STYLES  # noqa: E402
@@ -72,6 +73,10 @@ def label(key, points):
     return f"{text}\n{said}, power {power(points):.2f}" if len(points) > 1 else f"{text}\n{said}"
 
 
+def style_of(key):
+    return (0, (1, 1)) if key == EARLIER else LINES.get(key[2:], STYLES[0])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("sizes")
@@ -84,36 +89,27 @@ def main():
         rows = list(csv.DictReader(open(arguments.riprap)))
         series[EARLIER] = [(int(r["grains"]), float(r["CPU time of the shear [s]"]), True, float(r["median unrest"])) for r in rows]
     figure, axes = plot.subplots(figsize=(10.5, 6.6))
-    figure.subplots_adjust(left=0.08, right=0.66, top=0.95, bottom=0.09)
+    figure.subplots_adjust(left=0.08, right=0.68, top=0.95, bottom=0.09)
     axes.set(xscale="log", yscale="log", xlabel="grains", ylabel="CPU time of one thread for 1 % of axial strain [s]",
              title="Shear to 1 % at 0.8 MPa, grains of 20 to 60 mm")
-    order = sorted(series, key=lambda key: -series[key][-1][1])
+    order, handles = sorted(series, key=lambda key: -series[key][-1][1]), []
     for key in order:
         points = series[key]
         colour, marker = LOOKS[key[:2]]
-        style = (0, (1, 1)) if key == EARLIER else LINES.get((key[2], key[3]), STYLES[0])
-        axes.plot([p[0] for p in points], [p[1] for p in points], linestyle=style, color=colour, linewidth=1.3)
+        axes.plot([p[0] for p in points], [p[1] for p in points], linestyle=style_of(key), color=colour, linewidth=1.3)
         for n, seconds, measured, _ in points:
             axes.plot(n, seconds, marker, color=colour, markerfacecolor=colour if measured else "white", markersize=6)
         print(label(key, points).replace("\n", ": "), [(p[0], f"{p[1]:.3g}") for p in points])
     axes.set_xlim(50, 13000)
     axes.set_xticks([100, 300, 1000, 3000, 10000], ["100", "300", "1000", "3000", "10000"])
     axes.minorticks_off()
-    axes.figure.canvas.draw()
-    # Labels stand to the right, from the top down in the order of the last points, with a line to each.
-    transform = axes.transData + axes.transAxes.inverted()
-    ends = [transform.transform(series[key][-1][:2]) for key in order]
-    gap, height = 0.092, 1.02
-    heights = []
-    for _, y in ends:
-        height = min(height - gap, y + 0.02)
-        heights.append(height)
-    lift = max(0.0, 0.02 - heights[-1])
-    for key, (x, y), height in zip(order, ends, heights):
-        colour = LOOKS[key[:2]][0]
-        axes.annotate(label(key, series[key]), (x, y), (1.04, height + lift), xycoords="axes fraction", textcoords="axes fraction",
-                      fontsize=8, color=colour, va="center", annotation_clip=False,
-                      arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5, "alpha": 0.5})
+    # Numbers stand at the ends of lines, what they are to the right.
+    for number, key in enumerate(order, 1):
+        colour, marker = LOOKS[key[:2]]
+        axes.annotate(str(number), series[key][-1][:2], (7, 0), textcoords="offset points", fontsize=9, color=colour, va="center")
+        handles.append(Line2D([], [], color=colour, marker=marker, linestyle=style_of(key), linewidth=1.3, markersize=5))
+    texts = [f"{number}  {label(key, series[key])}" for number, key in enumerate(order, 1)]
+    axes.legend(handles, texts, loc="upper left", bbox_to_anchor=(1.02, 1.02), fontsize=8.5, labelspacing=0.9, handlelength=3.5)
     figure.savefig(arguments.out, dpi=110)
 
 

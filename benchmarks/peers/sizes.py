@@ -119,7 +119,7 @@ def main():
     path = os.path.join(out, "sizes.csv")
     if not os.path.exists(path):
         with open(path, "w", newline="") as stream:
-            csv.writer(stream).writerow(HEAD)
+            csv.writer(stream, lineterminator="\n").writerow(HEAD)
     for kind in wanted or SIZES:
         for grains in (int(n) for n in chosen("GRAINS", SIZES[kind])):
             for modulus in chosen("MODULUS", MODULI[kind]):
@@ -136,7 +136,7 @@ def main():
                     row |= {"code": "riprap" if kind == "riprap" else "YADE", "grain": "polyhedra" if kind == "riprap" else kind,
                             "modulus": modulus, "inertial_number": inertial or "", "grains": grains}
                     with open(path, "a", newline="") as stream:
-                        csv.writer(stream).writerow([text(row.get(name, "")) for name in HEAD])
+                        csv.writer(stream, lineterminator="\n").writerow([text(row.get(name, "")) for name in HEAD])
                     print({name: text(value) for name, value in row.items()}, flush=True)
 
 
