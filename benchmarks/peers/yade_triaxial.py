@@ -4,7 +4,7 @@
 
 Six frictionless walls bring a cloud of grains to the pressure; then the lid goes down at a strain rate by its inertial number
 I = rate * d * sqrt(density / pressure), d halfway from the smallest to the largest diameter, while the side walls keep the pressure.
-The answer has the CPU seconds of either part, the steps, and rows of strain, stresses and unbalanced ratio.
+The answer has the CPU seconds of either part, the steps, and rows of strain, stresses, unbalanced ratio, and CPU seconds and steps so far.
 The unbalanced ratio is YADE's: mean force out of balance over mean contact force.
 """
 
@@ -63,6 +63,12 @@ def consolidate(walls):
     return False
 
 
+def carrying():
+    """How many grains touch anything."""
+    touching = {k for contact in O.interactions if contact.isReal for k in (contact.id1, contact.id2) if isinstance(O.bodies[k].shape, Sphere)}
+    return len({O.bodies[k].clumpId if O.bodies[k].clumpId >= 0 else k for k in touching})
+
+
 def shear(walls):
     """Rows of strain, stresses and unbalanced ratio to the last strain."""
     for body in O.bodies:
@@ -75,11 +81,13 @@ def shear(walls):
     rate = settings["inertial"] / (MIDDLE * math.sqrt(DENSITY / PRESSURE))
     walls.stressMask, walls.goal2, walls.max_vel = 5, -rate, 10.0
     begun, rows = walls.strain[1], []
-    span = settings["strain"] / 40
+    span = settings["strain"] / settings.get("rows", 40)
+    first = O.iter, time.process_time()
     while not rows or rows[-1]["strain"] < settings["strain"]:
         O.run(max(1, int(span / (rate * O.dt))), True)
         stresses = [-walls.stress(k)[axis] for k, axis in ((walls.wall_right_id, 0), (walls.wall_top_id, 1), (walls.wall_front_id, 2))]
-        rows.append({"strain": abs(walls.strain[1] - begun), "stresses": stresses, "unbalanced": unbalancedForce(), "dt": O.dt})
+        rows.append({"strain": abs(walls.strain[1] - begun), "stresses": stresses, "unbalanced": unbalancedForce(), "dt": O.dt,
+                     "steps": O.iter - first[0], "cpu_s": time.process_time() - first[1]})
     return rows
 
 
@@ -87,9 +95,9 @@ walls = fill()
 marks = [time.process_time()]
 settled = consolidate(walls)
 marks.append(time.process_time())
-steps = O.iter
+steps, carry = O.iter, carrying()
 rows = shear(walls) if settled else []
 marks.append(time.process_time())
 with open(os.environ["ANSWER"], "w") as stream:
-    json.dump({"settled": settled, "consolidation_s": marks[1] - marks[0], "consolidation_steps": steps,
+    json.dump({"settled": settled, "carrying": carry, "consolidation_s": marks[1] - marks[0], "consolidation_steps": steps,
                "shear_s": marks[2] - marks[1], "shear_steps": O.iter - steps, "rows": rows}, stream)
