@@ -5,7 +5,7 @@
 
 The tests of triaxial.py at other numbers of grains: the grading stays, so the smallest grain and with it YADE's time step stay.
 OUT/sizes.csv gets a row a run, appended to where it exists. GRAINS="100 300" (environment) runs these sizes alone, MODULUS="3e8" these
-moduli, INERTIAL="1e-3" these inertial numbers; LIMIT (900) ends a run after so many seconds.
+moduli, INERTIAL="1e-3" these inertial numbers; POISSON is that of YADE's polyhedra; LIMIT (900) ends a run after so many seconds.
 
 YADE's steps for 1 % are 0.01 / (rate dt), with the strain rate I / (d sqrt(density / pressure)), d halfway from the smallest to the
 largest grain. YADE chooses dt, 0.8 of the least sqrt(mass / stiffness) of a grain: it goes with d_min sqrt(density / modulus).
@@ -25,12 +25,13 @@ from codes import measured_yade, riprap
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 HEAD = ["code", "grain", "modulus", "inertial_number", "grains", "step_s", "steps_for_1_percent", "cpu_s_per_step", "cpu_s_product",
-        "steps_measured", "cpu_s_measured", "unbalanced_mean", "strain_reached", "cpu_s_before_shear", "steps_before_shear", "unbalanced_before_shear",
-        "memory_MB", "status"]
+        "steps_measured", "cpu_s_measured", "unbalanced_mean", "unbalanced_end", "strain_reached", "cpu_s_before_shear",
+        "steps_before_shear", "unbalanced_before_shear", "memory_MB", "status"]
 SIZES = {"riprap": [100, 300, 1000], "spheres": [100, 300, 1000, 3000, 10000], "clumps": [100, 300, 1000, 3000, 10000],
-         "polyhedra": [64, 100, 300, 1000]}
+         "polyhedra": [64, 300]}
 MODULI = {"riprap": [3e10], "spheres": [3e8, 3e10], "clumps": [3e8, 3e10], "polyhedra": [1e10]}
 INERTIAL = [1e-3, 1e-4]
+ALLOWED = {64: (60, 200), 300: (400, 300)}  # CPU seconds before and in shear, of polyhedra
 WHOLE, PROBE, SHORT = 1000, 300, 2.5e-4
 
 
@@ -89,9 +90,8 @@ def of_yade(folder, limit, shape, modulus, inertial, grains):
 
 def of_polyhedra(folder, limit, modulus, inertial, grains):
     """YADE's polyhedra: to 1 % or as far as the CPU time of yade_polyhedra.py's settings allows."""
-    whole = grains == 300
-    settings = triaxial.settings(0.01, "polyhedra", modulus, inertial)
-    settings |= {"grains": grains, "settle_s": 400 if whole else 60, "shear_s": 300 if whole else 20}
+    settle, shear = ALLOWED.get(grains, (60, 20))
+    settings = triaxial.settings(0.01, "polyhedra", modulus, inertial) | {"grains": grains, "settle_s": settle, "shear_s": shear}
     if "POISSON" in os.environ:
         settings["poisson"] = float(os.environ["POISSON"])
     cost = measured_yade(folder, os.path.join(HERE, "yade_polyhedra.py"), settings, 3 * limit)
@@ -100,11 +100,13 @@ def of_polyhedra(folder, limit, modulus, inertial, grains):
         return {"memory_MB": cost["memory_MB"], "status": cost["trouble"]}
     seconds, steps, reached = found["shear_s"] / found["shear_steps"], 0.01 / (found["rate"] * found["dt"]), found["rows"][-1]["strain"]
     mean = sum(row["unbalanced"] for row in found["rows"]) / len(found["rows"])
+    status = found["status"] + (f", poisson {settings['poisson']}" if "poisson" in settings else "")
     return {
         "step_s": found["dt"], "steps_for_1_percent": steps, "cpu_s_per_step": seconds, "cpu_s_product": steps * seconds,
-        "cpu_s_measured": found["shear_s"] * 0.01 / reached if reached > 0.0099 else "", "unbalanced_mean": mean if whole else "",
+        "cpu_s_measured": found["shear_s"] * 0.01 / reached if reached > 0.0099 else "", "unbalanced_mean": mean,
+        "unbalanced_end": found["rows"][-1]["unbalanced"],
         "strain_reached": reached, "cpu_s_before_shear": found["before_s"], "steps_before_shear": found["before_steps"],
-        "unbalanced_before_shear": found["unbalanced_before"], "memory_MB": cost["memory_MB"], "status": found["status"],
+        "unbalanced_before_shear": found["unbalanced_before"], "memory_MB": cost["memory_MB"], "status": status,
     }
 
 

@@ -65,7 +65,8 @@ def consolidate(walls):
 
 def carrying():
     """How many grains touch anything."""
-    touching = {k for contact in O.interactions if contact.isReal for k in (contact.id1, contact.id2) if isinstance(O.bodies[k].shape, Sphere)}
+    pairs = [(contact.id1, contact.id2) for contact in O.interactions if contact.isReal]
+    touching = {k for pair in pairs for k in pair if isinstance(O.bodies[k].shape, Sphere)}
     return len({O.bodies[k].clumpId if O.bodies[k].clumpId >= 0 else k for k in touching})
 
 
