@@ -1,8 +1,7 @@
 //! Work that friction takes in a step.
 //!
 //! Slip times the friction force, averaged over the two ends of the step as the external work is (and over the slip, where
-//! the coefficient falls in the step), is most of it. A contact that stuck slips from where its stretch reaches what it can hold, under the force of
-//! there. The
+//! the coefficient falls in the step), is most of it. The
 //! rest is what the tangential stretch of a contact stores and gives up without work, since its energy depends on more
 //! than the stretch. With the stretch s, the largest friction force b over the weight, the weight w, and the tangential
 //! stiffness k over the weight
@@ -133,32 +132,17 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
     let stiffened = Stretched::new(law, before, memory.bound, weight, held).energy - start.energy;
     // The mean of a coefficient that falls in the step is not that of its ends.
     let bent = e.mean_coefficient / (0.5 + 0.5 * state.friction.coefficient / e.coefficient);
+    // What stuck when the step began slips from when it is at its bound, not from the force it began with.
     let traction = memory.traction.norm();
     let stuck = traction < (1.0 - 1e-6) * memory.bound;
     let before = if stuck && slip != Vec3::zeros() {
-        // Friction that weakens does so from here on.
-        let unweakened = state.friction.coefficient / e.coefficient;
-        let bounds = [memory.bound, state.friction.coefficient * e.load];
-        let held = unweakened * e.stretch.norm();
-        let at = share_stuck(
-            [e.carried_stretch.norm(), e.trial_stretch.norm()],
-            [held * bounds[0] / bounds[1], held],
-        );
-        let between = |[from, to]: [f64; 2]| from + at * (to - from);
-        slip.normalize() * (between(bounds) * between([weight, e.weight]))
+        slip.normalize() * memory.bound
     } else {
         // Along the stretch, with which it turns.
-        weight * e.carried_stretch.try_normalize(0.0).map_or(memory.traction, |along| along * traction)
+        e.carried_stretch.try_normalize(0.0).map_or(memory.traction, |along| along * traction)
     };
-    let force = 0.5 * (e.friction + before);
+    let force = 0.5 * (e.friction + before * weight);
     bent * force.dot(&slip) - start.gained_until(&end) + weight * stiffened
-}
-
-/// The share of a step at whose end a contact that stuck begins to slip: its stretch had nothing slipped, and what it can hold, go evenly from their
-/// first to their last [m].
-fn share_stuck(stretch: [f64; 2], held: [f64; 2]) -> f64 {
-    let room = [0, 1].map(|end: usize| held[end] - stretch[end]);
-    if room[0] > 0.0 && room[1] < 0.0 { room[0] / (room[0] - room[1]) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -182,30 +166,6 @@ mod tests {
             assert!(exact >= 0.0);
         }
         assert_eq!(at(500.0, 1.0, 1e-6).by_bound, 0.0);
-    }
-
-    /// A contact that sticks, then slips, while its load falls or grows: the force that it slips under is that of fine steps.
-    #[test]
-    fn what_stuck_slips_from_its_bound_of_then() {
-        let (stiffness, carried, trial) = (2e8, 1e-6, 5e-6);
-        for bounds in [[500.0, 300.0], [500.0, 700.0], [500.0, 500.0]] {
-            let held = bounds.map(|bound| bound / stiffness);
-            let n = 200_000;
-            let (mut slipped, mut lost) = (0.0, 0.0);
-            for i in 0..n {
-                let t = (f64::from(i) + 0.5) / f64::from(n);
-                let between = |[from, to]: [f64; 2]| from + t * (to - from);
-                let slip = (between([carried, trial]) - between(held)).max(slipped);
-                lost += between(bounds) * (slip - slipped);
-                slipped = slip;
-            }
-            let at = share_stuck([carried, trial], held);
-            let first = bounds[0] + at * (bounds[1] - bounds[0]);
-            let found = 0.5 * (first + bounds[1]) * (trial - held[1]);
-            assert!((found - lost).abs() < 1e-5 * lost, "{found} {lost}");
-        }
-        // What slips from the start, or not at all.
-        assert_eq!((share_stuck([2.0, 3.0], [1.0, 1.0]), share_stuck([0.0, 0.5], [1.0, 1.0])), (0.0, 0.0));
     }
 
     /// A contact that slides while its load grows in n steps: work = energy + slip work - gain, to second order.
