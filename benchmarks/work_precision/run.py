@@ -41,7 +41,7 @@ STRICT = {"/solver/stabilisation": "null"}
 CHOSEN = {f"accuracy {a}": {"/solver/accuracy": a} for a in (0.02, 0.05, 0.1)}
 CELLS = {f"{n} cells": {"/specimen/cells_per_grain": n} for n in (12, 100, 250)}
 MESHES = {f"cells of {size} mm": {"/scene/bodies/1/mesh_size": f"{size} mm"} for size in (12, 10, 9, 7)}
-# The disc's rock with a fracture energy: then cells of any size spend the same on a crack.
+# The disc's rock with a fracture energy, which does not take the mesh out of its peak.
 ENERGY = {"/rock/damage/fracture_energy": 100}
 SCENE = {"increments": 4, "/solver/force_tolerance": 1e-5, "/solver/gap_tolerance": 1e-8}
 # The converged run of a scene, and the one next to it in every respect: their difference is the reference's own error.
@@ -67,9 +67,9 @@ def plan(scene):
         yield from (("condensed", name, settings) for name, settings in {**INCREMENTS, **unrest, **CELLS}.items())
         yield from (("rigid", name, settings) for name, settings in {**INCREMENTS, **unrest}.items())
     elif kind == "disc":
-        coarser = {name: MESHES[name] for name in MESHES if MESHES[name] not in references.values()}
+        others = {name: MESHES[name] for name in MESHES if MESHES[name] not in references.values()}
         tough = {"100 J/m2": ENERGY} | {f"100 J/m2 on {name}": settings | ENERGY for name, settings in MESHES.items()}
-        yield from (("condensed", name, settings) for name, settings in {**INCREMENTS, **coarser, **tough}.items())
+        yield from (("condensed", name, settings) for name, settings in {**INCREMENTS, **others, **tough}.items())
         return
     else:
         for fidelity in ("full", "condensed", "rigid"):
