@@ -20,6 +20,7 @@ use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
 use crate::contact::memory::PointMemory;
 use crate::contact::mortar::MortarNode;
+use crate::contact::{Feature, patch};
 use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
 
@@ -73,11 +74,17 @@ impl Contacts {
                 .filter(lost)
                 .map(|memory| self.given_up(model, pair, memory))
                 .sum::<f64>();
+            // Nodes of a patch that has slid are others, and hold what the old ones nearest to them did.
+            if !pair.carried.mortars.is_empty()
+                && let Some(before) = committed.memory.get(&pair.key())
+            {
+                sum += before.tangential_energy() - pair.carried.tangential_energy();
+            }
         }
         // Pairs that are no longer within reach.
         for (key, memory) in &committed.memory {
             if self.pairs.binary_search_by(|pair| pair.key().cmp(key)).is_err() {
-                sum += memory.points.iter().map(|point| point.tangential_energy).sum::<f64>();
+                sum += memory.tangential_energy();
             }
         }
         sum
@@ -96,7 +103,16 @@ impl Contacts {
             let radii: f64 = [pair.a(), pair.b()].map(|body| model.shapes[body].rounded.radius).iter().sum();
             let pressed = pair.indentation_for(model, lost.feature, lost.load, lost.depth);
             let of_node = |node: &MortarNode| pair.springs.patch * node.area;
-            let spring = pair.node(lost.feature).map_or(pair.springs.contact, of_node);
+            let of_rigid = || match lost.feature {
+                // What the two have in common was known while they touched; it is the smaller face at most.
+                Feature::Faces(i, j, _) => {
+                    let faces = [(pair.a(), i), (pair.b(), j)];
+                    let areas = faces.map(|(body, k)| model.shapes[body].faces[k as usize].area);
+                    pair.springs.patch * areas[0].min(areas[1]) / patch::POINTS as f64
+                }
+                Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..) => pair.springs.contact,
+            };
+            let spring = pair.node(lost.feature).map_or_else(of_rigid, of_node);
             let by_spring = || model.law_at(lost.feature).overlap_for(lost.load / spring);
             let overlap = pressed.map_or_else(by_spring, |indentation| indentation - lost.depth);
             overlap / (overlap + (pair.nearest - radii).max(0.0))

@@ -113,13 +113,15 @@ impl Former<'_> {
             let Some(known) = self.before(point) else {
                 return Some(PointMemory::open(feature, -overlap(point)));
             };
-            let before = match self.memory.node(known.feature) {
-                Some(node) => pair.springs.patch * node.area,
-                None if self.same && known.feature == feature => spring,
-                None => pair.springs.contact,
-            };
+            let weight = known.pressure / known.load;
+            let before = weight
+                * match self.memory.node(known.feature) {
+                    Some(node) => pair.springs.patch * node.area,
+                    None if self.same && known.feature == feature => spring,
+                    None => pair.springs.contact,
+                };
             let all = springs.get(&known.feature).map_or(before, |all| all.max(before));
-            let mut known = known.of_spring(spring / all);
+            let mut known = known.of_spring(weight * spring / all).stretched(before / all);
             let borne = model.law_at(feature).overlap_for(known.sprung() / spring);
             known.initial_overlap = known.initial_overlap.min(borne - overlap(point));
             self.heir(point, known, overlap(point))
@@ -146,7 +148,15 @@ impl Contacts {
         let broken: BTreeSet<usize> = fractures.iter().flat_map(|it| it.parts.iter().copied()).collect();
         let found = self.evaluate_committed(model, committed).map(|()| self.heirs(model, &formers, &broken));
         committed.memory.retain(|key, _| !formers.contains_key(key));
-        let Ok(known) = found else { return };
+        let Ok(known) = found else {
+            // Bodies that kept their shapes keep what is known of their contacts but for the nodes of patches.
+            for (key, mut kept) in on_new_meshes {
+                kept.mortars.clear();
+                kept.points.retain(|point| !matches!(point.feature, Feature::Faces(..)));
+                committed.memory.insert(key, kept);
+            }
+            return;
+        };
         let renewed: BTreeSet<PairKey> = known.keys().chain(formers.keys()).copied().collect();
         committed.memory.extend(known);
         // What they bear, and what friction can hold of it.

@@ -30,7 +30,7 @@ const WIDEST: f64 = 0.5;
 const NARROWEST: f64 = 0.05;
 /// Facets all corners of which lie as near to a plane, over the body's size, are one face: files give nodes to some six digits, so that the
 /// triangles of a flat face are planes of their own, and those along its edges lean anyhow.
-const FLAT: f64 = 1e-5;
+pub const FLAT: f64 = 1e-5;
 /// Facets of one face that lie no nearer than this are what a file's digits make of it: its plane is their mean.
 const EXACT: f64 = 1e-9;
 

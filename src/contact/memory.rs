@@ -63,6 +63,11 @@ impl PairMemory {
         self.points.iter().map(|p| p.initial_overlap).fold(0.0, f64::max)
     }
 
+    /// What its contacts' tangential springs have stored [J].
+    pub fn tangential_energy(&self) -> f64 {
+        self.points.iter().map(|point| point.tangential_energy).sum()
+    }
+
     /// Keeps `point` in place of what was known of its feature.
     pub fn put(&mut self, point: PointMemory) {
         match self.points.binary_search_by(|kept| kept.feature.cmp(&point.feature)) {

@@ -64,6 +64,13 @@ impl PointMemory {
         }
     }
 
+    /// The same of a contact with `1 / share` times the tangential spring under the same friction.
+    #[must_use]
+    pub fn stretched(&self, share: f64) -> Self {
+        let (stretch, tangential_energy) = (self.stretch * share, self.tangential_energy * share);
+        PointMemory { stretch, tangential_energy, ..*self }
+    }
+
     /// Of a contact without a force whose gap is more open than the geometry says by `-initial_overlap` [m].
     pub fn open(feature: Feature, initial_overlap: f64) -> Self {
         PointMemory {

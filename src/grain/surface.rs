@@ -58,6 +58,8 @@ pub struct Surface {
 }
 
 const LEAF: usize = 4;
+/// Cosine of what a facet in a plane may lean from it.
+const ALONG: f64 = 0.9;
 /// Twice the depth of a balanced tree over 2^32 facets is enough: each level leaves one behind.
 const DEEPEST: usize = 64;
 
@@ -124,13 +126,13 @@ impl Surface {
         0.5 * (b - a).cross(&(c - a)).norm()
     }
 
-    /// Corners [m] of the facets that lie in a plane, to `tolerance` (angle in rad, distance over the body's size).
+    /// Corners [m] of the facets that look where `normal` does and lie in its plane, to `tolerance` over the body's size. Of small facets of
+    /// files with few digits the normals say less than the corners.
     pub fn facets_in(&self, normal: &Vec3, offset: f64, tolerance: f64) -> Vec<[Vec3; 3]> {
         let root = &self.branches[0];
         let reach = tolerance * (root.high - root.low).norm();
         let near = |p: &Vec3| (normal.dot(p) - offset).abs() < reach;
-        let within =
-            |facet: &&Facet| (facet.normal - normal).norm() < tolerance && facet.corners.iter().all(near);
+        let within = |facet: &&Facet| facet.normal.dot(normal) > ALONG && facet.corners.iter().all(near);
         self.facets.iter().filter(within).map(|facet| facet.corners).collect()
     }
 
