@@ -1,11 +1,11 @@
 //! Keys of a sound case that decide nothing, each with what makes it so. A key that is left at its default says nothing.
 
 use super::overlap::Placed;
+use super::size::{SCENE_WEAKENING, weakening_distance};
 use super::types::*;
 use crate::contact::NormalLaw;
 
 /// What the table has where a case does not say.
-const WEAKENING_DISTANCE: f64 = 50e-6;
 const GENT_LIMIT: f64 = 30.0;
 const MOONEY_SHARE: f64 = 0.2;
 
@@ -87,15 +87,16 @@ impl Case {
     /// Friction that is residual from the start does not weaken.
     fn idle_weakening(&self) -> Option<String> {
         let distance = self.contact.weakening_distance;
-        let mut peak = self.contact.friction;
-        match &self.geometry {
-            Geometry::Specimen(_) => peak = peak.max(self.plates.friction),
+        let peak = self.contact.friction;
+        let (peak, default) = match &self.geometry {
+            Geometry::Specimen(it) => (peak.max(self.plates.friction), weakening_distance(&it.grading)),
             Geometry::Scene(scene) => {
-                peak = scene.bodies.iter().filter_map(|body| body.friction).fold(peak, f64::max);
+                let bodies = scene.bodies.iter().filter_map(|body| body.friction);
+                (bodies.fold(peak, f64::max), SCENE_WEAKENING)
             }
-        }
+        };
         let weakens = peak > self.contact.residual_friction;
-        (is_given(distance, WEAKENING_DISTANCE) && !weakens).then(|| {
+        (is_given(distance, default) && !weakens).then(|| {
             format!(
                 "contact.weakening_distance {distance} m decides nothing: contact.residual_friction is the peak {peak}, by default"
             )

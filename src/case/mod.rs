@@ -208,6 +208,7 @@ mod tests {
         let case = RawCase::parse("x.json".as_ref(), text).and_then(|raw| raw.check());
         let case = case.unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(case.contact.residual_friction, 0.65);
+        assert!((case.contact.weakening_distance - 0.0125).abs() < 1e-12);
         assert_eq!(case.plates.friction, 0.65);
         assert_eq!(case.rock.damage.map(|damage| damage.exponent), Some(3.0));
         assert_eq!(case.solver.force_tolerance, 1e-3);

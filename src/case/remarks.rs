@@ -99,6 +99,7 @@ impl Case {
             ));
         }
         remarks.extend(self.sound_corners());
+        remarks.extend(self.sound_faces());
         remarks.extend(self.idle(&placed));
         remarks.extend(self.implausible());
         remarks.extend(self.too_wide_pores());
@@ -115,6 +116,15 @@ impl Case {
                 "contacts crush nowhere: there is no rock.compressive_strength, {LIMIT_OVER_STRENGTH} times which crushes corners, and no \
                  contact.limit_pressure"
             )
+        })
+    }
+
+    /// Asperities are corners and edges: faces that carry by their area yield by springs.
+    fn sound_faces(&self) -> Option<String> {
+        let both = (self.contact.normal, self.contact.faces) == (NormalLaw::Asperity, FaceContact::Area);
+        both.then(|| {
+            "contact.faces \"area\" beside contact.normal \"asperity\": faces yield elastically under any pressure, corners and edges alone crush"
+                .into()
         })
     }
 
@@ -222,7 +232,7 @@ impl Case {
     fn blended_faces(&self, placed: &[Option<Placed>]) -> Vec<String> {
         let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
         let blended = |(body, placed): (&BodyCase, &Option<Placed>)| {
-            let placed = placed.as_ref()?;
+            let placed = placed.as_ref().filter(|_| scene.press.is_none())?;
             let smallest = placed.extents().into_iter().fold(f64::INFINITY, f64::min);
             let rounding = body.rounding.unwrap_or(self.contact.rounding * smallest);
             let [all, blended] = Face::count(&RoundedBody::inset(&placed.shape, rounding).ok()?);
@@ -386,6 +396,7 @@ fn dented(file: &Path) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use crate::case::{RawCase, parse_override};
+    use crate::contact::face::FaceContact;
 
     #[test]
     fn what_decides_nothing_and_what_is_too_coarse_is_said() {
@@ -445,6 +456,27 @@ mod tests {
         assert!(remarks(scene, "").contains("recovery_in_compression is 1"));
         let remarked = remarks(scene, ", \"recovery_in_compression\": 0.3");
         assert!(remarked.contains("rock.damage.recovery_in_compression is 0.3"), "{remarked}");
+    }
+
+    /// Asperities are corners and edges; so are faces beside them, unless the case says otherwise.
+    #[test]
+    fn faces_beside_asperities_are_corners_or_remarked_on() {
+        let checked = |contact: &str| {
+            let text = format!(
+                r#"{{"scene": {{"bodies": [{{"name": "block", "shape": {{"box": [0.1, 0.1, 0.1]}}}}]}},
+                "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}},
+                "contact": {{"friction": 0.65{contact}}}, "stages": [{{"kind": "load"}}]}}"#
+            );
+            let raw = RawCase::parse("x.json".as_ref(), &text).unwrap_or_else(|e| panic!("{e}"));
+            let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+            (case.contact.faces, case.remarks().join("; "))
+        };
+        let asperity = ", \"normal\": \"asperity\"";
+        assert_eq!(checked(""), (FaceContact::Area, String::new()));
+        assert_eq!(checked(asperity), (FaceContact::Corners, String::new()));
+        let (faces, remarks) = checked(&format!("{asperity}, \"faces\": \"area\""));
+        assert_eq!(faces, FaceContact::Area);
+        assert!(remarks.contains("faces yield elastically"), "{remarks}");
     }
 
     #[test]

@@ -8,6 +8,19 @@ use crate::specimen::shape::{ShapeLaw, WithinClass};
 use crate::specimen::size::{Plan, plan};
 use crate::tensor::Vec3;
 
+/// Slip over which friction weakens in scenes that do not say [m].
+pub const SCENE_WEAKENING: f64 = 50e-6;
+
+/// Slip over which friction weakens in a specimen that does not say [m]: a quarter of the size that half of the mass passes,
+/// linear between the points of the grading, which go from large to small (decision 0019).
+pub fn weakening_distance(grading: &[[f64; 2]]) -> f64 {
+    let median = grading.windows(2).find(|pair| pair[1][1] <= 0.5).map(|pair| {
+        let [[large, above], [small, below]] = [pair[0], pair[1]];
+        small + (0.5 - below) / (above - below) * (large - small)
+    });
+    0.25 * median.or(grading.last().map(|point| point[0])).unwrap_or(0.0)
+}
+
 /// The grains of a grading and a shape law, on average.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeanGrains {
@@ -51,5 +64,21 @@ impl MeanGrains {
     /// The number of grains that a diameter and height [m] with this void ratio hold.
     pub fn number(&self, diameter: f64, height: f64, void_ratio: f64) -> usize {
         self.plan(SpecimenSize::Cylinder { diameter, height }, void_ratio).numbers.iter().sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_weakens_over_a_quarter_of_the_median_size() {
+        let close = |grading: &[[f64; 2]], expected: f64| {
+            let distance = weakening_distance(grading);
+            assert!((distance - expected).abs() < 1e-12, "{grading:?}: {distance}");
+        };
+        close(&[[0.06, 1.0], [0.04, 0.0]], 0.0125);
+        close(&[[0.06, 1.0], [0.04, 0.62], [0.02, 0.0]], 0.25 * (0.02 + 0.02 * 0.5 / 0.62));
+        close(&[[0.06, 1.0], [0.04, 0.5], [0.02, 0.0]], 0.01);
     }
 }

@@ -334,10 +334,10 @@ static DAMAGE: &[Key] = &[
 static CONTACT: &[Key] = &[
     Key::required("friction", FRICTION, "Peak friction coefficient."),
     Key::derived("residual_friction", FRICTION, "friction", "Friction coefficient after long sliding."),
-    Key::default(
+    Key::derived(
         "weakening_distance",
         LENGTH,
-        "\"50 um\"",
+        "of specimens a quarter of the size that half of the mass passes, of scenes 50 um",
         "Slip over which friction decays from peak to residual by 1/e.",
     ),
     Key::default(
@@ -349,7 +349,7 @@ static CONTACT: &[Key] = &[
     Key::derived(
         "faces",
         Choice(&["corners", "area"]),
-        "area of scenes, corners of specimens",
+        "area of scenes with springs, else corners",
         "What parallel faces carry by: their corners and edges, or a pressure over the area that they share.",
     ),
     Key::derived(
@@ -613,7 +613,7 @@ static SOLVER: &[Key] = &[
         "stabilisation",
         Nullable(&TOLERANCE),
         "3e-3",
-        "Mean force out of balance on a body over the mean contact force (the unbalanced force ratio) to which an increment of a specimen is taken; what still moves then goes on moving, against a drag, in the next one, and unrest in the history says how much does. Ends of stages, holds and unloading come to rest. null: every increment balances to force_tolerance. Scenes always do.",
+        "Mean force out of balance on a body over the mean contact force (the unbalanced force ratio) to which an increment of a specimen is taken; what still moves then goes on moving, against a drag, in the next one, and unrest in the history says how much does. Holds, unloading and, unless a collapse goes on, ends of stages come to rest. null: every increment balances to force_tolerance. Scenes always do.",
     ),
     Key::optional("rough_tolerance", Nullable(&TOLERANCE), "Without effect: see stabilisation."),
     Key::default(
@@ -632,7 +632,7 @@ static SOLVER: &[Key] = &[
         "max_augmentations",
         Count(1, 100_000),
         "600",
-        "Augmentations before an increment is cut; most take under ten, a snap may take hundreds.",
+        "Steps in which an increment that has to come to rest does so, or is cut; other increments of specimens take forty at most.",
     ),
     Key::default(
         "max_dwell",

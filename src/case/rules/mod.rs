@@ -16,17 +16,28 @@ use serde_json::{Value, json};
 use crate::error::{Fault, Faults};
 
 use super::path::at;
-use super::size::MeanGrains;
+use super::size::{MeanGrains, SCENE_WEAKENING, weakening_distance};
 use super::walk::{Walker, number, shown};
 
 /// Fills in what follows from other values.
 pub fn derive(case: &mut Value) {
     let friction = case["contact"]["friction"].clone();
     let normal = if case["specimen"].is_null() { "spring" } else { "asperity" };
-    let faces = if case["scene"].is_null() { "corners" } else { "area" };
+    // Asperities are tips and edges.
+    let is_sharp = case["scene"].is_null() || case["contact"]["normal"] == "asperity";
+    let faces = if is_sharp { "corners" } else { "area" };
+    if let Some(specimen) = case.get_mut("specimen") {
+        specimen::derive(specimen);
+    }
+    let grading = case["specimen"]["grading"].clone();
+    let weakening = match serde_json::from_value::<Vec<[f64; 2]>>(grading) {
+        Ok(grading) => weakening_distance(&grading),
+        Err(_) => SCENE_WEAKENING,
+    };
     if let Some(contact) = object(case, "/contact") {
         contact.entry("normal").or_insert(normal.into());
         contact.entry("faces").or_insert(faces.into());
+        contact.entry("weakening_distance").or_insert(weakening.into());
     }
     if let Some(contact) = object(case, "/contact")
         && !friction.is_null()
@@ -43,9 +54,6 @@ pub fn derive(case: &mut Value) {
             if !friction.is_null() {
                 plates.entry("friction").or_insert(friction);
             }
-        }
-        if let Some(specimen) = case.get_mut("specimen") {
-            specimen::derive(specimen);
         }
     }
     let rock = case["rock"].clone();
