@@ -95,7 +95,8 @@ def table(files):
         if column is None:
             print(f"shuibuya_tables: left out: {path} has no shear to measure", file=sys.stderr)
         else:
-            columns[os.path.splitext(os.path.basename(path))[0]] = column
+            name = os.path.splitext(os.path.basename(path))[0]
+            columns[name if name not in columns else path] = column
     if not columns:
         raise ResultsError("shuibuya_tables: no run is left")
     rows = dict.fromkeys(name for column in columns.values() for name in column)

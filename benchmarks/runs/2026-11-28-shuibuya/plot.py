@@ -1,0 +1,52 @@
+"""Draws stress_strain.png beside itself from p*.csv, with the runs over 10 mm of an earlier record; scripts/python_env names a Python that has matplotlib."""
+
+import csv
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+HERE = pathlib.Path(__file__).parent
+sys.path.insert(0, str(HERE.parents[2] / "scripts"))
+from chart_style import COLOURS, STYLE  # noqa: E402
+
+LONGER = HERE.parent / "2026-11-26-shuibuya"
+PRESSURES = {800: COLOURS[1], 1600: COLOURS[2]}
+SOURCE = {800: (11.64, 3.52), 1600: (15.40, 7.04)}
+
+
+def draw(axes, path, colour, line, width):
+    """q above and volume strain below, in shear."""
+    with open(path) as file:
+        rows = [row for row in csv.DictReader(file) if row["stage"] == "1"]
+    strain, q, volume = (np.array([float(row[name]) for row in rows])
+                         for name in ("axial_strain", "deviatoric_stress", "volumetric_strain"))
+    axes[0].plot(100 * strain, q / 1e6, line, color=colour, lw=width)
+    axes[1].plot(100 * strain, 100 * volume, line, color=colour, lw=width)
+
+
+plt.rcParams.update(STYLE)
+figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
+for pressure, colour in PRESSURES.items():
+    name = f"p{pressure:04d}"
+    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (LONGER / f"{name}.csv", ":", 1.0)]:
+        if path.exists():
+            draw(axes, path, colour, line, width)
+    axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
+    axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa")
+for label, line in [("a quarter of a grain", "-"), ("a tenth", "--"), ("10 mm, of earlier", ":")]:
+    axes[0].plot([], [], line, color="#555555", label=label)
+axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
+axes[0].legend(loc="upper left", ncol=2)
+axes[0].set_ylim(0, 11)
+axes[0].set_ylabel("deviatoric stress [MPa]")
+axes[0].set_title("300 grains that break: the slip over which friction weakens", loc="left")
+axes[1].set_xlabel("axial strain [%]")
+axes[1].set_ylabel("volume strain [%], contraction positive")
+axes[1].axhline(0, color="#888888", lw=0.8)
+figure.tight_layout()
+figure.savefig(HERE / "stress_strain.png", dpi=150)
