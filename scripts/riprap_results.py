@@ -1,7 +1,7 @@
 """Reads the results files of riprap: numpy arrays out of HDF5, nothing else.
 
     from riprap_results import Results
-    with Results("results/quick_start.vtkhdf") as results:
+    with Results("cases/results/quick_start.vtkhdf") as results:
         q = results.history["deviatoric_stress"]          # Pa, compression positive
         u = results.point_data("displacement", state=-1)  # m, shape (points, 3)
 

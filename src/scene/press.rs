@@ -1,7 +1,7 @@
 //! A press: one body of the scene between two plates, nodes against planes, instead of the contact of hulls.
 //!
-//! Where a flat or round face is pressed, contact of hulls is at corners and edges only, which crush first; here every surface node of the mesh carries
-//! its share (`crushing`), so a block carries its strength over its whole face. The rest is a scene's: stages, increments that are cut, rows, restart
+//! Where a round face is pressed, contact of hulls is at corners and edges only, which crush first; here every surface node of the mesh carries
+//! its share (`crushing`), whatever the face, so a block carries its strength over its whole face. The rest is a scene's: stages, increments that are cut, rows, restart
 //! points. Parts of a body that came apart are bodies of their own and stand between the plates side by side.
 
 use serde::{Deserialize, Serialize};
