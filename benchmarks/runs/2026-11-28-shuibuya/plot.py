@@ -15,7 +15,7 @@ sys.path.insert(0, str(HERE.parents[2] / "scripts"))
 from chart_style import COLOURS, STYLE  # noqa: E402
 
 LONGER = HERE.parent / "2026-11-26-shuibuya"
-PRESSURES = {800: COLOURS[1], 1600: COLOURS[2]}
+PRESSURES = {400: COLOURS[0], 800: COLOURS[1], 1600: COLOURS[2], 2500: COLOURS[3]}
 SOURCE = {800: (11.64, 3.52), 1600: (15.40, 7.04)}
 
 
@@ -36,13 +36,14 @@ for pressure, colour in PRESSURES.items():
     for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (LONGER / f"{name}.csv", ":", 1.0)]:
         if path.exists():
             draw(axes, path, colour, line, width)
-    axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
+    if pressure in SOURCE:
+        axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
     axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa")
 for label, line in [("a quarter of a grain", "-"), ("a tenth", "--"), ("10 mm, of earlier", ":")]:
     axes[0].plot([], [], line, color="#555555", label=label)
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
 axes[0].legend(loc="upper left", ncol=2)
-axes[0].set_ylim(0, 11)
+axes[0].set_ylim(0, 15)
 axes[0].set_ylabel("deviatoric stress [MPa]")
 axes[0].set_title("300 grains that break: the slip over which friction weakens", loc="left")
 axes[1].set_xlabel("axial strain [%]")
