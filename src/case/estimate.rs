@@ -5,6 +5,7 @@
 //! 300 grains 0.5 over fifteen; the tests below hold the estimates to runs that were timed. A specimen that collapses often takes longer, one that stands
 //! still less.
 
+use super::size::median_class;
 use super::types::*;
 use crate::contact::NormalLaw;
 
@@ -167,8 +168,7 @@ impl Case {
         else {
             return 0.0;
         };
-        let middle =
-            it.grading.windows(2).find(|pair| pair[1][1] <= 0.5).map(|pair| 0.5 * (pair[0][0] + pair[1][0]));
+        let middle = median_class(&it.grading).map(|[large, small]| 0.5 * (large[0] + small[0]));
         let Some(edge) = mesh_size.or(middle.map(|size| RUBBER_MESH * size)) else { return 0.0 };
         // A node has two triangles of even sides.
         std::f64::consts::PI * it.diameter * it.height / (0.75_f64.sqrt() * edge * edge)

@@ -14,11 +14,14 @@ pub const SCENE_WEAKENING: f64 = 50e-6;
 /// Slip over which friction weakens in a specimen that does not say [m]: a quarter of the size that half of the mass passes,
 /// linear between the points of the grading, which go from large to small (decision 0019).
 pub fn weakening_distance(grading: &[[f64; 2]]) -> f64 {
-    let median = grading.windows(2).find(|pair| pair[1][1] <= 0.5).map(|pair| {
-        let [[large, above], [small, below]] = [pair[0], pair[1]];
-        small + (0.5 - below) / (above - below) * (large - small)
-    });
+    let median = median_class(grading)
+        .map(|[[large, above], [small, below]]| small + (0.5 - below) / (above - below) * (large - small));
     0.25 * median.or(grading.last().map(|point| point[0])).unwrap_or(0.0)
+}
+
+/// The two points of a grading, which goes from large to small, between which half of the mass passes.
+pub fn median_class(grading: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
+    grading.windows(2).map(|pair| [pair[0], pair[1]]).find(|[_, below]| below[1] <= 0.5)
 }
 
 /// The grains of a grading and a shape law, on average.

@@ -287,7 +287,7 @@ impl Triangles {
 
 /// `D M^-1` over these parts of a triangle; `None` where they are too little of it to say.
 fn dual_functions(triangle: &Polygon, parts: &[Polygon]) -> Option<Mat3> {
-    // Of a whole triangle.
+    // Of a whole triangle, as the integrals below give it but for rounding.
     const WHOLE: Mat3 = Mat3::new(3.0, -1.0, -1.0, -1.0, 3.0, -1.0, -1.0, -1.0, 3.0);
     let covered: f64 = parts.iter().map(|part| planar::area(part)).sum();
     if covered > (1.0 - COVERED) * planar::area(triangle) {

@@ -74,8 +74,8 @@ pub struct PointState {
     /// it gave under the unknown force, or that of the last augmentation [m], in space, which it gives back. Where the two forces agree nothing of it is left.
     pub compliance: f64,
     pub returned: Vec3,
-    /// Stiffness with which it hardens before the cores meet ([`ContactLaw::hardening`]) [N/m]; zero of springs between bodies that cannot break. That of the contact of
-    /// rigid bodies, so that it does not depend on which of them deform.
+    /// Stiffness with which it hardens before the cores meet ([`ContactLaw::hardening`]) [N/m]; zero of springs between bodies that cannot break.
+    /// That of the contact of rigid bodies, so that it does not depend on which of them deform.
     pub hardening: f64,
     /// In the place of the spring, where the contact is one of asperities. The spring is then what hardens it, and a scale.
     pub asperity: Option<AsperityState>,

@@ -1,8 +1,8 @@
 //! A press: one body of the scene between two plates, nodes against planes, instead of the contact of hulls.
 //!
 //! Where a round face is pressed, contact of hulls is at corners and edges only, which crush first; here every surface node of the mesh carries
-//! its share (`crushing`), whatever the face, so a block carries its strength over its whole face. The rest is a scene's: stages, increments that are cut, rows, restart
-//! points. Parts of a body that came apart are bodies of their own and stand between the plates side by side.
+//! its share (`crushing`), whatever the face, so a block carries its strength over its whole face. The rest is a scene's: stages, increments that
+//! are cut, rows, restart points. Parts of a body that came apart are bodies of their own and stand between the plates side by side.
 
 use serde::{Deserialize, Serialize};
 
