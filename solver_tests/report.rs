@@ -48,6 +48,7 @@ fn row(increment: i64) -> HistoryRow {
         deviatoric_stress: stress(strain),
         confining_pressure: 0.8e6,
         mean_stress: 0.8e6 + stress(strain) / 3.0,
+        peak_friction_angle: if increment == 1 { f64::NAN } else { 0.75 },
         void_ratio: 0.4,
         factorisations: 3,
         augmentations: 2,
@@ -68,6 +69,18 @@ fn write_made_run(path: &Path, outcome: Outcome) {
 
 /// The same, of other stages, under another title.
 fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
+    let rows: Vec<HistoryRow> = (1..=51).map(row).collect();
+    write_rows(path, outcome, (stages, title), &rows, &[(1, &[("half_modulus", 2.5e8)])]);
+}
+
+/// The same of other rows, with numbers of stages.
+fn write_rows(
+    path: &Path,
+    outcome: Outcome,
+    (stages, title): (&[&str], &str),
+    rows: &[HistoryRow],
+    numbers: &[(usize, &[(&str, f64)])],
+) {
     let record = CaseRecord {
         title: title.into(),
         given: CASE.into(),
@@ -103,9 +116,9 @@ fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
         ];
         writer.write_table(&format!("contacts/{state}"), &contacts).expect("contacts");
     };
-    for increment in 1..=51 {
-        writer.append(&row(increment), &[]).expect("a row");
-        if increment == 1 {
+    for row in rows {
+        writer.append(row, &[]).expect("a row");
+        if row.increment == 1 {
             save(&mut writer, 1, 0);
         }
     }
@@ -117,10 +130,11 @@ fn write_run_of(path: &Path, outcome: Outcome, stages: &[&str], title: &str) {
     ];
     writer.write_table("breakage", &[Column::floats("hardin", "1", "B_r", vec![0.125])]).expect("indices");
     writer.write_table("breakage/grading", &grading).expect("grading");
-    // Of the stage behind the consolidation.
-    let numbers = [("peak_friction_angle", "rad", 0.75), ("half_modulus", "Pa", 2.5e8)];
-    let numbers = numbers.map(|(name, units, value)| Column::floats(name, units, name, vec![value]));
-    writer.write_table("stages/1", &numbers).expect("a stage");
+    for (stage, numbers) in numbers {
+        let columns: Vec<Column> =
+            numbers.iter().map(|(name, value)| Column::floats(name, "1", name, vec![*value])).collect();
+        writer.write_table(&format!("stages/{stage}"), &columns).expect("a stage");
+    }
     writer
         .finish(outcome, if outcome == Outcome::Stopped { "no convergence" } else { "" }, 51)
         .expect("an end");
@@ -261,6 +275,57 @@ fn the_page_needs_nothing_but_itself() {
         let bytes = std::fs::read(out.join(format!("{stem}.png"))).unwrap_or_else(|e| panic!("{stem}: {e}"));
         assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n", "{stem}");
     }
+}
+
+/// A hold in front of the shearing says nothing of its strength, an unloading behind it nothing of its moduli.
+#[test]
+fn angles_and_moduli_are_those_of_the_shearing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("held.h5");
+    let staged = |increment: i64| HistoryRow {
+        stage: [1, 6, 45].iter().filter(|last| increment > **last).count() as i64,
+        ..row(increment)
+    };
+    let rows: Vec<HistoryRow> = (1..=51).map(staged).collect();
+    let hold = [("initial_modulus", 9e9), ("half_modulus", 8e9), ("largest_dilatancy_angle", 1.2)];
+    let shear = [
+        ("initial_modulus", 4e8),
+        ("half_modulus", 2.5e8),
+        ("largest_dilatancy_angle", 10f64.to_radians()),
+        ("residual_friction_angle", 0.6),
+    ];
+    let unload = [("initial_modulus", 7e9), ("residual_friction_angle", 0.1)];
+    let stages = ["consolidate", "hold", "shear", "unload"];
+    let numbers = [(1, &hold[..]), (2, &shear[..]), (3, &unload[..])];
+    write_rows(&file, Outcome::Finished, (&stages, "Held"), &rows, &numbers);
+    let report =
+        write_report(&[file], &[], &folder.path().join("report"), None).unwrap_or_else(|e| panic!("{e}"));
+    let html = read(&report.page);
+    for (name, value) in [
+        ("friction angle, largest", "43°"),
+        ("friction angle, residual", "34.4°, stage 2"),
+        ("dilatancy angle, largest", "10°, stage 2"),
+        ("initial tangent modulus", "400 MPa, stage 2"),
+        ("E50", "250 MPa, stage 2"),
+    ] {
+        assert!(html.contains(&format!("<td>{value}</td>")), "{name}: not {value}");
+    }
+}
+
+/// Grains squeezed between rigid walls stand at rest: their circle touches no line of failure.
+#[test]
+fn oedometers_are_left_out_of_the_line_of_failure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let page = |stage: &str| {
+        let file = folder.path().join(format!("{stage}.h5"));
+        write_run_of(&file, Outcome::Finished, &["consolidate", stage], stage);
+        let report =
+            write_report(&[file], &[], &folder.path().join("report"), None).unwrap_or_else(|e| panic!("{e}"));
+        read(&report.page)
+    };
+    let (oedometer, shear) = (page("oedometer"), page("shear"));
+    assert!(oedometer.contains("no failure: the line leaves out oedometer.") && !oedometer.contains("φ = "));
+    assert!(!shear.contains("no failure") && shear.contains("φ = 41.8°"));
 }
 
 /// A chart for a column of 84 mm: its SVG is as wide, its PNG in print.

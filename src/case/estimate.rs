@@ -122,7 +122,7 @@ impl Case {
             Geometry::Scene(it) => it.bodies.iter().map(|body| own_of(self.cells_of(body))).sum(),
         };
         let breaking = if self.rock.damage.is_some() { cells as f64 } else { 0.0 };
-        let increments = self.stages.iter().map(StageCase::increments).sum::<f64>();
+        let increments = self.stages.iter().map(|stage| self.increments_of(stage)).sum::<f64>();
         let increment = match &self.geometry {
             Geometry::Specimen(_) => {
                 let reference =
@@ -158,6 +158,20 @@ impl Case {
                 + 8.0 * (own + filled(unknowns, FILL[0])),
             time: generation + increments * (increment + WRITING),
             size,
+        }
+    }
+
+    /// Nominal number of increments of a stage.
+    fn increments_of(&self, stage: &StageCase) -> f64 {
+        match *stage {
+            StageCase::Consolidate { increments, .. }
+            | StageCase::Hold { increments }
+            | StageCase::StressShear { increments, .. }
+            | StageCase::Load { increments, .. } => increments as f64,
+            // Unloading is stiff: a tenth of a percent or so.
+            _ => {
+                self.strained(stage).map_or(0.0, |it| (it.axial_strain.unwrap_or(1e-3) / it.increment).ceil())
+            }
         }
     }
 
@@ -209,20 +223,6 @@ fn refined(refine: RefineCase, h: f64) -> f64 {
         edge *= 2.0;
     }
     cells
-}
-
-impl StageCase {
-    /// Nominal number of increments.
-    fn increments(&self) -> f64 {
-        match *self {
-            StageCase::Consolidate { increments, .. }
-            | StageCase::Hold { increments }
-            | StageCase::StressShear { increments, .. }
-            | StageCase::Load { increments, .. } => increments as f64,
-            // Unloading is stiff: a tenth of a percent or so.
-            _ => self.strained().map_or(0.0, |it| (it.axial_strain.unwrap_or(1e-3) / it.increment).ceil()),
-        }
-    }
 }
 
 impl std::fmt::Display for Estimate {

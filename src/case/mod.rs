@@ -12,6 +12,7 @@ mod document;
 mod estimate;
 mod form;
 mod idle;
+mod increment;
 mod overlap;
 mod packed;
 mod path;

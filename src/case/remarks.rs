@@ -100,6 +100,7 @@ impl Case {
         }
         remarks.extend(self.sound_corners());
         remarks.extend(self.sound_faces());
+        remarks.extend(self.shortened_increments());
         remarks.extend(self.idle(&placed));
         remarks.extend(self.implausible());
         remarks.extend(self.too_wide_pores());

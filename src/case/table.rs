@@ -601,7 +601,7 @@ static SOLVER: &[Key] = &[
     Key::optional(
         "accuracy",
         Quantity(Dimension::None, positive(1.0)),
-        "Relative error of contact forces, and so of q, that fidelity \"auto\" may cause: each body is condensed where it has to be, and where it nears damage. Without it \"auto\" is rigid for all.",
+        "Relative error of contact forces, and so of q, that fidelity \"auto\" may cause: each body is condensed where it has to be, and where it nears damage. Without it \"auto\" is rigid for all. Increments of driven stages are at most 5e-3 of it in axial strain.",
     ),
     Key::optional(
         "full_nodes",

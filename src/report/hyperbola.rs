@@ -8,20 +8,43 @@
 //! B = Kb pa (s3/pa)^m               phi = phi0 - dphi log10(s3/pa), no cohesion
 //! ```
 //!
-//! Of each curve the hyperbola runs through the points at 70 % and 95 % of its largest q, qf. B is q/3 over the volume strain at 70 %, or where the
+//! Curves count that are sheared from an isotropic state under one confining pressure. Of each the hyperbola runs
+//! through the points at 70 % and 95 % of its largest q, qf. B is q/3 over the volume strain at 70 %, or where the
 //! volume is least if that comes before.
 
 use crate::error::Result;
 
 use super::axis::short;
 use super::page::Section;
-use super::run::{Curve, Run};
+use super::run::{Curve, Run, Shearing};
 use super::strength::circle;
 
 /// pa [Pa]
 const ATMOSPHERE: f64 = 101_325.0;
 /// Confining pressures that differ by less than this share are one.
 const SAME_PRESSURE: f64 = 0.05;
+/// The confining pressure of one curve keeps within this share up to the largest q.
+const STEADY_PRESSURE: f64 = 0.01;
+/// A state is isotropic where q is at most this share of the curve's largest.
+const ISOTROPIC: f64 = 0.05;
+
+/// Refuses a curve that the model is not of, with the reason; `pressures` are the confining ones of its rows [Pa].
+fn check(shearing: &Shearing, pressures: &[f64]) -> std::result::Result<(), &'static str> {
+    let q = &shearing.curve.deviatoric_stress;
+    let (peak, _) = shearing.curve.largest().ok_or("has no shear")?;
+    let (least, most) = pressures
+        .iter()
+        .take(peak + 1)
+        .fold((f64::INFINITY, 0.0_f64), |(least, most), p| (least.min(*p), most.max(*p)));
+    if !(most - least <= STEADY_PRESSURE * most) {
+        return Err("is not sheared under one confining pressure");
+    }
+    let start = shearing.start.or(q.first().copied()).unwrap_or(f64::NAN);
+    if !(start.abs() <= ISOTROPIC * q[peak]) {
+        return Err("begins sheared");
+    }
+    Ok(())
+}
 
 /// What one curve says by itself; stresses in Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,7 +157,9 @@ pub fn sections(runs: &[Run]) -> Result<Vec<Section>> {
     for run in runs.iter().filter(|run| !run.is_scene()) {
         let shearing = run.shearing()?;
         let Some(circle) = circle(run, &shearing)? else { continue };
-        match Hyperbola::of(&shearing.curve, circle.minor) {
+        let confining = run.column("confining_pressure")?;
+        let pressures: Vec<f64> = shearing.rows.iter().map(|row| confining[*row]).collect();
+        match check(&shearing, &pressures).and_then(|()| Hyperbola::of(&shearing.curve, circle.minor)) {
             Ok(h) => {
                 let mega = |x: f64| short(1e-6 * x);
                 let bulk = h.bulk_modulus.map_or("–".to_string(), mega);
@@ -171,6 +196,26 @@ pub fn sections(runs: &[Run]) -> Result<Vec<Section>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn curves_of_other_tests_are_refused() {
+        let sheared = |first: f64, start| {
+            let deviatoric_stress = vec![first, 5e5, 1e6, 9e5];
+            let axial_strain = vec![0.0, 0.01, 0.02, 0.03];
+            let curve = Curve { deviatoric_stress, volumetric_strain: vec![0.0; 4], axial_strain };
+            Shearing { rows: (0..4).collect(), curve, behind_consolidation: true, start }
+        };
+        let drained = [4e5, 4.02e5, 4e5, 8e5];
+        assert_eq!(check(&sheared(1e4, None), &drained), Ok(()));
+        assert_eq!(check(&sheared(2e5, None), &drained), Err("begins sheared"));
+        // The first increment of a run that starts from a consolidated specimen.
+        assert_eq!(check(&sheared(2e5, Some(0.0)), &drained), Ok(()));
+        let undrained = [4e5, 3e5, 2.5e5, 2.5e5];
+        assert_eq!(
+            check(&sheared(0.0, None), &undrained),
+            Err("is not sheared under one confining pressure")
+        );
+    }
 
     /// Curves that the model itself makes, 2000 points each, so that interpolation between them is good to 1e-6.
     #[test]

@@ -13,6 +13,10 @@ use super::run::{Run, Shearing};
 
 /// Confining pressures that differ by less than this share are one, and tell no cohesion.
 const SAME_PRESSURE: f64 = 0.05;
+/// Stages whose first slope and secant are moduli of a shearing.
+const SHEARS: [&str; 4] = ["shear", "stress_shear", "constant_volume", "constant_p"];
+/// Stages without a dilatancy of shearing.
+const STANDING: [&str; 2] = ["consolidate", "hold"];
 /// Points of half a circle.
 const ARC: usize = 90;
 /// Width and height of the circles' chart [px], and what of it is beside the axes: a circle has to be round.
@@ -93,34 +97,99 @@ pub fn overview(run: &Run) -> Result<Vec<(String, String)>> {
         line(name, void_ratio[first], " inside the cover");
         line("void ratio at the end", void_ratio[last], " inside the cover");
     }
-    let stage = format!("stages/{}", run.leading_consolidations());
-    for (dataset, name, factor, units) in [
-        ("peak_friction_angle", "friction angle, largest", 1f64.to_degrees(), "°"),
-        ("residual_friction_angle", "friction angle, residual", 1f64.to_degrees(), "°"),
-        ("largest_dilatancy_angle", "dilatancy angle, largest", 1f64.to_degrees(), "°"),
-        ("initial_modulus", "initial tangent modulus", 1e-6, " MPa"),
-        ("half_modulus", "E50", 1e-6, " MPa"),
-    ] {
-        let place = format!("{stage}/{dataset}");
-        if run.reader.has(&place)
-            && let Some(&value) = run.reader.floats(&place)?.first()
+    lines.extend(angles(run, &shearing)?);
+    lines.extend(moduli(run)?);
+    Ok(lines)
+}
+
+/// The largest and residual angles behind the consolidation, as the overview's lines.
+fn angles(run: &Run, shearing: &Shearing) -> Result<Vec<(String, String)>> {
+    let (leading, kinds) = (run.leading_consolidations(), &run.summary.stages);
+    let mut lines = Vec::new();
+    if leading >= kinds.len() {
+        return Ok(lines);
+    }
+    let peaks = run.column("peak_friction_angle")?;
+    let peak = shearing.rows.iter().rev().map(|row| peaks[*row]).find(|angle| angle.is_finite());
+    if let Some(angle) = peak {
+        lines.push(("friction angle, largest".to_string(), format!("{}°", short(angle.to_degrees()))));
+    }
+    if let Some(stage) = stage_of_largest(run, shearing)?.filter(|stage| *stage >= leading)
+        && let Some(angle) = of_stage(run, stage, "residual_friction_angle")?
+    {
+        lines.push(line_of_stage(run, "friction angle, residual", angle.to_degrees(), "°", stage));
+    }
+    let mut dilatancy: Option<(f64, usize)> = None;
+    for stage in (leading..kinds.len()).filter(|stage| !STANDING.contains(&kinds[*stage].as_str())) {
+        if let Some(angle) = of_stage(run, stage, "largest_dilatancy_angle")?
+            && dilatancy.is_none_or(|(largest, _)| angle > largest)
         {
-            line(name, factor * value, units);
+            dilatancy = Some((angle, stage));
+        }
+    }
+    if let Some((angle, stage)) = dilatancy {
+        lines.push(line_of_stage(run, "dilatancy angle, largest", angle.to_degrees(), "°", stage));
+    }
+    Ok(lines)
+}
+
+/// The moduli of the first stage that shears, as the overview's lines.
+fn moduli(run: &Run) -> Result<Vec<(String, String)>> {
+    let kinds = &run.summary.stages;
+    let Some(stage) = kinds.iter().position(|kind| SHEARS.contains(&kind.as_str())) else {
+        return Ok(Vec::new());
+    };
+    let mut lines = Vec::new();
+    for (dataset, name) in [("initial_modulus", "initial tangent modulus"), ("half_modulus", "E50")] {
+        if let Some(modulus) = of_stage(run, stage, dataset)? {
+            lines.push(line_of_stage(run, name, 1e-6 * modulus, " MPa", stage));
         }
     }
     Ok(lines)
 }
 
+/// A number of `/stages/<stage>`, where the stage has it.
+fn of_stage(run: &Run, stage: usize, dataset: &str) -> Result<Option<f64>> {
+    let place = format!("stages/{stage}/{dataset}");
+    if !run.reader.has(&place) {
+        return Ok(None);
+    }
+    Ok(run.reader.floats(&place)?.first().copied().filter(|value| value.is_finite()))
+}
+
+/// A line of the overview, which names the stage where it is not the first behind the consolidation.
+fn line_of_stage(run: &Run, name: &str, value: f64, units: &str, stage: usize) -> (String, String) {
+    let told = if stage == run.leading_consolidations() { String::new() } else { format!(", stage {stage}") };
+    (name.to_string(), format!("{}{units}{told}", short(value)))
+}
+
+/// The stage in which the deviatoric stress is largest.
+fn stage_of_largest(run: &Run, shearing: &Shearing) -> Result<Option<usize>> {
+    let Some((at, _)) = shearing.curve.largest() else { return Ok(None) };
+    Ok(Some(run.column("stage")?[shearing.rows[at]] as usize))
+}
+
+/// Whether the largest deviatoric stress is that of an oedometer, which is no failure.
+fn is_oedometer(run: &Run, shearing: &Shearing) -> Result<bool> {
+    let kind = stage_of_largest(run, shearing)?.and_then(|stage| run.summary.stages.get(stage));
+    Ok(kind.is_some_and(|kind| kind == "oedometer"))
+}
+
 /// The circles of all specimens and the line that they touch, with its caption; `None` where no run was sheared.
 pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
-    let mut found = Vec::new();
+    let (mut found, mut failures, mut confined) = (Vec::new(), Vec::new(), Vec::new());
     for (number, run) in runs.iter().enumerate().filter(|(_, run)| !run.is_scene()) {
-        if let Some(circle) = circle(run, &run.shearing()?)? {
+        let shearing = run.shearing()?;
+        if let Some(circle) = circle(run, &shearing)? {
+            match is_oedometer(run, &shearing)? {
+                true => confined.push(run.label.as_str()),
+                false => failures.push(circle),
+            }
             found.push((number, run, circle));
         }
     }
-    let all: Vec<Circle> = found.iter().map(|(_, _, circle)| *circle).collect();
-    let reach = 1.06e-6 * all.iter().map(|circle| circle.major).fold(0.0, f64::max);
+    let all = found.iter().map(|(_, _, circle)| circle.major);
+    let reach = 1.06e-6 * all.fold(0.0, f64::max);
     if !(reach > 0.0) {
         return Ok(None);
     }
@@ -136,7 +205,7 @@ pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
         panel.layers.push(Layer::Curve { label: run.label.clone(), points, stroke: Stroke::of(number) });
     }
     let mut caption = "Mohr's circles at the largest q of each run.".to_string();
-    if let Some(Envelope { cohesion, friction_angle }) = envelope(&all) {
+    if let Some(Envelope { cohesion, friction_angle }) = envelope(&failures) {
         let stress = |normal: f64| [normal, 1e-6 * cohesion + normal * friction_angle.tan()];
         let end = (reach * tall / wide - 1e-6 * cohesion) / friction_angle.tan();
         let start = (-1e-6 * cohesion / friction_angle.tan()).max(0.0);
@@ -153,6 +222,10 @@ pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
                  Rock has no cohesion: c stands for an envelope that bends."
             )
         };
+    }
+    if !confined.is_empty() {
+        let confined = confined.join(", ");
+        caption += &format!(" An oedometer's state is no failure: the line leaves out {confined}.");
     }
     let mut chart = Chart::new("Strength", vec![panel], Arrangement::Stacked);
     (chart.size, chart.beside) = (SIZE, Some(BESIDE));

@@ -33,20 +33,14 @@ const EXPECTED_UNLOADING: f64 = 1e-3;
 /// An unloading that is not over after this much axial strain has failed.
 const MOST_UNLOADING: f64 = 0.05;
 
-/// Largest axial strain of a driven increment over the accuracy asked for. Condensed grains were off by 0.8 %
-/// of q at 1e-4 and 2.2 % at 2e-4, whatever else was set (docs/decisions/0118-default-fidelity-rigid.md).
-const INCREMENT_OF_ACCURACY: f64 = 5e-3;
-
 /// The stages of a case that [`crate::case::unsupported`] lets through.
 pub fn planned_stages(case: &Case) -> Vec<PlannedStage> {
     let growth = case.solver.increment_growth;
-    let most =
-        case.solver.chosen_accuracy().map_or(f64::INFINITY, |accuracy| INCREMENT_OF_ACCURACY * accuracy);
     let strained = |stage: &StageCase, path: Path, until: Until| {
-        let given = stage.strained()?;
-        let [nominal, largest] = [given.increment, given.increment_max].map(|it| it.min(most));
-        let stage = Stage { path, steps: Steps::Strain { nominal, largest, growth }, until };
-        let increments = given.axial_strain.map_or(EXPECTED_UNLOADING / given.increment, |it| it / nominal);
+        let taken = case.strained(stage)?;
+        let steps = Steps::Strain { nominal: taken.increment, largest: taken.increment_max, growth };
+        let stage = Stage { path, steps, until };
+        let increments = taken.axial_strain.unwrap_or(EXPECTED_UNLOADING) / taken.increment;
         Some((stage, increments.max(1.0)))
     };
     let driven = |stage: &StageCase, lateral: Lateral| {

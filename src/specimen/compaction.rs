@@ -106,7 +106,7 @@ pub struct Packing {
 /// Whether the friction dial met the asked void ratio or came to an end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DialEnd {
-    /// The asked void ratio was met on the way.
+    /// The asked void ratio was met on the way, or at the loosest end within its tolerance.
     Met,
     /// The packing was already denser than asked with the largest friction.
     Loosest,
@@ -116,8 +116,8 @@ pub enum DialEnd {
 
 /// Compacts to the void ratio `void_ratio`, or to the end of the dial that is nearest to it.
 ///
-/// With `explore`, a packing that is too dense at the loosest end is driven on to the densest, so
-/// that its void ratio tells the whole range.
+/// With `explore`, a packing that is too dense at the loosest end by more than
+/// [`VOID_RATIO_TOLERANCE`] is driven on to the densest, so that its void ratio tells the whole range.
 ///
 /// # Errors
 /// `Error::Specimen` where the engine refuses a shape, loses a grain, or never jams.
@@ -130,7 +130,8 @@ pub fn compact(
 ) -> Result<Packing> {
     let mut chamber = Chamber::build(grains, placement)?;
     let loosest = approach(&mut chamber, void_ratio, progress)?;
-    let too_dense = loosest < void_ratio;
+    let tolerated = if explore { VOID_RATIO_TOLERANCE } else { 0.0 };
+    let too_dense = loosest + tolerated < void_ratio;
     let mut friction = LARGEST_FRICTION;
     let mut end = if too_dense { DialEnd::Loosest } else { DialEnd::Met };
     if too_dense && explore {

@@ -332,6 +332,19 @@ mod tests {
     }
 
     #[test]
+    fn a_void_ratio_just_above_the_loosest_is_reached() {
+        let size = SpecimenSize::Grains { count: 25, aspect: 1.5 };
+        let loose = SpecimenParameters { unreachable: Unreachable::Nearest, ..parameters(size, 1.9) };
+        let statistics = on_threads(1, &loose).expect("the loosest specimen").statistics;
+        assert_eq!(statistics.compaction_end, Some(DialEnd::Loosest));
+        let void_ratio = statistics.loosest_void_ratio + 0.8 * VOID_RATIO_TOLERANCE;
+        let asked = SpecimenParameters { void_ratio, unreachable: Unreachable::Refuse, ..loose };
+        let statistics = on_threads(1, &asked).expect("a specimen").statistics;
+        assert_eq!(statistics.compaction_end, Some(DialEnd::Met));
+        assert!((statistics.void_ratio - void_ratio).abs() <= VOID_RATIO_TOLERANCE);
+    }
+
+    #[test]
     fn parameters_out_of_range_are_refused() {
         let good = parameters(SpecimenSize::Grains { count: 25, aspect: 1.5 }, 0.6);
         let bad = [

@@ -6,7 +6,8 @@
 /// What three values of a series say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
-    /// The error falls like `size^order`; `limit` is the value at size zero.
+    /// The error falls like `size^order`; `limit` is the value at size zero. An order above 20 is infinite here, and its
+    /// limit not a number.
     Observed { order: f64, limit: f64 },
     /// All values are the same to rounding: what is varied does not act.
     Same,
@@ -50,7 +51,7 @@ pub fn observed(series: &[(f64, f64)]) -> Order {
         return Order::NotConverging;
     }
     if wanted >= ratio(high) {
-        return Order::Observed { order: f64::INFINITY, limit: f3 };
+        return Order::Observed { order: f64::INFINITY, limit: f64::NAN };
     }
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
@@ -64,19 +65,19 @@ pub fn observed(series: &[(f64, f64)]) -> Order {
     Order::Observed { order, limit }
 }
 
-/// The order of each three neighbours of a series that have one, coarsest first.
+/// The order of each three neighbours of a series that have one of at most 20, coarsest first.
 pub fn of_triples(series: &[(f64, f64)]) -> Vec<f64> {
     let mut sizes: Vec<(f64, f64)> = series.iter().copied().filter(|(_, f)| f.is_finite()).collect();
     sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
     let order = |three: &[(f64, f64)]| match observed(three) {
-        Order::Observed { order, .. } => Some(order),
+        Order::Observed { order, .. } => Some(order).filter(|order| order.is_finite()),
         Order::Same | Order::NotMonotone | Order::NotConverging | Order::TooFew => None,
     };
     sizes.windows(3).filter_map(order).collect()
 }
 
 /// Roache's grid convergence index of the finest value, as a share of it: 1.25 times the difference from the value at size
-/// zero. Not a number without an order.
+/// zero. Not a number without a limit.
 pub fn convergence_index(order: Order, finest: f64) -> f64 {
     match order {
         Order::Observed { limit, .. } => 1.25 * ((limit - finest) / finest).abs(),
@@ -134,6 +135,15 @@ mod tests {
         let index = convergence_index(observed(&series), 3.0025);
         assert!((index / (1.25 * 0.0025 / 3.0025) - 1.0).abs() < 1e-5, "{index}");
         assert!(convergence_index(Order::NotMonotone, 1.0).is_nan());
+    }
+
+    #[test]
+    fn an_order_that_is_an_accident_has_no_limit() {
+        let series = [(0.4, 2.0), (0.2, 1.0 + 1e-8), (0.1, 1.0)];
+        let order = observed(&series);
+        assert!(matches!(order, Order::Observed { order, limit } if order.is_infinite() && limit.is_nan()));
+        assert!(order.to_string() == "above 20" && convergence_index(order, 1.0).is_nan());
+        assert!(of_triples(&series).is_empty());
     }
 
     #[test]

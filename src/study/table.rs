@@ -159,10 +159,14 @@ pub fn orders(settings: &[Setting], compared: &[Figure]) -> Table {
             let finest =
                 series.iter().rev().find(|(_, value)| value.is_finite()).map_or(f64::NAN, |(_, v)| *v);
             let (limit, error) = match order {
-                Order::Observed { limit, .. } => {
+                Order::Observed { limit, .. } if limit.is_finite() => {
                     (number(limit), short(100.0 * ((finest - limit) / limit).abs()))
                 }
-                Order::Same | Order::NotMonotone | Order::NotConverging | Order::TooFew => Default::default(),
+                Order::Observed { .. }
+                | Order::Same
+                | Order::NotMonotone
+                | Order::NotConverging
+                | Order::TooFew => Default::default(),
             };
             let triples = of_triples(&series);
             let least = triples.iter().copied().fold(f64::INFINITY, f64::min);
@@ -345,6 +349,15 @@ mod tests {
         );
         assert_eq!(*lines.last().expect("lines"), "    observed order: no order: the values are the same");
         assert!(lines.iter().all(|line| line.chars().count() <= TERMINAL), "{list}");
+    }
+
+    /// Three values that agree by accident are no proof that the finest is exact.
+    #[test]
+    fn an_order_above_the_highest_gives_no_error() {
+        let setting = |size| Setting { label: String::new(), size: Some(size), overrides: vec![] };
+        let figure = Figure { name: "q".into(), values: vec![2.0, 1.0 + 1e-8, 1.0] };
+        let table = orders(&[0.4, 0.2, 0.1].map(setting), &[figure]);
+        assert_eq!(table.rows[0], ["q", "above 20", "", "", "", ""]);
     }
 
     #[test]

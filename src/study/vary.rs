@@ -267,11 +267,7 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
             let Some(&(_, base)) = driven.last() else {
                 return Err(missing("increment", "no stage of the case is driven by strain"));
             };
-            // Twice and four times as long where the shortest stage has room for them.
-            let room = case.stages.iter().filter_map(strains_of).fold(f64::INFINITY, f64::min);
-            let factors = [[4.0, 2.0, 1.0], [2.0, 1.0, 0.5]].into_iter().find(|of| of[0] <= room);
-            let usual = || factors.unwrap_or([1.0, 0.5, 0.25]).map(|factor| factor * base).to_vec();
-            let numbers = floats(values, usual)?;
+            let numbers = strain_increments(case, base, values)?;
             let completed = case.completed();
             // Other stages, and how far increments may grow where that is given, in proportion.
             let setting = |increment: f64| {
@@ -323,6 +319,31 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
             };
             Ok(numbers.into_iter().map(setting).collect())
         }
+    }
+}
+
+/// Increments of the last driven stage, which is of `base` in the case: those of `values`, or some that suit.
+///
+/// # Errors
+/// `Error::Usage` for values that are none, and for those at which increments would be taken shorter.
+fn strain_increments(case: &Case, base: f64, values: &[String]) -> Result<Vec<f64>> {
+    let longest = case.stages.iter().filter_map(|stage| Some(stage.strained()?.increment_max));
+    let longest = longest.fold(base, f64::max);
+    let most = case.largest_increment().map_or(f64::INFINITY, |most| most * base / longest);
+    let begin = base.min(most);
+    // Twice and four times as long where the shortest stage has room for them.
+    let strains = case.stages.iter().filter_map(strains_of).fold(f64::INFINITY, f64::min);
+    let room = (strains * base).min(most) / begin;
+    let factors = [[4.0, 2.0, 1.0], [2.0, 1.0, 0.5]].into_iter().find(|of| of[0] <= room);
+    let usual = || factors.unwrap_or([1.0, 0.5, 0.25]).map(|factor| factor * begin).to_vec();
+    let numbers = floats(values, usual)?;
+    match numbers.iter().find(|number| **number > most * (1.0 + 1e-9)) {
+        Some(number) => Err(Error::Usage(format!(
+            "--values: {number:e} is above {most:.2e}, beyond which increments are taken shorter, since \
+             solver.accuracy is {}",
+            case.solver.accuracy.unwrap_or(f64::NAN)
+        ))),
+        None => Ok(numbers),
     }
 }
 
@@ -435,6 +456,29 @@ mod tests {
                 other.set(&setting.overrides);
                 other.check().unwrap_or_else(|e| panic!("{e}"));
             }
+        }
+    }
+
+    /// Increments that an accuracy shortens to one length would be no series.
+    #[test]
+    fn increments_keep_below_what_an_accuracy_allows() {
+        let mut raw =
+            RawCase::parse(Path::new("case.json"), include_str!("../../cases/stages/shear.json")).unwrap();
+        raw.set(&[
+            ("/stages/1/increment".into(), json!(4e-4)),
+            ("/stages/1/increment_max".into(), json!(8e-4)),
+            ("/solver/accuracy".into(), json!(0.05)),
+        ]);
+        let case = raw.check().unwrap();
+        let varied = |values: &[String]| Vary::Increment.settings(&raw, &case, values);
+        let error = varied(&["2e-4".into(), "1e-4".into()]).unwrap_err().to_string();
+        assert!(error.contains("2e-4 is above 1.25e-4") && error.contains("accuracy is 0.05"), "{error}");
+        assert_eq!(varied(&["1.25e-4".into(), "1e-4".into()]).map(|settings| settings.len()).ok(), Some(2));
+        for setting in varied(&[]).unwrap() {
+            let mut other = raw.clone();
+            other.set(&setting.overrides);
+            let remarks = other.check().unwrap().remarks().join("; ");
+            assert!(!remarks.contains("is taken as"), "{setting:?}: {remarks}");
         }
     }
 

@@ -63,7 +63,7 @@ impl Curve {
         let sample = Sample { axial_strain, volumetric_strain, deviatoric_stress };
         self.start.get_or_insert(sample);
         self.recent.push_back(sample);
-        while self.recent.len() > FEWEST
+        while self.recent.len() > FEWEST + 1
             && self.recent.get(1).is_some_and(|s| (axial_strain - s.axial_strain).abs() >= WINDOW)
         {
             self.recent.pop_front();
@@ -154,6 +154,19 @@ mod tests {
         assert!((r.peak_friction_angle - 0.6f64.asin()).abs() < 1e-12);
         assert!(r.friction_angle < r.peak_friction_angle);
         assert!(r.dilatancy_angle.abs() < 1e-12);
+    }
+
+    /// Increments longer than the window: of a parabola the slope is that at the middle of the last four.
+    #[test]
+    fn slopes_are_over_four_increments_at_least() {
+        let mut curve = Curve::new(f64::NEG_INFINITY);
+        let mut last = None;
+        for step in 0..10 {
+            let strain = 2e-3 * f64::from(step);
+            last = Some(curve.push(strain, 0.0, 1e10 * strain * strain, 1e5));
+        }
+        let modulus = last.expect("points").tangent_modulus;
+        assert!((modulus / (2e10 * 2e-3 * 7.0) - 1.0).abs() < 1e-9, "{modulus:e}");
     }
 
     /// The volume grows as the load goes; that says nothing of how rock dilates in shear.

@@ -18,6 +18,9 @@ const PATH: &str = "$.specimen.grading";
 const OF_FILE: &str =
     "a CSV of sieve size and passing, e.g. \"sieve [mm],passing [%]\", its path relative to the case file";
 
+/// Shares of the mass below this are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// Size [m] and share passing.
 type Curve = Vec<[f64; 2]>;
 
@@ -62,7 +65,9 @@ pub fn grading(given: &Value, folder: &Path) -> Result<(Value, Notes), Fault> {
                 _ if size > 0.0 && (given["parallel"].is_string() || given["parallel"].is_number()) => {
                     Ok(Some(size))
                 }
-                _ if size > smallest && size < largest => Ok(Some(size)),
+                // The mass beyond the last sieve of a table is cut off at that sieve.
+                "finest" if size >= smallest && size < largest => Ok(Some(size)),
+                "coarsest" if size > smallest && size <= largest => Ok(Some(size)),
                 _ => Err(fault(format!("is not between the grading's sizes, {smallest} and {largest} m"))),
             }
         };
@@ -76,11 +81,13 @@ pub fn grading(given: &Value, folder: &Path) -> Result<(Value, Notes), Fault> {
             let Some(limit) = limit else { continue };
             let gone = cut(&mut curve, limit, is_finest);
             let side = if is_finest { "finer" } else { "coarser" };
-            notes.push(format!(
-                "grading: {:.1} % of the mass, {side} than {:.4} mm, is left out and the rest scaled up",
-                1e2 * gone,
-                1e3 * limit
-            ));
+            if gone > ROUNDING {
+                notes.push(format!(
+                    "grading: {:.1} % of the mass, {side} than {:.4} mm, is left out and the rest scaled up",
+                    1e2 * gone,
+                    1e3 * limit
+                ));
+            }
         }
     }
     Ok((json!(curve), notes))
@@ -188,6 +195,26 @@ mod tests {
         for (a, b) in curve.iter().zip(&expected) {
             assert!((a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-12, "{curve:?}");
         }
+    }
+
+    /// A tenth below the finest sieve and a tenth above the coarsest are cut off; where there is none nothing changes.
+    #[test]
+    fn a_curve_may_be_cut_at_its_ends() {
+        let between = |shares: [f64; 3], ends: [&str; 2]| {
+            let points: Vec<Value> =
+                ["60 mm", "40 mm", "20 mm"].iter().zip(shares).map(|(size, p)| json!([size, p])).collect();
+            grading(&json!({"points": points, "coarsest": ends[0], "finest": ends[1]}), Path::new(""))
+        };
+        for (shares, noted) in [([1.0, 0.5, 0.0], 0), ([0.9, 0.5, 0.1], 2)] {
+            let (curve, notes) = between(shares, ["60 mm", "20 mm"]).unwrap_or_else(|e| panic!("{e}"));
+            let points: Vec<f64> =
+                curve.as_array().into_iter().flatten().filter_map(|p| p[1].as_f64()).collect();
+            assert!(points.len() == 3 && points[0] == 1.0 && points[2] == 0.0, "{curve}");
+            assert!((points[1] - 0.5).abs() < 1e-12 && notes.len() == noted, "{curve} {notes:?}");
+        }
+        let refused = |ends| between([1.0, 0.5, 0.0], ends).expect_err("refused").path;
+        assert_eq!(refused(["60 mm", "60 mm"]), "$.specimen.grading.finest");
+        assert_eq!(refused(["20 mm", "20 mm"]), "$.specimen.grading.coarsest");
     }
 
     #[test]
