@@ -49,7 +49,7 @@ impl Trial {
 impl Alone {
     /// Lets the grain damage under `loads` until it has settled, a cell has failed, or rock under a force has softened by `max_change`, which the
     /// forces have to answer to first. Says what neighbours see of it, `applied` being by how much rock under a force has softened, and whether
-    /// the grain has a new factor.
+    /// any damage has moved.
     pub(super) fn settle(
         &mut self,
         grain: &mut DamagedGrain,
@@ -68,10 +68,10 @@ impl Alone {
         let mut loaded = vec![false; facets as usize];
         loads.iter().for_each(|(place, _)| loaded[place.facet as usize] = true);
         let mut total = DamageChange::default();
-        let (mut fresh, mut is_settled) = (false, false);
+        let (mut moved, mut is_settled) = (false, false);
         for _ in 0..MOST_ALONE {
             let change = grain.propose_beyond(loads, max_change, least_change)?;
-            fresh |= grain.refresh()?;
+            moved |= change.applied > 0.0;
             let softened = |facet: u32| match loaded[facet as usize] {
                 true => self.stiffness_left[facet as usize] - grain.stiffness_left(facet),
                 false => 0.0,
@@ -93,7 +93,7 @@ impl Alone {
             *least = least.min(grain.stiffness_left(facet));
         }
         self.settled = is_settled.then_some(forces);
-        Ok((total, fresh))
+        Ok((total, moved))
     }
 }
 

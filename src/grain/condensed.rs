@@ -398,6 +398,20 @@ impl CondensedGrain {
         }
     }
 
+    /// The same where the stiffness has become another, whose forces `product` gives; `None` where no factor is kept, or it is too far off.
+    pub(super) fn displacements_without_factor(
+        &self,
+        loads: &[(SurfacePoint, Vec3)],
+        product: impl FnMut(&mut [f64], &[f64]),
+    ) -> Option<Vec<Vec3>> {
+        match &self.flexibility {
+            Flexibility::Dense(_) => None,
+            Flexibility::OnDemand { held, .. } => {
+                held.solve_without_factor(&self.forces_on_nodes(loads), product)
+            }
+        }
+    }
+
     /// Stresses [Pa] of the sound rock at the integration points of every cell, from nodal
     /// displacements [m].
     ///

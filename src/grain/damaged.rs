@@ -1,9 +1,9 @@
 //! A grain that damages: its rock cell by cell, a damage state at every integration point, and the flexibility that follows.
 //!
 //! Within an increment the caller alternates: forces on the surface → [`DamagedGrain::propose`] (strains at the points, more damage,
-//! at most so much at a time) → [`DamagedGrain::refresh`] (a new factor, if damage moved). All of that is trial; only
-//! [`DamagedGrain::commit`] keeps it, and [`DamagedGrain::reject`] forgets it without a trace. Between two proposals damage is frozen, so the
-//! grain is linear. Trial damage grows monotonically from the committed one.
+//! at most so much at a time) → [`DamagedGrain::refresh`] (a new factor, if damage moved; not needed where only strains are asked for). All of that is
+//! trial; only [`DamagedGrain::commit`] keeps it, and [`DamagedGrain::reject`] forgets it without a trace. Between two proposals damage is frozen, so
+//! the grain is linear. Trial damage grows monotonically from the committed one.
 //!
 //! A failed point gives no stress. A cell all of whose points have failed is deleted after the commit
 //! ([`DamagedGrain::break_up`]): its nodes leave the system and what falls apart becomes grains of their own. Until then failed points keep [`HELD`] of
@@ -20,6 +20,7 @@ use nalgebra::Vector6;
 use crate::element::{POINT_COUNT, StraightTet10};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
+use crate::grain::pace::{FLIPPING, Pace};
 use crate::grain::surface::SurfacePoint;
 use crate::material::{DamageLaw, DamageState, Elastic};
 use crate::mesh::{CellId, Mesh};
@@ -122,8 +123,6 @@ pub struct DamagedGrain {
     trial: Condition,
     /// The trial damage moved since its factor was made.
     stale: bool,
-    /// For each point, the sign of its last change of `1 - d` times the limit of the next: halved when the sign turns, doubled (up to the
-    /// caller's limit) when it stays, after the Rprop rule of Riedmiller & Braun (1993). So cracks that open and close in turn settle.
     pace: Vec<[Pace; POINT_COUNT]>,
     /// Energy that the proposals since the last commit set free, each at the strains it was made at [J].
     freed: f64,
@@ -143,42 +142,6 @@ pub struct DamagedGrain {
     pub(super) rubble: Option<Arc<Vec<CellId>>>,
     /// Displacement of the nodes in the last committed state, before points that failed in it were taken out [m].
     displaced: Vec<Vec3>,
-}
-
-/// Limits below this mean that a point flips.
-const FLIPPING: f64 = 1e-4;
-
-/// Turns after which a point's limit grows by the second factor, not by the first. Without it, points that go twice one way and twice the
-/// other would never settle.
-const SOME_TURNS: u8 = 4;
-const GROWTH: [f64; 2] = [2.0, 1.2];
-/// Turns after which a point keeps what it has until the commit: points of one grain can have each other turn for ever, in longer rounds.
-const MOST_TURNS: u8 = 32;
-
-/// How a point's `1 - d` may change next; see [`DamagedGrain::pace`].
-#[derive(Debug, Clone, Copy, Default)]
-struct Pace {
-    /// The last limit, with the sign of the change.
-    limit: f64,
-    /// How often the sign turned.
-    turns: u8,
-}
-
-impl Pace {
-    /// The limit of a `wanted` change; below [`FLIPPING`] where the point is to keep what it has.
-    fn next(&mut self, wanted: f64, most: f64) -> f64 {
-        let last = self.limit;
-        let size = if last == 0.0 {
-            most
-        } else if last * wanted < 0.0 {
-            self.turns = self.turns.saturating_add(1);
-            0.5 * last.abs()
-        } else {
-            (GROWTH[usize::from(self.turns >= SOME_TURNS)] * last.abs()).min(most)
-        };
-        self.limit = size.copysign(wanted);
-        if self.turns < MOST_TURNS { size } else { 0.0 }
-    }
 }
 
 /// Condenses with failed points held.
@@ -442,7 +405,7 @@ impl DamagedGrain {
 
     /// Moves the trial damage towards what the strains under `loads` (forces [N] on surface points) ask for. No damage grows by more than
     /// `max_change`: where one point asks for more, all grow in proportion, so that the weakest leads and others can unload before
-    /// they break. Makes a fresh factor first where the last proposal moved damage.
+    /// they break.
     ///
     /// The caller goes on until `applied` is below its tolerance and nothing is held back.
     pub fn propose(&mut self, loads: &[(SurfacePoint, Vec3)], max_change: f64) -> Result<DamageChange> {
@@ -457,8 +420,7 @@ impl DamagedGrain {
         max_change: f64,
         least_change: f64,
     ) -> Result<DamageChange> {
-        self.refresh()?;
-        let u = self.trial.condensed.nodal_displacements(loads);
+        let u = self.displacements(loads)?;
         let mut most = 0.0_f64;
         for cell in 0..self.laws.len() {
             let strains = self.strains(cell, &u);
@@ -513,6 +475,38 @@ impl DamagedGrain {
             change.failed_cells += usize::from(self.trial.states[cell].iter().all(|state| state.failed));
         }
         Ok(change)
+    }
+
+    /// Displacement of every node [m] under `loads` with the trial damage. Where that has moved since the factor was made a new one is made only if the
+    /// old one is too far off: damage moves some times in an increment.
+    fn displacements(&mut self, loads: &[(SurfacePoint, Vec3)]) -> Result<Vec<Vec3>> {
+        if self.stale {
+            let product = |out: &mut [f64], u: &[f64]| self.multiply(out, u);
+            if let Some(u) = self.trial.condensed.displacements_without_factor(loads, product) {
+                return Ok(u);
+            }
+            self.refresh()?;
+        }
+        Ok(self.trial.condensed.nodal_displacements(loads))
+    }
+
+    /// The stiffness with the trial damage times displacements of all nodes, as it would be factored.
+    fn multiply(&self, out: &mut [f64], u: &[f64]) {
+        out.fill(0.0);
+        let cells = self.mesh().cells.iter().zip(self.elements.iter()).zip(self.laws.iter());
+        for (((nodes, element), law), intact) in cells.zip(&self.trial.intact) {
+            let nodal = nodes.map(|node| Vec3::from_column_slice(&u[3 * node.index()..3 * node.index() + 3]));
+            let mut stresses = element.stresses(law.elastic(), &nodal);
+            stresses.iter_mut().zip(intact).for_each(|(stress, share)| *stress *= share.max(HELD));
+            let mut forces = [Vec3::zeros(); 10];
+            element.add_forces(&mut forces, &stresses);
+            for (node, force) in nodes.iter().zip(&forces) {
+                out[3 * node.index()..3 * node.index() + 3]
+                    .iter_mut()
+                    .zip(force)
+                    .for_each(|(f, own)| *f += own);
+            }
+        }
     }
 
     /// Makes a new factor if the trial damage moved; returns whether it did.
@@ -571,8 +565,7 @@ impl DamagedGrain {
 
     /// Keeps the trial damage, with the strains under the accepted `loads`.
     pub fn commit(&mut self, loads: &[(SurfacePoint, Vec3)]) -> Result<DamageCommit> {
-        self.refresh()?;
-        let u = self.trial.condensed.nodal_displacements(loads);
+        let u = self.displacements(loads)?;
         let mut kept = DamageCommit::default();
         let mut lost = 0.0;
         for cell in 0..self.laws.len() {
@@ -661,33 +654,5 @@ impl DamagedGrain {
         }
         summary.mean /= volume;
         summary
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Moves of a point that wants to go to and fro for ever, `run` moves each way, until it may no more; `None`: it still may after 5000.
-    fn moves_until_held(run: usize) -> Option<usize> {
-        let mut pace = Pace::default();
-        let up = |k: usize| (k / run).is_multiple_of(2);
-        (0..5000).find(|&k| pace.next(if up(k) { 0.1 } else { -0.1 }, 0.2) < FLIPPING)
-    }
-
-    #[test]
-    fn a_point_that_goes_to_and_fro_is_held_in_the_end() {
-        // Soon where it turns at each move, or at each other.
-        assert!(moves_until_held(1).is_some_and(|moves| moves < 15));
-        assert!(moves_until_held(2).is_some_and(|moves| moves < 40));
-        // In rounds so long that its limit comes back in each.
-        for run in [6, 20] {
-            assert!(
-                moves_until_held(run).is_some_and(|moves| moves <= run * usize::from(MOST_TURNS)),
-                "{run}"
-            );
-        }
-        // One that goes on is never held.
-        assert_eq!(moves_until_held(usize::MAX), None);
     }
 }

@@ -6,6 +6,7 @@ use crate::element::POINT_COUNT;
 use crate::grain::mass::{MassProperties, nodal_moments};
 use crate::grain::stiffness::{StiffnessFault, node_graph, stiffness_on, stiffness_pattern};
 use crate::grain::surface::Surface;
+use crate::linalg::conjugate_gradients::{Until, conjugate_gradients};
 use crate::linalg::{FactorError, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern};
 use crate::material::Elastic;
 use crate::mesh::{Mesh, NodeId};
@@ -17,6 +18,10 @@ const BATCH: usize = 32;
 const TOGETHER: usize = 8;
 /// Nodes from which nested dissection beats minimum degree.
 const DISSECTION_NODES: usize = 500;
+/// Error of displacements that are found without a factor, over their size, and products with the stiffness that may take: a factor takes as long as
+/// some more.
+const WITHOUT_FACTOR: f64 = 1e-8;
+const MOST_PRODUCTS: usize = 20;
 
 /// Why a grain cannot be condensed.
 #[derive(Debug, thiserror::Error)]
@@ -127,20 +132,42 @@ impl HeldGrain {
         }
     }
 
-    /// Displacements under forces on all nodes; NaN where the solution overflows.
-    pub fn solve(&self, forces: &[Vec3]) -> Vec<Vec3> {
+    /// Forces on all nodes, balanced by inertia.
+    fn balanced(&self, forces: &[Vec3]) -> Vec<f64> {
         let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
-        let mut u: Vec<f64> = Vec::with_capacity(3 * forces.len());
+        let mut f: Vec<f64> = Vec::with_capacity(3 * forces.len());
         for (node, force) in forces.iter().enumerate() {
             let (a, b) = self.acceleration(node, force);
             linear += a;
             angular += b;
-            u.extend(force);
+            f.extend(force);
         }
-        self.subtract_inertia(&mut u, (linear, angular));
+        self.subtract_inertia(&mut f, (linear, angular));
+        f
+    }
+
+    /// Displacements under forces on all nodes; NaN where the solution overflows.
+    pub fn solve(&self, forces: &[Vec3]) -> Vec<Vec3> {
+        let mut u = self.balanced(forces);
         if self.factor.back_substitute_shared(&mut u, 1).is_err() {
             return vec![Vec3::repeat(f64::NAN); forces.len()];
         }
+        self.in_frame(u)
+    }
+
+    /// The same where the stiffness has become another, whose forces `product` gives, without a factor of it: [`conjugate_gradients`] with the one there is.
+    /// `None` where that is too far off.
+    pub fn solve_without_factor(
+        &self,
+        forces: &[Vec3],
+        product: impl FnMut(&mut [f64], &[f64]),
+    ) -> Option<Vec<Vec3>> {
+        let until = Until { tolerance: WITHOUT_FACTOR, most_iterations: MOST_PRODUCTS };
+        let precondition = |x: &mut [f64]| self.factor.back_substitute_shared(x, 1);
+        Some(self.in_frame(conjugate_gradients(&self.balanced(forces), until, product, precondition)?))
+    }
+
+    fn in_frame(&self, mut u: Vec<f64>) -> Vec<Vec3> {
         self.remove_mean_motion(&mut u);
         u.chunks_exact(3).map(|u| Vec3::new(u[0], u[1], u[2])).collect()
     }

@@ -11,6 +11,7 @@ mod held;
 pub mod hulls;
 pub mod mass;
 mod nearness;
+mod pace;
 mod patch;
 pub mod stiffness;
 pub mod stored;

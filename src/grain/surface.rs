@@ -33,6 +33,8 @@ struct Facet {
     corners: [Vec3; 3],
     normal: Vec3,
     nodes: [u32; 6],
+    /// From the first corner to the farthest point [m].
+    reach: f64,
 }
 
 /// A node of the bounding-volume tree: a leaf has facets `first..first + count`, an inner node has
@@ -73,7 +75,9 @@ impl Surface {
             .map(|facet| {
                 let corners = [0, 1, 2].map(|k| mesh.nodes[facet.nodes[k].index()]);
                 let [a, b, c] = corners;
-                Facet { corners, normal: (b - a).cross(&(c - a)).normalize(), nodes: facet.nodes.map(index) }
+                let reach = (b - a).norm().max((c - a).norm());
+                let normal = (b - a).cross(&(c - a)).normalize();
+                Facet { corners, normal, nodes: facet.nodes.map(index), reach }
             })
             .collect();
         let mut order: Vec<u32> = (0..facets.len() as u32).collect();
@@ -243,7 +247,8 @@ impl Surface {
     /// its share as a uniform pressure does, by its middle nodes alone; shares go with the area and fall linearly with the distance.
     pub fn spread(&self, at: &SurfacePoint, radius: f64) -> Vec<(SurfacePoint, f64)> {
         let mut shares: Vec<(SurfacePoint, f64)> = Vec::new();
-        for (number, facet) in self.facets.iter().enumerate() {
+        let may_be_near = |facet: &Facet| (facet.corners[0] - at.position).norm() < radius + facet.reach;
+        for (number, facet) in self.facets.iter().enumerate().filter(|(_, facet)| may_be_near(facet)) {
             let nearest = interpolate(&facet.corners, &closest_on_triangle(&facet.corners, &at.position));
             let near = 1.0 - (nearest - at.position).norm() / radius;
             if near > 0.0 {
@@ -264,7 +269,7 @@ impl Surface {
 
     /// The point of a facet with these area coordinates.
     pub(crate) fn point(&self, facet: u32, l: &[f64; 3]) -> SurfacePoint {
-        let &Facet { corners, normal, nodes } = &self.facets[facet as usize];
+        let &Facet { corners, normal, nodes, .. } = &self.facets[facet as usize];
         let weights = [
             l[0] * (2.0 * l[0] - 1.0),
             l[1] * (2.0 * l[1] - 1.0),

@@ -68,7 +68,7 @@ pub fn gmres(
     Krylov { iterations, left }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     // In lanes: a fixed order that compilers can vectorise.
     let mut lanes = [0.0; 8];
     let (heads, tails) = (a.chunks_exact(8), b.chunks_exact(8));

@@ -1,6 +1,7 @@
 //! Sparse linear algebra: patterns, ordering, factorisations, refactorisation. The only user of faer and sprs.
 
 pub mod cholesky;
+pub mod conjugate_gradients;
 mod fault;
 pub mod gmres;
 pub mod lu;
@@ -9,6 +10,7 @@ pub mod ordering;
 pub mod symmetric;
 
 pub use cholesky::{Refinement, SparseCholesky};
+pub use conjugate_gradients::conjugate_gradients;
 pub use fault::FactorError;
 pub use gmres::gmres;
 pub use multifrontal::MultifrontalLu;
