@@ -18,11 +18,15 @@
 
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
+use crate::contact::asperity::AsperityState;
 use crate::contact::memory::PointMemory;
 use crate::contact::mortar::MortarNode;
 use crate::contact::{Feature, patch};
 use crate::model::{Committed, Model};
 use crate::tensor::Vec3;
+
+/// Changes of an indentation by less than this share of it tell no mean force.
+const RESOLVED: f64 = 1e-6;
 
 /// The tangential stretch of a contact at one end of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -65,7 +69,9 @@ impl Contacts {
     pub fn dissipation(&self, model: &Model, committed: &Committed) -> f64 {
         let mut sum = 0.0;
         for pair in &self.pairs {
-            sum += pair.active().map(|point| dissipated(&model.law, pair, point)).sum::<f64>();
+            // Where bodies bend a force is kept while a contact gets softer, else its place.
+            let bends = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
+            sum += pair.active().map(|point| dissipated(&model.law, pair, point, bends)).sum::<f64>();
             let lost = |memory: &&PointMemory| !pair.active().any(|p| p.site.feature == memory.feature);
             sum += pair
                 .carried
@@ -125,8 +131,8 @@ impl Contacts {
     }
 }
 
-/// What a contact dissipated since the committed state [J].
-fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
+/// What a contact dissipated since the committed state [J]; `keeps_force` where that, not its stretch, stayed when it got softer.
+fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint, keeps_force: bool) -> f64 {
     let (state, e) = (&point.state, &point.evaluation);
     if e.coefficient <= 0.0 {
         return 0.0;
@@ -140,6 +146,8 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
         let slid = 0.5 * e.mean_coefficient * e.friction.dot(&slip);
         return slid - at(0.0, e.weight, 0.0).gained_until(&end);
     };
+    let left = if keeps_force { 1.0 } else { point.stiffness_left / memory.stiffness_left };
+    let memory = memory.of_spring(left);
     let weight = memory.pressure / memory.load;
     // A patch that has grown holds the same force by less stretch, and energy.
     let before = state.tangential_stiffness(law, state.asperity.map_or(0.0, |asperity| asperity.grip));
@@ -148,27 +156,82 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint) -> f64 {
     let stiffened = Stretched::new(law, before, memory.bound, weight, held).energy - start.energy;
     // The mean of a coefficient that falls in the step is not that of its ends.
     let bent = e.mean_coefficient / (0.5 + 0.5 * state.friction.coefficient / e.coefficient);
-    // What stuck when the step began slips from when it is at its bound, not from the force it began with.
-    let traction = memory.traction.norm();
-    let stuck = traction < (1.0 - 1e-6) * memory.bound;
-    let before = if stuck && slip != Vec3::zeros() {
-        slip.normalize() * memory.bound
-    } else {
-        // Along the stretch, with which it turns.
-        e.carried_stretch.try_normalize(0.0).map_or(memory.traction, |along| along * traction)
-    };
-    let force = 0.5 * (e.friction + before * weight);
-    bent * force.dot(&slip) - start.gained_until(&end) + weight * stiffened
+    // A force that slips is at its bound, whatever it was when the step began, and has turned into the direction of its slip. The bound of then is by the
+    // coefficient that the pair's contacts have in common; what stuck slips from where the stretch and the bound, both on straight ways, meet.
+    let bounds = [state.friction.coefficient * memory.pressure, e.friction.norm()];
+    let ends = [e.carried_stretch.norm(), e.trial_stretch.norm()];
+    let begins = slips_from(
+        ends,
+        e.stretch.norm(),
+        state.friction.coefficient * memory.load / (e.coefficient * e.load),
+    );
+    let bulge = state.asperity.map_or(0.0, |asperity| bulge(&asperity, memory.sprung(), e.indentation));
+    let meanwhile = (1.0 - begins) * (1.0 + 2.0 * begins) * bulge;
+    let coefficient = 0.5 * (state.friction.coefficient + e.coefficient);
+    let force = bounds[1]
+        + (1.0 - begins) * 0.5 * (bounds[0] - bounds[1])
+        + coefficient * 0.5 * (weight + e.weight) * meanwhile;
+    bent * force * slip.norm() - start.gained_until(&end) + weight * stiffened
+}
+
+/// By how much the normal force [N] of an asperity is larger in a step, in the mean, than the mean of its ends: one that unloaded a little yields again as
+/// rock before it goes on crushing. From the work on a straight way; between, as a parabola has it, `6 x (1 - x)` of this.
+///
+/// `sprung` is the force of the whole share at the start [N], `end` the indentation [m].
+fn bulge(asperity: &AsperityState, sprung: f64, end: f64) -> f64 {
+    let AsperityState { law, depth, share, .. } = asperity;
+    let start = law.indentation_for(sprung / share, *depth);
+    if (end - start).abs() < RESOLVED * end {
+        return 0.0;
+    }
+    let [before, after] = [start, end].map(|indentation| law.press(indentation, *depth));
+    let crushing = law.work_of_crushing(law.crushed(end, *depth)) - law.work_of_crushing(*depth);
+    let work = after.energy - before.energy + crushing;
+    share * (work / (end - start) - 0.5 * (before.force + after.force))
+}
+
+/// The share of a step behind which a contact slips: `ends` are lengths of its stretch had nothing slipped, `held` what is held of it at the end [m], `before` of
+/// that at the start.
+fn slips_from(ends: [f64; 2], held: f64, before: f64) -> f64 {
+    let [missing, slip] = [(before * held - ends[0]).max(0.0), ends[1] - held];
+    if slip > 0.0 { missing / (missing + slip) } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::Asperity;
 
     const LAW: ContactLaw = ContactLaw::SAMPLE;
 
     fn at(bound: f64, weight: f64, stretch: f64) -> Stretched {
         Stretched::new(&LAW, 2e8, bound, weight, stretch)
+    }
+
+    /// Against sums over the way: one that reloads and then crushes, one that unloads, one that only just moves.
+    #[test]
+    fn an_asperity_bears_more_on_its_way_than_in_the_mean_of_its_ends() {
+        let law = Asperity { modulus: 1.6e10, limit_pressure: 3e8, radius: 1e-3, spread: 1.0 };
+        let asperity = AsperityState { law, depth: 2e-5, grip: 0.0, share: 0.7 };
+        let limit = law.elastic_limit(asperity.depth);
+        for [from, to] in [[0.9 * limit, 1.1 * limit], [limit, 0.8 * limit], [0.9 * limit, 0.9001 * limit]] {
+            let force = |h: f64| 0.7 * law.press(h, 2e-5).force;
+            let steps = 20_000;
+            let at = |k: usize| from + (to - from) * (k as f64 + 0.5) / steps as f64;
+            let mean = (0..steps).map(|k| force(at(k))).sum::<f64>() / steps as f64;
+            let exact = mean - 0.5 * (force(from) + force(to));
+            let found = bulge(&asperity, force(from), to);
+            assert!((found - exact).abs() < 1e-6 * force(from), "{from} {to}: {found} {exact}");
+        }
+        assert!(bulge(&asperity, 0.7 * law.press(0.9 * limit, 2e-5).force, 1.1 * limit) > 0.0);
+    }
+
+    /// Stretch from 1 to 5, held up to 2 and in the end up to 3: they meet in a third of the way. One that slips from the start does so at once.
+    #[test]
+    fn slip_begins_where_the_stretch_meets_its_bound() {
+        assert!((slips_from([1.0, 5.0], 3.0, 2.0 / 3.0) - 1.0 / 3.0).abs() < 1e-12);
+        assert_eq!(slips_from([2.5, 5.0], 3.0, 2.0 / 3.0), 0.0);
+        assert_eq!(slips_from([1.0, 3.0], 3.0, 1.0), 0.0);
     }
 
     #[test]

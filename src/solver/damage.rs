@@ -18,7 +18,6 @@ const GAP_FLOOR: f64 = 1e-6;
 pub struct DamageWatch {
     can_break: bool,
     gap_floor: f64,
-    moves: usize,
     /// Whether cells of brittle bodies have failed. The force on them would go on to break what is behind: they are taken out first.
     ripe: bool,
 }
@@ -29,7 +28,6 @@ impl DamageWatch {
         DamageWatch {
             can_break: settings.damage.moves && model.can_break(),
             gap_floor: if is_damaged { GAP_FLOOR * model.typical_size() } else { 0.0 },
-            moves: 0,
             ripe: false,
         }
     }
@@ -43,11 +41,6 @@ impl DamageWatch {
     /// Whether there is any damage to follow.
     pub fn follows(&self) -> bool {
         self.can_break
-    }
-
-    /// How often damage moved.
-    pub fn moves(&self) -> usize {
-        self.moves
     }
 
     /// Whether damage is to move under forces that miss their tolerances by the factor `off`.
@@ -66,7 +59,7 @@ impl DamageWatch {
         settings: &Settings,
         off: f64,
     ) -> Result<bool> {
-        let DamageSettings { max_change, tolerance, max_moves, .. } = settings.damage;
+        let DamageSettings { max_change, tolerance, .. } = settings.damage;
         if !self.can_break || self.ripe {
             return Ok(true);
         }
@@ -81,12 +74,11 @@ impl DamageWatch {
             held_back = step.held_back,
             failed = step.newly_failed,
             flipping = step.flipping,
-            factored = step.factored,
+            moved = step.moved,
             "damage"
         );
         if !settled {
             contacts.forget_damaged_places(model);
-            self.moves += usize::from(self.moves < max_moves);
         }
         Ok(settled)
     }

@@ -97,7 +97,7 @@ impl Dossier {
             cause: None,
             advice: Vec::new(),
         };
-        let spent = report.augmentations > settings.max_augmentations;
+        let spent = report.augmentations >= settings.max_augmentations;
         dossier.advice = dossier.what_to_try(&report.status, spent, settings);
         let rounding = Unresolved::of(model, report);
         if rounding.share > WORTH_A_WORD * settings.force_tolerance {

@@ -18,6 +18,8 @@ pub struct Equilibrium {
     pub surface_energy: f64,
     /// Work on each component of each carrier along a stabilised increment [J].
     pub work: Vec<Vector6<f64>>,
+    /// Work of the pressure on the volume under the cover along it, without what bodies bend [J].
+    pub pressure_work: f64,
     /// Why a body that damage has softened could not be solved for, if so.
     pub broke: Option<String>,
 }
@@ -32,6 +34,7 @@ impl Equilibrium {
             augmentations: 0,
             surface_energy: 0.0,
             work: Vec::new(),
+            pressure_work: 0.0,
             broke: None,
         }
     }

@@ -73,6 +73,8 @@ pub struct IncrementReport {
     pub factor: f64,
     /// Work of contacts, cover and weight on each component of each carrier along a stabilised increment [J].
     pub work: Vec<Vector6<f64>>,
+    /// Work of the pressure on the volume under the cover along it, without what bodies bend [J].
+    pub pressure_work: f64,
     /// Whether more moves at the end than was asked for.
     pub restless: bool,
 }
@@ -144,7 +146,7 @@ pub fn advance(
         Err(report) => return *report,
     };
     let found = newton.equilibrate();
-    let damage = increment.damage(&newton, found.converged);
+    let damage = increment.damage(&mut newton, found.converged);
     let report = increment.report(&mut newton, found, damage, searches);
     *contacts = newton.contacts;
     report
@@ -218,13 +220,18 @@ impl<'a> Increment<'a> {
             damage: Damages::default(),
             factor: 0.0,
             work: Vec::new(),
+            pressure_work: 0.0,
             restless: false,
         }
     }
 
     /// Damage of the increment, with what crushing at contacts took.
-    fn damage(&self, newton: &Newton<'_>, converged: bool) -> crate::error::Result<Damages> {
+    fn damage(&self, newton: &mut Newton<'_>, converged: bool) -> crate::error::Result<Damages> {
         let takes_damage = converged && self.settings.damage.moves;
+        if takes_damage && self.model.can_break() && !self.model.has_elastic() {
+            // Behind the first failed cell nobody asked for them any more.
+            newton.contacts.note_loads(self.model, &newton.loads, &newton.poses);
+        }
         // What is not taken goes on being followed, but contacts stay as soft as they became.
         let damage = if takes_damage {
             newton.contacts.damages(self.model)?
@@ -278,6 +285,7 @@ impl<'a> Increment<'a> {
             factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
             restless: !settings.stabilisation.is_met(&found.balance, settings.force_tolerance),
             work: found.work,
+            pressure_work: found.pressure_work,
         }
     }
 

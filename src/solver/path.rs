@@ -1,30 +1,33 @@
 //! Work of forces along the way that bodies take in an increment.
 //!
-//! Between states that friction counts from the way is a straight one (screw-like for rotations), cut into pieces. On each piece forces are evaluated
-//! at two places: Gauss's rule, exact for forces that change with the cube of the way. Contacts that open, close or begin to slide on it make an error,
-//! which the energy balance tells. (Points at the ends would weigh forces before a contact slides too much, with one sign in all of them.)
+//! Between states that friction counts from the way is a straight one (screw-like for rotations), cut into pieces: those of two bodies by how far they
+//! have come against each other. On each piece forces are evaluated at two places: Gauss's rule, exact for forces that change with the cube of the way.
+//! Contacts that open, close or begin to slide on it make an error, which the energy balance tells. (Points at the ends would weigh forces before a
+//! contact slides too much, with one sign in all of them.)
 //!
 //! Displacements of bodies that follow the forces by steps go straight along with them. Where they are solved for by augmentations, at the end of a step
 //! only, the mean of the forces at both ends of the increment stands in, and tells nothing of what snaps in it.
 
 use crate::assembly::place::SurfaceField;
 use crate::assembly::{self, PairWork};
+use crate::contact::memory::PairKey;
 use crate::solver::motion::{motion_between, motion_vector};
 use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vector6};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Where forces are evaluated on the way of a step, as shares of it.
 const GAUSS_POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
-/// Pieces on a way at most, but for one a step.
+/// Pieces on a way at most.
 const MOST_PIECES: f64 = 32.0;
 
 /// How finely a way is cut into pieces.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
-    pub pieces_a_step: usize,
-    /// The longest as a share of what a body may go in an iteration, as far as [`MOST_PIECES`] let it.
+    /// Pieces of any way.
+    pub least: usize,
+    /// The longest piece as a share of what a body may go in an iteration, as far as [`MOST_PIECES`] let it.
     pub longest: f64,
 }
 
@@ -37,8 +40,12 @@ pub(super) struct Path {
     forces: Vec<Vector6<f64>>,
     /// Pressure there [Pa], which goes to the present one in a step.
     pressure: f64,
+    /// Volume under the cover [m^3].
+    volume: f64,
     /// Work on each component of each carrier [J].
     pub work: Vec<Vector6<f64>>,
+    /// Work of the pressure on the volume under the cover, without what bodies bend [J].
+    pub pressure_work: f64,
 }
 
 impl Path {
@@ -50,26 +57,36 @@ impl Path {
         let forces = if known { forces } else { vec![Vector6::zeros(); poses.len()] };
         let pressure = newton.committed.pressure.unwrap_or(newton.loads.pressure);
         let fields = newton.committed.fields.clone();
-        Path { work: vec![Vector6::zeros(); poses.len()], poses, fields, forces, pressure }
+        let volume = newton.model.enclosed_volume(&poses);
+        let work = vec![Vector6::zeros(); poses.len()];
+        Path { work, pressure_work: 0.0, poses, fields, forces, pressure, volume }
     }
 
     /// Goes on from where `newton` is, whatever brought it there.
     pub fn restart(&mut self, newton: &Newton<'_>) {
-        *self = Path { work: std::mem::take(&mut self.work), ..Path::from(newton) };
+        self.press(newton);
+        let (work, pressure_work) = (std::mem::take(&mut self.work), self.pressure_work);
+        *self = Path { work, pressure_work, ..Path::from(newton) };
     }
 
-    /// How far any body has come since then, over the length that it may go in an iteration.
+    /// Books the work of the pressure, and keeps where it stands.
+    fn press(&mut self, newton: &Newton<'_>) {
+        let (pressure, volume) = (newton.loads.pressure, newton.model.enclosed_volume(&newton.poses));
+        self.pressure_work -= 0.5 * (self.pressure + pressure) * (volume - self.volume);
+        (self.pressure, self.volume) = (pressure, volume);
+    }
+
+    /// How far any two bodies have come against each other since then, over the length that one may go in an iteration.
     pub fn reach(&self, newton: &Newton<'_>) -> f64 {
-        ways(&self.poses, newton).fold(0.0, f64::max)
+        ways(&self.poses, newton).map(|(_, way)| way).fold(0.0, f64::max)
     }
 
-    /// Goes on to where `newton` is after so many steps; its contacts are evaluated there before and after.
-    pub fn go_on(&mut self, newton: &mut Newton<'_>, steps: usize, cut: Cut) {
+    /// Goes on to where `newton` is; its contacts are evaluated there before and after.
+    pub fn go_on(&mut self, newton: &mut Newton<'_>, cut: Cut) {
         let end = newton.forces();
-        let least = cut.pieces_a_step * steps.max(1);
-        let pieces: Vec<usize> = ways(&self.poses, newton).map(|way| cut.pieces(least, way)).collect();
+        let pieces = ways(&self.poses, newton).map(|(pair, way)| (pair, cut.pieces(way))).collect();
         let mean = newton
-            .mean_forces_since(self, least, &pieces)
+            .mean_forces_since(self, cut.least, &pieces)
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
         let motions = self.poses.iter().zip(&newton.poses);
         for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(motions) {
@@ -78,26 +95,44 @@ impl Path {
         self.poses.clone_from(&newton.poses);
         self.fields.clone_from(&newton.contacts.fields);
         self.forces = end;
-        self.pressure = newton.loads.pressure;
+        self.press(newton);
     }
 }
 
-/// How far each body has come from there, over the length that it may go in an iteration.
-fn ways<'a>(from: &'a [Pose], newton: &'a Newton<'_>) -> impl Iterator<Item = f64> + 'a {
-    let lengths = newton.settings.step_length.lengths(newton.model);
-    let ways = from.iter().zip(&newton.poses).zip(&newton.model.shapes).zip(lengths);
-    ways.map(|(((from, to), shape), length)| {
-        let (shift, turn) = motion_between(from, to);
-        (shift.norm() + turn.norm() * shape.bounding_radius) / (newton.settings.motion_cap * length)
+/// How far the two bodies of each pair have come against each other from there where they touch, at most, over the length that they may go in an iteration.
+/// Ways that they go side by side, and turns as one, are none.
+fn ways<'a>(from: &'a [Pose], newton: &'a Newton<'_>) -> impl Iterator<Item = (PairKey, f64)> + 'a {
+    let (model, to) = (newton.model, &newton.poses);
+    let lengths = newton.settings.step_length.lengths(model);
+    newton.contacts.pairs.iter().map(move |pair| {
+        let radius = |body: usize| model.shapes[body].bounding_radius;
+        let (a, b) = (pair.a(), pair.b());
+        let (small, large) = if radius(a) <= radius(b) { (a, b) } else { (b, a) };
+        // Where the large one's material that is at the small one's centre now was.
+        let beside = from[large].to_space(&to[large].to_body(&to[small].position));
+        let turn = |body: usize| to[body].rotation * from[body].rotation.inverse();
+        let against = turn(small) * turn(large).inverse();
+        let way = (from[small].position - beside).norm() + against.angle() * radius(small);
+        (pair.key(), way / (newton.settings.motion_cap * lengths[a].min(lengths[b])))
+    })
+}
+
+/// Where forces are evaluated on a way in so many pieces, as shares of it, and their weights. Pieces are the shorter the nearer to its start, where friction
+/// turns into the way.
+fn places(pieces: usize) -> impl Iterator<Item = (f64, f64)> {
+    let end = move |piece: usize| (piece as f64 / pieces as f64).powi(2);
+    (0..pieces).flat_map(move |piece| {
+        let (from, width) = (end(piece), end(piece + 1) - end(piece));
+        GAUSS_POINTS.map(|at| (from + at * width, 0.5 * width))
     })
 }
 
 impl Cut {
-    /// Pieces of a way of this length: `least` doubled until they are short enough.
-    fn pieces(&self, least: usize, way: f64) -> usize {
+    /// Pieces of a way of this length: the least number, doubled until they are short enough.
+    fn pieces(&self, way: f64) -> usize {
         let needed = (way / self.longest).min(MOST_PIECES) as usize;
-        let doublings = (0..).find(|doublings| least << doublings >= needed);
-        least << doublings.unwrap_or(0)
+        let doublings = (0..).find(|doublings| self.least << doublings >= needed);
+        self.least << doublings.unwrap_or(0)
     }
 }
 
@@ -111,12 +146,12 @@ impl Newton<'_> {
     }
 
     /// The mean of the same over the straight way since `start`; `None` where that is not known: where bodies are displaced by augmentations, or are too
-    /// close there. The way is cut into `least` pieces, for contacts of bodies that need more into those of `pieces`: each pair's are its own.
+    /// close there. The way of each pair is cut into its `pieces`, of one that is met on it into the `least`.
     fn mean_forces_since(
         &mut self,
         start: &Path,
         least: usize,
-        pieces: &[usize],
+        pieces: &BTreeMap<PairKey, usize>,
     ) -> Option<Vec<Vector6<f64>>> {
         let model = self.model;
         if model.waits_for_augmentations() {
@@ -126,17 +161,14 @@ impl Newton<'_> {
         let fields = self.contacts.fields.clone();
         let mut mean = vec![Vector6::zeros(); start.poses.len()];
         let mut known = true;
-        let of_pair = |pair: &PairWork| pieces[pair.a()].max(pieces[pair.b()]);
-        let most = pieces.iter().copied().max().unwrap_or(least);
+        let of_pair = |pair: &PairWork| pieces.get(&pair.key()).copied().unwrap_or(least);
+        let most = pieces.values().copied().max().unwrap_or(least);
         // Contacts of a skin are looked at as often as any.
         let of_others = if model.wall.is_some() || model.membrane.is_some() { most } else { least };
-        let counts: BTreeSet<usize> = pieces.iter().copied().chain([of_others]).collect();
+        let counts: BTreeSet<usize> = pieces.values().copied().chain([least, of_others]).collect();
         for count in counts {
             let counted = |pair: &PairWork| of_pair(pair) == count;
-            let mut forces = vec![Vector6::zeros(); start.poses.len()];
-            for share in
-                (0..count).flat_map(|piece| GAUSS_POINTS.map(|at| (piece as f64 + at) / count as f64))
-            {
+            for (share, weight) in places(count) {
                 let there = |(from, to): (&Pose, &Pose)| {
                     let (shift, turn) = motion_between(from, to);
                     from.moved(&(share * shift), &(share * turn))
@@ -146,6 +178,7 @@ impl Newton<'_> {
                     self.contacts.displace(between(&start.fields, &fields, share), false);
                 }
                 known &= self.contacts.evaluate_pairs(model, &self.committed, &poses, counted).is_ok();
+                let mut forces = vec![Vector6::zeros(); start.poses.len()];
                 assembly::add_contact_forces(&mut forces, &self.contacts, counted);
                 if count == of_others {
                     known &= self.contacts.evaluate_skin(model, &poses).is_ok();
@@ -153,9 +186,8 @@ impl Newton<'_> {
                     let weighing = (pressure, self.loads.gravity);
                     assembly::add_other_forces(&mut forces, model, &self.contacts, weighing, &poses);
                 }
+                mean.iter_mut().zip(forces).for_each(|(mean, force)| *mean += weight * force);
             }
-            let weight = 0.5 / count as f64;
-            mean.iter_mut().zip(forces).for_each(|(mean, force)| *mean += weight * force);
         }
         if follows {
             self.contacts.displace(fields, true);
@@ -180,10 +212,24 @@ fn between(from: &[SurfaceField], to: &[SurfaceField], share: f64) -> Vec<Surfac
 mod tests {
     use super::*;
 
+    /// Exact for cubics, whatever the pieces; finer for a force that turns into the way within a hundredth of it.
+    #[test]
+    fn forces_are_weighed_by_where_they_are_looked_at() {
+        let mean = |pieces: usize, of: fn(f64) -> f64| places(pieces).map(|(x, w)| w * of(x)).sum::<f64>();
+        for pieces in [1, 2, 5] {
+            let off = mean(pieces, |x| 1.0 - 3.0 * x + 5.0 * x * x - 4.0 * x.powi(3))
+                - (1.0 - 1.5 + 5.0 / 3.0 - 1.0);
+            assert!(off.abs() < 1e-12, "{pieces}: {off}");
+        }
+        let turning = |x: f64| 1.0 - (-100.0 * x).exp();
+        let off = [1, 2, 4].map(|pieces| mean(pieces, turning) - 0.99);
+        assert!(off[0] > 9e-3 && off[1] < off[0] && off[2].abs() < 0.2 * off[0], "{off:?}");
+    }
+
     #[test]
     fn a_way_is_cut_by_its_own_length() {
-        let cut = Cut { pieces_a_step: 1, longest: 0.2 };
-        assert_eq!([0.0, 0.2, 0.7, 1.0, 100.0].map(|way| cut.pieces(1, way)), [1, 1, 4, 8, 32]);
-        assert_eq!([0.0, 0.7, 1.0].map(|way| cut.pieces(3, way)), [3, 3, 6]);
+        let pieces = |least: usize, way: f64| Cut { least, longest: 0.2 }.pieces(way);
+        assert_eq!([0.0, 0.2, 0.7, 1.0, 100.0].map(|way| pieces(1, way)), [1, 1, 4, 8, 32]);
+        assert_eq!([0.0, 0.7, 1.0].map(|way| pieces(3, way)), [3, 3, 6]);
     }
 }

@@ -18,7 +18,8 @@ const DRAG_LOWER: f64 = 0.3;
 const MOST_STEPS: usize = 40;
 /// Steps after which friction acts along the way from there on. Before, it is implicit in the whole way, so that what a step overshoots is not paid for.
 const REBASE_EVERY: usize = 4;
-/// The same where a body has come this share of the length that it may go in an iteration: what slides and opens on a longer way is not seen by its ends.
+/// The same where two bodies have come this share of the length that one may go in an iteration against each other: what slides and opens on a longer way
+/// is not seen by its ends.
 const REBASE_BEYOND: f64 = 0.25;
 /// Newton's iterations leave this share of what may be out of balance in the mean, and so many times as much on one body: what is left there is
 /// solved for in the next step.
@@ -57,14 +58,14 @@ impl Course {
                 least_drag: 1e-4,
                 most_steps: MOST_STEPS.min(settings.max_augmentations),
                 most_fruitless: 10,
-                cut: Cut { pieces_a_step: 1, longest: 0.2 },
+                cut: Cut { least: 2, longest: 0.2 },
             },
             Stabilisation::Rest => Course {
                 first_drag: settings.drag_to_rest[0],
                 least_drag: settings.drag_to_rest[1],
                 most_steps: settings.max_augmentations,
                 most_fruitless: 4,
-                cut: Cut { pieces_a_step: 2, longest: 0.05 },
+                cut: Cut { least: 2, longest: 0.05 },
             },
         }
     }
@@ -127,14 +128,15 @@ struct Settled {
 impl Newton<'_> {
     /// Brings the model into balance, or near enough to go on from, beginning in its present configuration.
     pub fn equilibrate(&mut self) -> Equilibrium {
-        if self.settings.begins_soft && !self.model.has_elastic() {
-            self.soften();
-        }
-        self.march()
+        let softly = if self.settings.begins_soft && !self.model.has_elastic() { self.soften() } else { 0 };
+        let mut found = self.march();
+        found.augmentations += softly;
+        found
     }
 
-    /// Brings the model nearly into balance with soft contacts, harder and harder.
-    fn soften(&mut self) {
+    /// Brings the model nearly into balance with soft contacts, harder and harder; the steps that takes.
+    fn soften(&mut self) -> usize {
+        let mut steps = 0;
         let (typical, tolerance) = (self.typical_stiffness, self.tolerance);
         let yielding = || self.model.shapes.iter().map(|shape| shape.yielding());
         let stiffest =
@@ -148,6 +150,7 @@ impl Newton<'_> {
             self.typical_stiffness = typical.min(0.5 * strength / median);
             self.evaluate();
             let Equilibrium { converged, augmentations, .. } = self.march();
+            steps += augmentations;
             tracing::debug!(strength, converged, augmentations, "soft contacts");
             if !converged {
                 break;
@@ -157,6 +160,7 @@ impl Newton<'_> {
         self.contacts.strength = f64::INFINITY;
         (self.typical_stiffness, self.tolerance) = (typical, tolerance);
         self.evaluate();
+        steps
     }
 
     /// What presses contacts at most [N]: all dead loads of free bodies together, or all that they bear already.
@@ -185,6 +189,8 @@ impl Newton<'_> {
         if most_steps == 0 {
             return Equilibrium { surface_energy: self.surface_energy(), ..found };
         }
+        // Scenes come to rest, and book what they lose on the way as a remainder.
+        let tells_work = !self.model.is_of_a_scene() || until != Stabilisation::Rest;
         let mut relaxations = Relaxations::new(settings.relaxation.filter(|_| self.can_relax()));
         // Steps whose work is summed, and fruitless ones in a row.
         let (mut counted, mut fruitless) = (0, 0);
@@ -240,12 +246,14 @@ impl Newton<'_> {
             let is_due = found.augmentations - counted == REBASE_EVERY
                 || !self.model.is_of_a_scene() && path.reach(self) > REBASE_BEYOND;
             let rebases = is_due && !waits;
+            if (ends || rebases) && tells_work {
+                path.go_on(self, cut);
+            }
             if ends || rebases {
-                path.go_on(self, found.augmentations - counted, cut);
                 counted = found.augmentations;
             }
             if ends {
-                found.work = path.work;
+                (found.work, found.pressure_work) = (path.work, path.pressure_work);
                 return found;
             }
             if rebases {
@@ -325,8 +333,9 @@ impl Newton<'_> {
         } else if damage.is_due(off, settings) {
             self.contacts.note_loads(self.model, &self.loads, &self.poses);
         }
-        settled.fully &= damage.step(&mut self.contacts, self.model, settings, off)?;
-        if self.model.has_elastic() || damage.follows() {
+        let is_damaged = damage.step(&mut self.contacts, self.model, settings, off)?;
+        settled.fully &= is_damaged;
+        if self.model.has_elastic() || !is_damaged {
             self.evaluate();
             self.gather();
         }

@@ -33,7 +33,7 @@ impl Test {
         portion: Portion,
     ) -> IncrementBalance {
         let pressure = drive.pressure(portion.to, report.factor);
-        let (old, new) = (&rig.committed.poses, &report.poses);
+        let new = &report.poses;
         let mut loads = vec![Vector6::zeros(); rig.model.carriers()];
         pressure_loads_into(&mut loads, &rig.model, new, pressure);
         let ram = -(report.contact_wrench[rig.top][2] + loads[rig.top][2]);
@@ -41,8 +41,7 @@ impl Test {
         // The ram moves the top plate against all that acts on it there; on all else what acts does work against the drag.
         let ram_work = -report.work[rig.top][2];
         let drag_work = report.work.iter().map(Vector6::sum).sum::<f64>() + ram_work;
-        let swelling = state.volume - rig.volume(old) + report.elastic_volume;
-        let pressure_work = -0.5 * (rig.pressure + pressure) * swelling;
+        let pressure_work = report.pressure_work - 0.5 * (rig.pressure + pressure) * report.elastic_volume;
         let mut ledger = self.ledger;
         ledger.external += ram_work + pressure_work;
         ledger.elastic = report.energy.elastic - self.start_elastic;
