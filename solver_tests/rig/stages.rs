@@ -2,6 +2,7 @@
 //! is measured in different ways agrees.
 
 use riprap::loading::{EnergyGate, StageEnd};
+use riprap::solver::Stabilisation;
 use riprap::triaxial::{Cover, Lateral, Path, Rig, Rims, Row, Stage, Steps, Test, Until};
 use riprap::verification::rig::{TALL, column, prism};
 
@@ -165,6 +166,26 @@ fn a_free_top_plate_tilts_until_it_carries_no_moment() {
     finished(&rows, &end, 4);
     let tilt = rows[rows.len() - 1].picture.tilt;
     assert!(tilt > 1e-6 && tilt < 0.1, "{tilt}");
+}
+
+/// Where rows may move on the one that a stage lands with is at rest all the same, and so is the one behind a drop.
+#[test]
+fn stages_that_end_early_come_to_rest() {
+    for (q, drop) in [(Some(0.3 * PRESSURE), None), (None, Some(0.05))] {
+        let (mut rig, mut test, _) = consolidated();
+        rig.settings.stabilisation = Stabilisation::Unrest(1e-2);
+        let until = Until { deviatoric_stress: q, drop_after_peak: drop, must: false };
+        let (rows, end) = run(&mut rig, &mut test, &Stage { until, ..drive(0.02, Lateral::Pressure) });
+        finished(&rows, &end, 2);
+        let last = &rows[rows.len() - 1];
+        let tolerance = rig.settings.force_tolerance;
+        assert!(last.path < 1.0 && last.out_of_balance < tolerance, "{last:?}");
+        let moving = rows.iter().filter(|row| row.out_of_balance > tolerance).count();
+        assert!(moving > rows.len() / 4, "{moving} of {}", rows.len());
+        if let Some(q) = q {
+            assert!((last.measures.deviatoric_stress / q - 1.0).abs() < HELD, "{last:?}");
+        }
+    }
 }
 
 /// What cannot be reached ends the stage with a reason: no stress, no silence.

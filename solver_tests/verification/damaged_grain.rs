@@ -149,6 +149,11 @@ fn deleted_cells_leave_nothing_behind() {
     let outcome = grain.break_up(&loads, 1, 0.0).expect("a break-up").expect("cells have failed");
     assert_eq!((outcome.fragments.len(), outcome.deleted.len(), outcome.lost.len()), (1, around, 0));
     let rest = &outcome.fragments[0];
+    assert_eq!(
+        rest.grain.dissipated(),
+        grain.dissipated(),
+        "it is still the grain that damage took energy from"
+    );
     let small = rest.grain.mesh();
     assert_eq!(small.cells.len() + around, mesh.cells.len());
     assert!(!rest.nodes.contains(&tip), "nodes of deleted cells only leave the system");

@@ -33,8 +33,8 @@ pub struct DamageStep {
     pub newly_failed: usize,
     /// Cells of brittle bodies without a working point: they are to be deleted before anything else breaks.
     pub failed_cells: usize,
-    /// Bodies that got a new factor.
-    pub factored: usize,
+    /// Bodies whose damage moved.
+    pub moved: usize,
 }
 
 /// What damage an accepted increment brings; nothing of it is in the model yet.
@@ -69,6 +69,11 @@ struct Displacements(#[serde(with = "crate::tensor::stored")] Vec<Vec3>);
 impl Failing {
     pub fn is_empty(&self) -> bool {
         !self.any
+    }
+
+    /// Those with cells to be deleted.
+    pub fn bodies(&self) -> impl Iterator<Item = usize> + '_ {
+        self.bodies.iter().map(|(body, _)| *body as usize)
     }
 
     /// By body, for [`Model::break_up`].
@@ -140,9 +145,9 @@ impl Contacts {
             .map(step)
             .collect::<Result<_>>()?;
         let mut total = DamageStep::default();
-        self.trial.moved = changes.iter().map(|change| change.is_some_and(|(_, fresh)| fresh)).collect();
+        self.trial.moved = changes.iter().map(|change| change.is_some_and(|(_, moved)| moved)).collect();
         for (body, change) in changes.into_iter().enumerate() {
-            let Some((change, fresh)) = change else { continue };
+            let Some((change, moved)) = change else { continue };
             total.applied = total.applied.max(change.applied);
             total.held_back = total.held_back.max(change.held_back);
             total.flipping += change.flipping;
@@ -150,14 +155,14 @@ impl Contacts {
             if model.bodies[body].is_brittle() {
                 total.failed_cells += change.failed_cells;
             }
-            total.factored += usize::from(fresh);
+            total.moved += usize::from(moved);
             let bends = model.bodies[body].softens_with_damage() && self.grains[body].is_some();
-            if let (true, Some(grain)) = (fresh && bends, &self.trial.grains[body]) {
+            if let (true, Some(grain)) = (moved && bends, &self.trial.grains[body]) {
                 grain.condensed().surface_field_into(&mut self.fields[body], &self.surface_loads[body]);
                 self.grains[body] = Some(grain.condensed().clone());
             }
         }
-        if total.factored > 0 {
+        if total.moved > 0 {
             self.update_reach();
         }
         self.timings.book(Kernel::Damage, start);

@@ -122,7 +122,10 @@ impl Former<'_> {
                 };
             let all = springs.get(&known.feature).map_or(before, |all| all.max(before));
             let mut known = known.of_spring(weight * spring / all).stretched(before / all);
-            let borne = model.law_at(feature).overlap_for(known.sprung() / spring);
+            let borne = match point.state.asperity {
+                Some(asperity) => asperity.law.indentation_for(known.sprung() / asperity.share, known.depth),
+                None => model.law_at(feature).overlap_for(known.sprung() / spring),
+            };
             known.initial_overlap = known.initial_overlap.min(borne - overlap(point));
             self.heir(point, known, overlap(point))
         };
@@ -149,6 +152,9 @@ impl Contacts {
         let found = self.evaluate_committed(model, committed).map(|()| self.heirs(model, &formers, &broken));
         committed.memory.retain(|key, _| !formers.contains_key(key));
         let Ok(known) = found else {
+            tracing::warn!(
+                "bodies too near to each other: contacts of new shapes begin without what was known"
+            );
             // Bodies that kept their shapes keep what is known of their contacts but for the nodes of patches.
             for (key, mut kept) in on_new_meshes {
                 kept.mortars.clear();

@@ -43,7 +43,7 @@ pub enum Loss {
 /// The outcome of deleting failed cells. One fragment: the grain lives on, smaller. None: nothing is left.
 #[derive(Debug, Clone)]
 pub struct BreakUp {
-    /// Largest first.
+    /// Largest first, which goes on with what damage has set free in the whole.
     pub fragments: Vec<Fragment>,
     /// Cells all of whose points had failed.
     pub deleted: Vec<CellId>,
@@ -64,7 +64,7 @@ const LOOSE: f64 = 1e4;
 impl DamagedGrain {
     /// Gives up the cells that have a surface node which nothing holds any more but the remainders of failed points: a force on it
     /// would find no resistance, and whatever pressed there has to meet what lies behind. All points of these cells
-    /// fail; returns the elastic energy that goes with them [J]. Works on the committed state.
+    /// fail; returns the elastic energy that goes with them [J], which damage has set free. Works on the committed state.
     pub fn crumble(&mut self) -> f64 {
         let states = &self.committed.states;
         let touched: Vec<usize> = (0..states.len())
@@ -104,6 +104,7 @@ impl DamagedGrain {
             }
         }
         self.reject();
+        self.dissipated += lost;
         lost
     }
 
@@ -154,7 +155,10 @@ impl DamagedGrain {
                 Loss::Small { volume }
             } else {
                 match self.part(&cells, &before, ancestry) {
-                    Ok((grain, nodes)) => {
+                    Ok((mut grain, nodes)) => {
+                        if outcome.fragments.is_empty() {
+                            grain.dissipated = self.dissipated;
+                        }
                         let displacements: Vec<Vec3> = nodes.iter().map(|node| u[node.index()]).collect();
                         let (translation, rotation) = mean_motion(grain.mesh(), &displacements);
                         outcome.fragments.push(Fragment { grain, cells, nodes, translation, rotation });

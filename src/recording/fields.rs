@@ -31,9 +31,17 @@ pub struct Points {
     /// A cell that each point of a grain is a node of, and which node. Of a grain that can come apart it is
     /// the only one.
     node: Vec<Option<(usize, usize)>>,
+    /// Bodies there were when the mesh was made, and all that has a pose: a membrane's nodes stay behind parts that come in between.
+    bodies: usize,
+    carriers: usize,
 }
 
 impl Points {
+    /// Where among so many frames that of a body, or a membrane's node, is now.
+    fn frame_of(&self, carrier: usize, frames: usize) -> usize {
+        if carrier < self.bodies { carrier } else { carrier + frames - self.carriers }
+    }
+
     /// Displacement of every point since the reference configuration [m]: its body's and, where that deforms,
     /// what is known of it inside. `frames` are those of the body coordinates as generated, and `carriers`
     /// the bodies of the cells.
@@ -44,12 +52,13 @@ impl Points {
         cell_fields: &[CellFields],
     ) -> Vec<Vec3> {
         let moved = |(point, (place, reference)): (usize, (&Vec3, &Vec3))| {
-            let body = self.node[point].and_then(|(cell, _)| carriers[cell]).unwrap_or(self.body[point]);
+            let part = self.node[point].and_then(|(cell, _)| carriers[cell]);
+            let frame = part.unwrap_or_else(|| self.frame_of(self.body[point], frames.len()));
             let inside = self.node[point].and_then(|(cell, node)| {
                 let nodes = cell_fields.get(self.body[point])?.displacement.get(self.number[cell])?;
                 Some(Vec3::from(nodes[node]))
             });
-            frames[body].to_space(place) - reference + inside.unwrap_or_default()
+            frames[frame].to_space(place) - reference + inside.unwrap_or_default()
         };
         self.place.iter().zip(&self.reference).enumerate().map(moved).collect()
     }
@@ -102,7 +111,12 @@ struct Builder<'a> {
     poses: &'a [Pose],
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    fn new(poses: &'a [Pose], bodies: usize) -> Self {
+        let points = Points { bodies, carriers: poses.len(), ..Points::default() };
+        Builder { mesh: FieldMesh::new(), points, poses }
+    }
+
     fn point(&mut self, body: usize, place: Vec3) -> usize {
         let reference = self.poses[body].to_space(&place);
         self.points.body.push(body);
@@ -174,7 +188,7 @@ pub fn scene_mesh(
     moduli: &[Vec<f64>],
 ) -> Result<(FieldMesh, Points)> {
     let poses = &scene.model.frames(&scene.committed.poses);
-    let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
+    let mut builder = Builder::new(poses, scene.model.bodies.len());
     for (number, (body, mesh)) in scene.model.bodies.iter().zip(meshes).enumerate() {
         let part = builder.mesh.add_part(&body.name);
         match mesh {
@@ -201,7 +215,7 @@ pub fn scene_mesh(
 /// configuration.
 pub fn field_mesh(rig: &Rig, diameter: f64, grains: &GrainMeshes<'_>) -> Result<(FieldMesh, Points)> {
     let poses = &rig.committed.poses;
-    let mut builder = Builder { mesh: FieldMesh::new(), points: Points::default(), poses };
+    let mut builder = Builder::new(poses, rig.model.bodies.len());
     let part = builder.mesh.add_part("grains");
     for (grain, (mesh, moduli)) in grains.meshes.iter().zip(grains.moduli).enumerate() {
         builder.grain(grain, mesh, part, grains.apart, moduli)?;
@@ -220,4 +234,17 @@ pub fn field_mesh(rig: &Rig, diameter: f64, grains: &GrainMeshes<'_>) -> Result<
         }
     }
     Ok((builder.mesh, builder.points))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three bodies and two nodes of a membrane, between which two parts come.
+    #[test]
+    fn nodes_of_a_membrane_stay_behind_all_bodies() {
+        let points = Points { bodies: 3, carriers: 5, ..Points::default() };
+        assert_eq!([0, 2, 3, 4].map(|carrier| points.frame_of(carrier, 5)), [0, 2, 3, 4]);
+        assert_eq!([0, 2, 3, 4].map(|carrier| points.frame_of(carrier, 7)), [0, 2, 5, 6]);
+    }
 }

@@ -63,7 +63,7 @@ impl State {
             contacts: ContactTable::of(&contacts, &committed.memory, grains),
             cells: cell_states(&rig.model),
             grains: grain_states(&rig.model),
-            ..State::reference(committed.poses.clone(), 0, rig.levels())
+            ..State::reference(rig.model.frames(&committed.poses), 0, rig.levels())
         }
     }
 }

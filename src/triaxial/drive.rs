@@ -105,7 +105,7 @@ impl Drive {
     pub fn comes_to_rest(&self) -> bool {
         match self.kind {
             Kind::Loaded { pressure, deviatoric_stress } => {
-                pressure == self.origin.pressure && deviatoric_stress <= self.origin.deviatoric_stress
+                pressure <= self.origin.pressure && deviatoric_stress <= self.origin.deviatoric_stress
             }
             Kind::Driven { travel, .. } => travel >= 0.0,
         }

@@ -1,8 +1,9 @@
 //! What broke in an increment is broken up behind it: failed rock is taken out, and what it held is out of balance until grains have moved.
 
-use crate::error::Result;
+use crate::assembly::TooClose;
+use crate::error::{Error, Result};
 use crate::loading::Portion;
-use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, advance};
+use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, StepStatus, advance};
 use crate::triaxial::drive::{Drive, Guess};
 use crate::triaxial::rig::Rig;
 use crate::triaxial::test::Test;
@@ -15,8 +16,12 @@ impl Test {
         if rig.failing.is_empty() {
             return Ok(false);
         }
-        let fractures = rig.break_up()?;
+        let (fractures, turned) = rig.break_up()?;
+        self.start_elastic += turned;
         let after = self.forces_now(rig, drive, done);
+        if let StepStatus::TooClose(pair) = after.status {
+            return Err(Error::Specimen(TooClose::described(pair, &rig.model)));
+        }
         // What contacts on failed rock lose is booked here: they go on from what they bear now, or the next increment would book it again.
         let change = after.energy.elastic - (self.start_elastic + self.ledger.elastic);
         rig.committed.memory = after.memory;

@@ -81,27 +81,30 @@ impl Loaded for UnderTest<'_> {
     type Row = Accepted;
 
     fn break_up(&mut self, stage: &mut Progress) -> Result<()> {
-        stage.own.broke = self.test.break_up(self.rig, &stage.own.drive, stage.pace.done())?;
-        if stage.own.broke {
+        if self.test.break_up(self.rig, &stage.own.drive, stage.pace.done())? {
+            stage.own.broke = true;
             stage.own.last = None;
             self.test.mend_cover(self.rig, &stage.own.drive);
         }
         Ok(())
     }
 
-    /// Behind the end of the path, where grains have just broken, one under constant loads.
+    /// Behind the end of the path, where grains have just broken or something moves, one under constant loads.
     fn next(&self, stage: &Progress) -> Option<Portion> {
-        let goes_on = stage.own.broke && stage.own.aftermaths < MOST_AFTERMATHS;
+        let is_due = stage.own.broke || !stage.own.rested && stage.own.watch.done;
+        let goes_on = is_due && stage.own.aftermaths < MOST_AFTERMATHS;
         let aftermath = || goes_on.then(|| Portion { share: REST_SHARE, to: stage.pace.done() });
         next_on_path(stage).or_else(aftermath)
     }
 
     fn attempt(&mut self, stage: &mut Progress, next: Portion) -> Attempt<Balanced> {
+        // One behind the end of the path has nothing that a shorter one would have less of.
+        let is_on_path = next_on_path(stage).is_some();
         let report = match self.balance(stage, next) {
             Ok(report) => report,
             Err(_) if self.rig.settings.stop.is_raised() => return Attempt::Interrupted,
             Err(miss) => {
-                if stage.own.watch.gives_up_landing() || stage.pace.cut(next.share) {
+                if is_on_path && (stage.own.watch.gives_up_landing() || stage.pace.cut(next.share)) {
                     return Attempt::Again(miss.counters);
                 }
                 return Attempt::Stopped(self.describe_limit(stage).unwrap_or_default() + &miss.reason);
@@ -117,11 +120,11 @@ impl Loaded for UnderTest<'_> {
             return Attempt::Again(report.counters);
         }
         let balance = self.test.balance_energy(self.rig, &stage.own.drive, &report, next);
-        if stage.own.watch.overshoots(next.share, &balance.measures) {
+        if is_on_path && stage.own.watch.overshoots(next.share, &balance.measures) {
             return Attempt::Again(report.counters);
         }
         let refused = balance.creates_energy || (balance.poorly_closed && self.test.energy_gate.cuts);
-        if refused && stage.pace.cut(next.share) {
+        if is_on_path && refused && stage.pace.cut(next.share) {
             tracing::debug!(share = next.share, gap = balance.energy_gap, "refused for its energy");
             stage.own.watch.limit = None;
             return Attempt::Again(report.counters);
@@ -131,12 +134,15 @@ impl Loaded for UnderTest<'_> {
 
     fn commit(&mut self, stage: &mut Progress, portion: Portion, balanced: Balanced) -> Result<Accepted> {
         let Balanced { mut report, balance, verdict } = balanced;
+        stage.own.broke = false;
+        let asks_for_rest = self.rig.settings.stabilisation == Stabilisation::Rest;
+        stage.own.rested = asks_for_rest || comes_to_rest(stage, portion);
         if next_on_path(stage).is_none() {
             stage.own.aftermaths += 1;
         } else {
             report.counters.cuts = stage.pace.accept(portion.share, report.is_easy());
+            stage.own.watch.accept(&balance.measures);
         }
-        stage.own.watch.accept(&balance.measures);
         let (row, local_strains) = self.measure(stage, &report, &balance);
         stage.own.last = Some(self.take(&stage.own.drive, &report, &balance, portion.share));
         let early = stage.take_repeats();
@@ -177,7 +183,7 @@ impl UnderTest<'_> {
         let lift = drive.lift(next.to).map(|lift| drive.origin.top + lift - now.top);
         let starts = starts(rig, last.map(|last| (last, next.share / last.share)), lift, now.height);
         let loads = drive.loads(rig, next, &guess);
-        let comes_to_rest = next.to >= 1.0 || drive.comes_to_rest();
+        let comes_to_rest = comes_to_rest(stage, next);
         let rest = Settings { stabilisation: Stabilisation::Rest, ..rig.settings.clone() };
         let advance_with = |settings: &Settings, contacts: &mut Contacts| {
             let increment =
@@ -291,6 +297,12 @@ impl UnderTest<'_> {
         }
         Some(text + "; a loaded plate cannot pass a peak: a stage that prescribes axial_strain can. Last: ")
     }
+}
+
+/// Whether an increment has to come to rest: one that ends the stage, is to land on what ends it, or comes behind it, or whose stage asks for it.
+fn comes_to_rest(stage: &Progress, next: Portion) -> bool {
+    let ends = next.to >= 1.0 || stage.own.watch.limit.is_some() || next_on_path(stage).is_none();
+    ends || stage.own.drive.comes_to_rest()
 }
 
 /// Why a balanced increment is none of a quasi-static test, if so: under its `pressure` [Pa], in a stage that began under `origin` [Pa].

@@ -15,16 +15,20 @@ pub(super) struct StageState {
     pub(super) watch: Watch,
     pub(super) curve: Curve,
     pub(super) last: Option<Last>,
-    /// Increments since the path ended, under constant loads, while grains went on breaking.
+    /// Increments since the path ended, under constant loads.
     pub(super) aftermaths: usize,
-    /// Whether grains have just broken.
+    /// Whether the last increment was to come to rest.
+    pub(super) rested: bool,
+    /// Whether grains have broken since the last increment.
     #[serde(skip)]
     pub(super) broke: bool,
 }
 
 impl StageState {
     pub(super) fn new(drive: Drive, watch: Watch, curve: Curve) -> Self {
-        StageState { drive, watch, curve, last: None, aftermaths: 0, broke: false }
+        // One that is where it is to end already has nothing to bring to rest.
+        let rested = watch.done;
+        StageState { drive, watch, curve, last: None, aftermaths: 0, rested, broke: false }
     }
 }
 
