@@ -51,8 +51,7 @@ fn drained_shear_closes_to_second_order() {
     }
 }
 
-/// In an increment of several ways the pressure rises on the first and bodies go on moving on the others: its work is booked way by way. Between its ends
-/// alone it was off by 4e-3 here.
+/// In an increment of several ways the pressure rises on the first and bodies go on moving on the others: its work is booked way by way.
 #[test]
 fn the_pressure_is_booked_along_the_way() {
     let mut rig = rig(Cover::Pressure(Rims::Bonded));

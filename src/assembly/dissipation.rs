@@ -1,8 +1,7 @@
 //! Work that friction takes in a step.
 //!
-//! Slip times the friction force, averaged over the two ends of the step as the external work is (and over the slip, where
-//! the coefficient falls in the step), is most of it. The
-//! rest is what the tangential stretch of a contact stores and gives up without work, since its energy depends on more
+//! Slip times the mean force at which it slips is most of it: the coefficient's mean over the slip, and the load's from where slip begins.
+//! The rest is what the tangential stretch of a contact stores and gives up without work, since its energy depends on more
 //! than the stretch. With the stretch s, the largest friction force b over the weight, the weight w, and the tangential
 //! stiffness k over the weight
 //!
@@ -154,24 +153,17 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint, keeps_for
     let held = memory.stretch.norm();
     let start = at(memory.bound, weight, held * before / stiffness);
     let stiffened = Stretched::new(law, before, memory.bound, weight, held).energy - start.energy;
-    // The mean of a coefficient that falls in the step is not that of its ends.
-    let bent = e.mean_coefficient / (0.5 + 0.5 * state.friction.coefficient / e.coefficient);
-    // A force that slips is at its bound, whatever it was when the step began, and has turned into the direction of its slip. The bound of then is by the
-    // coefficient that the pair's contacts have in common; what stuck slips from where the stretch and the bound, both on straight ways, meet.
-    let bounds = [state.friction.coefficient * memory.pressure, e.friction.norm()];
-    let ends = [e.carried_stretch.norm(), e.trial_stretch.norm()];
-    let begins = slips_from(
-        ends,
-        e.stretch.norm(),
-        state.friction.coefficient * memory.load / (e.coefficient * e.load),
-    );
+    // What slips is at its bound, whatever its force was when the step began, and has turned into the direction of its slip; what stuck slips from where the
+    // stretch and the bound, both on straight ways, meet.
+    let along = own.try_normalize(0.0).unwrap_or_default();
+    let ends = [e.carried_stretch.dot(&along), own.norm() + slip.norm()];
+    let begins = slips_from(ends, own.norm(), memory.load / e.load);
     let bulge = state.asperity.map_or(0.0, |asperity| bulge(&asperity, memory.sprung(), e.indentation));
-    let meanwhile = (1.0 - begins) * (1.0 + 2.0 * begins) * bulge;
-    let coefficient = 0.5 * (state.friction.coefficient + e.coefficient);
-    let force = bounds[1]
-        + (1.0 - begins) * 0.5 * (bounds[0] - bounds[1])
-        + coefficient * 0.5 * (weight + e.weight) * meanwhile;
-    bent * force * slip.norm() - start.gained_until(&end) + weight * stiffened
+    let load = e.pressure
+        + 0.5 * (1.0 - begins) * (memory.pressure - e.pressure)
+        + 0.5 * (weight + e.weight) * (1.0 - begins) * (1.0 + 2.0 * begins) * bulge;
+    let slid = e.mean_coefficient * e.coefficient * load * slip.norm();
+    slid - start.gained_until(&end) + weight * stiffened
 }
 
 /// By how much the normal force [N] of an asperity is larger in a step, in the mean, than the mean of its ends: one that unloaded a little yields again as
@@ -181,17 +173,19 @@ fn dissipated(law: &ContactLaw, pair: &PairWork, point: &ContactPoint, keeps_for
 fn bulge(asperity: &AsperityState, sprung: f64, end: f64) -> f64 {
     let AsperityState { law, depth, share, .. } = asperity;
     let start = law.indentation_for(sprung / share, *depth);
+    // Softer rock is crushed further by the force that it had.
+    let depth = law.crushed(start, *depth);
     if (end - start).abs() < RESOLVED * end {
         return 0.0;
     }
-    let [before, after] = [start, end].map(|indentation| law.press(indentation, *depth));
-    let crushing = law.work_of_crushing(law.crushed(end, *depth)) - law.work_of_crushing(*depth);
+    let [before, after] = [start, end].map(|indentation| law.press(indentation, depth));
+    let crushing = law.work_of_crushing(law.crushed(end, depth)) - law.work_of_crushing(depth);
     let work = after.energy - before.energy + crushing;
     share * (work / (end - start) - 0.5 * (before.force + after.force))
 }
 
-/// The share of a step behind which a contact slips: `ends` are lengths of its stretch had nothing slipped, `held` what is held of it at the end [m], `before` of
-/// that at the start.
+/// The share of a step behind which a contact slips: `ends` are its stretches along the slip had nothing slipped, `held` is what is held of it at the end [m],
+/// `before` the share of that which is held at the start.
 fn slips_from(ends: [f64; 2], held: f64, before: f64) -> f64 {
     let [missing, slip] = [(before * held - ends[0]).max(0.0), ends[1] - held];
     if slip > 0.0 { missing / (missing + slip) } else { 0.0 }
@@ -223,6 +217,9 @@ mod tests {
             let found = bulge(&asperity, force(from), to);
             assert!((found - exact).abs() < 1e-6 * force(from), "{from} {to}: {found} {exact}");
         }
+        // One that its rock has become softer under by a twentieth.
+        let yielding = 0.7 * law.press(limit, 2e-5).force / 0.95;
+        assert!(bulge(&asperity, yielding, 1.1 * limit).abs() < 1e-3 * yielding);
         assert!(bulge(&asperity, 0.7 * law.press(0.9 * limit, 2e-5).force, 1.1 * limit) > 0.0);
     }
 
@@ -232,6 +229,8 @@ mod tests {
         assert!((slips_from([1.0, 5.0], 3.0, 2.0 / 3.0) - 1.0 / 3.0).abs() < 1e-12);
         assert_eq!(slips_from([2.5, 5.0], 3.0, 2.0 / 3.0), 0.0);
         assert_eq!(slips_from([1.0, 3.0], 3.0, 1.0), 0.0);
+        // One that is stretched the other way has farther to go.
+        assert!((slips_from([-1.0, 5.0], 2.0, 1.0) - 0.5).abs() < 1e-12);
     }
 
     #[test]

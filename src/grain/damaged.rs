@@ -413,7 +413,7 @@ impl DamagedGrain {
     }
 
     /// As [`Self::propose`], but a point whose `1 - d` would change by no more than `least_change`, and does not fail, keeps it until more has
-    /// come together: a grain that hardly softens needs no new factor.
+    /// come together: a grain that hardly softens stays as it is.
     pub fn propose_beyond(
         &mut self,
         loads: &[(SurfacePoint, Vec3)],

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::model::Model;
 use crate::solver::settings::{DamageSettings, Settings};
 
-/// A point keeps its damage where less than this share of the tolerance is asked for: its grain needs no new factor.
+/// A point keeps its damage where less than this share of the tolerance is asked for: its grain is as it was.
 const UNMOVED: f64 = 0.5;
 
 /// What gaps of damaged bodies may miss, over the typical size of the bodies.

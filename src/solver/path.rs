@@ -27,8 +27,8 @@ const MOST_PIECES: f64 = 32.0;
 pub(super) struct Cut {
     /// Pieces of any way.
     pub least: usize,
-    /// The longest piece as a share of what a body may go in an iteration, as far as [`MOST_PIECES`] let it.
-    pub longest: f64,
+    /// The longest a piece may be in the mean, as a share of what a body may go in an iteration, as far as [`MOST_PIECES`] let it.
+    pub mean: f64,
 }
 
 /// The way so far.
@@ -130,7 +130,7 @@ fn places(pieces: usize) -> impl Iterator<Item = (f64, f64)> {
 impl Cut {
     /// Pieces of a way of this length: the least number, doubled until they are short enough.
     fn pieces(&self, way: f64) -> usize {
-        let needed = (way / self.longest).min(MOST_PIECES) as usize;
+        let needed = (way / self.mean).min(MOST_PIECES) as usize;
         let doublings = (0..).find(|doublings| self.least << doublings >= needed);
         self.least << doublings.unwrap_or(0)
     }
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_way_is_cut_by_its_own_length() {
-        let pieces = |least: usize, way: f64| Cut { least, longest: 0.2 }.pieces(way);
+        let pieces = |least: usize, way: f64| Cut { least, mean: 0.2 }.pieces(way);
         assert_eq!([0.0, 0.2, 0.7, 1.0, 100.0].map(|way| pieces(1, way)), [1, 1, 4, 8, 32]);
         assert_eq!([0.0, 0.7, 1.0].map(|way| pieces(3, way)), [3, 3, 6]);
     }

@@ -58,14 +58,14 @@ impl Course {
                 least_drag: 1e-4,
                 most_steps: MOST_STEPS.min(settings.max_augmentations),
                 most_fruitless: 10,
-                cut: Cut { least: 2, longest: 0.2 },
+                cut: Cut { least: 2, mean: 0.2 },
             },
             Stabilisation::Rest => Course {
                 first_drag: settings.drag_to_rest[0],
                 least_drag: settings.drag_to_rest[1],
                 most_steps: settings.max_augmentations,
                 most_fruitless: 4,
-                cut: Cut { least: 2, longest: 0.05 },
+                cut: Cut { least: 2, mean: 0.05 },
             },
         }
     }

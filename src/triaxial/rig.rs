@@ -163,14 +163,14 @@ impl Rig {
         Ok(fits)
     }
 
-    /// Breaks up what the last increment left to; what broke, and the energy that turned up or got lost because bodies that bend are rigid meanwhile [J]:
-    /// their displacements are of the shapes that they had.
+    /// Breaks up what the last increment left to; what broke. Bodies that bend are rigid meanwhile, with the forces that they have: their displacements are of
+    /// the shapes that they had.
     ///
     /// # Errors
     /// `Error::Mesh` where a part cannot be made.
-    pub fn break_up(&mut self) -> Result<(Vec<Fracture>, f64)> {
+    pub fn break_up(&mut self) -> Result<Vec<Fracture>> {
         if self.failing.is_empty() {
-            return Ok((Vec::new(), 0.0));
+            return Ok(Vec::new());
         }
         let failing = std::mem::take(&mut self.failing);
         let bodies = &self.model.bodies;
@@ -178,7 +178,7 @@ impl Rig {
             .bodies()
             .filter(|body| bodies[*body].is_brittle() && bodies[*body].is_elastic())
             .collect();
-        let rested = self.change_fidelity([&[], &bending]);
+        self.change_fidelity([&[], &bending]);
         let displacements = failing.displacements(self.model.bodies.len());
         let least_share = self.settings.damage.least_share;
         let fractures = self.model.break_up(&mut self.committed, &displacements, least_share)?;
@@ -199,8 +199,8 @@ impl Rig {
         self.contacts.inherit(&self.model, &mut self.committed, &fractures);
         let of_bending = fractures.iter().filter(|fracture| bending.contains(&fracture.body));
         let parts: Vec<usize> = of_bending.flat_map(|fracture| fracture.parts.iter().copied()).collect();
-        let woken = self.change_fidelity([&parts, &[]]);
-        Ok((fractures, rested.energy + woken.energy))
+        self.change_fidelity([&parts, &[]]);
+        Ok(fractures)
     }
 
     /// Places the specimen between plates and drapes the cover.

@@ -76,15 +76,20 @@ impl Watch {
             .is_some_and(|to| (to - self.start).signum() * (deviatoric_stress - to) >= 0.0)
     }
 
-    /// Whether a trial of `share` went too far past the stress to land on; then sets the limit of the
+    /// Whether a trial of `share` went too far past the stress to land on, or is there and not at rest; then sets the limit of the
     /// next one. After enough trials (a snap may leap over any stress) it may go past.
-    pub(super) fn overshoots(&mut self, share: f64, measures: &Measures) -> bool {
+    pub(super) fn overshoots(&mut self, share: f64, measures: &Measures, rests: bool) -> bool {
         let q = measures.deviatoric_stress;
         let Some(to) = self.until.deviatoric_stress else { return false };
-        if self.is_near(q) || !self.is_past(q) || self.trials >= LANDING_TRIALS {
+        let lands = self.is_near(q);
+        if lands && rests || !lands && !self.is_past(q) || self.trials >= LANDING_TRIALS {
             return false;
         }
         self.trials += 1;
+        if lands {
+            self.limit = Some(share);
+            return true;
+        }
         let fraction = (to - self.before) / (q - self.before);
         self.limit = Some(share * fraction.clamp(0.05, 0.98));
         true

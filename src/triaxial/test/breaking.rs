@@ -16,8 +16,7 @@ impl Test {
         if rig.failing.is_empty() {
             return Ok(false);
         }
-        let (fractures, turned) = rig.break_up()?;
-        self.start_elastic += turned;
+        let fractures = rig.break_up()?;
         let after = self.forces_now(rig, drive, done);
         if let StepStatus::TooClose(pair) = after.status {
             return Err(Error::Specimen(TooClose::described(pair, &rig.model)));

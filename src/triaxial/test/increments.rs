@@ -120,7 +120,8 @@ impl Loaded for UnderTest<'_> {
             return Attempt::Again(report.counters);
         }
         let balance = self.test.balance_energy(self.rig, &stage.own.drive, &report, next);
-        if is_on_path && stage.own.watch.overshoots(next.share, &balance.measures) {
+        let rests = self.comes_to_rest(stage, next);
+        if is_on_path && stage.own.watch.overshoots(next.share, &balance.measures, rests) {
             return Attempt::Again(report.counters);
         }
         let refused = balance.creates_energy || (balance.poorly_closed && self.test.energy_gate.cuts);
@@ -135,8 +136,7 @@ impl Loaded for UnderTest<'_> {
     fn commit(&mut self, stage: &mut Progress, portion: Portion, balanced: Balanced) -> Result<Accepted> {
         let Balanced { mut report, balance, verdict } = balanced;
         stage.own.broke = false;
-        let asks_for_rest = self.rig.settings.stabilisation == Stabilisation::Rest;
-        stage.own.rested = asks_for_rest || comes_to_rest(stage, portion);
+        stage.own.rested = self.comes_to_rest(stage, portion);
         if next_on_path(stage).is_none() {
             stage.own.aftermaths += 1;
         } else {
@@ -158,7 +158,7 @@ impl Loaded for UnderTest<'_> {
     }
 
     fn is_last(&self, stage: &Progress) -> bool {
-        next_on_path(stage).is_none() && self.rig.failing.is_empty()
+        self.next(stage).is_none() && self.rig.failing.is_empty()
     }
 
     fn end(&self, stage: &Progress) -> StageEnd {
@@ -167,8 +167,16 @@ impl Loaded for UnderTest<'_> {
 }
 
 impl UnderTest<'_> {
+    /// Whether an increment has to come to rest: one that ends the stage, is to land on what ends it, or comes behind it, or whose stage or case asks for it.
+    fn comes_to_rest(&self, stage: &Progress, next: Portion) -> bool {
+        let ends = next.to >= 1.0 || stage.own.watch.limit.is_some() || next_on_path(stage).is_none();
+        let asks_for_rest = self.rig.settings.stabilisation == Stabilisation::Rest;
+        ends || asks_for_rest || stage.own.drive.comes_to_rest()
+    }
+
     /// Brings an increment into balance; one that ends a stage, or whose stage asks for it, comes to rest. Where none is found, says why.
     fn balance(&mut self, stage: &Progress, next: Portion) -> std::result::Result<IncrementReport, Miss> {
+        let comes_to_rest = self.comes_to_rest(stage, next);
         let (test, rig) = (&*self.test, &mut *self.rig);
         let (drive, last) = (&stage.own.drive, stage.own.last.as_ref());
         let now = test.state(rig, &rig.committed.poses, rig.pressure, test.ram);
@@ -183,7 +191,6 @@ impl UnderTest<'_> {
         let lift = drive.lift(next.to).map(|lift| drive.origin.top + lift - now.top);
         let starts = starts(rig, last.map(|last| (last, next.share / last.share)), lift, now.height);
         let loads = drive.loads(rig, next, &guess);
-        let comes_to_rest = comes_to_rest(stage, next);
         let rest = Settings { stabilisation: Stabilisation::Rest, ..rig.settings.clone() };
         let advance_with = |settings: &Settings, contacts: &mut Contacts| {
             let increment =
@@ -297,12 +304,6 @@ impl UnderTest<'_> {
         }
         Some(text + "; a loaded plate cannot pass a peak: a stage that prescribes axial_strain can. Last: ")
     }
-}
-
-/// Whether an increment has to come to rest: one that ends the stage, is to land on what ends it, or comes behind it, or whose stage asks for it.
-fn comes_to_rest(stage: &Progress, next: Portion) -> bool {
-    let ends = next.to >= 1.0 || stage.own.watch.limit.is_some() || next_on_path(stage).is_none();
-    ends || stage.own.drive.comes_to_rest()
 }
 
 /// Why a balanced increment is none of a quasi-static test, if so: under its `pressure` [Pa], in a stage that began under `origin` [Pa].
