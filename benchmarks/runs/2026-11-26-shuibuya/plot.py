@@ -13,7 +13,7 @@ import numpy as np
 HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-from chart_style import COLOURS, STYLE  # noqa: E402
+from chart_style import COLOURS, STYLE, energy_bars  # noqa: E402
 
 PRESSURES = [400, 800, 1600, 2500]
 SOURCE = {800: (11.64, 3.52), 1600: (15.40, 7.04)}
@@ -54,25 +54,13 @@ for pressure, colour in zip(PRESSURES, COLOURS):
     draw(axes, run, colour, f"{pressure / 1000} MPa")
     if pressure in SOURCE:
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
-    ends.append({name: run[f"energy_{name}"][-1] / run["energy_external"][-1]
-                 for name in ("elastic", "friction", "damage", "crushing_contacts", "stabilisation")})
+    ends.append({name: column[-1] for name, column in run.items()})
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
 axes[0].legend(loc="upper left", ncol=2)
 finish(figure, axes, "Three hundred grains that break, contacts that crush", 13, "stress_strain.png")
 
 figure, axes = plt.subplots(figsize=(6.4, 3.2))
-left = np.zeros(len(PRESSURES))
-parts = [("friction", "friction", COLOURS[0]), ("contacts that crush", "crushing_contacts", COLOURS[1]),
-         ("cells that break", None, COLOURS[3]), ("elastic", "elastic", COLOURS[2]),
-         ("stabilisation", "stabilisation", "#999999")]
-for label, name, colour in parts:
-    share = np.array([100 * (end[name] if name else end["damage"] - end["crushing_contacts"]) for end in ends])
-    axes.barh(range(len(PRESSURES)), share, left=left, color=colour, label=label, height=0.6)
-    left += share
-axes.set_yticks(range(len(PRESSURES)), [f"{p / 1000} MPa" for p in PRESSURES])
-axes.invert_yaxis()
-axes.set_xlabel("share of the work to the end [%]")
-axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.2), ncol=3)
+energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)

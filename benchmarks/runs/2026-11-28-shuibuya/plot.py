@@ -12,7 +12,7 @@ import numpy as np
 
 HERE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[2] / "scripts"))
-from chart_style import COLOURS, STYLE  # noqa: E402
+from chart_style import COLOURS, STYLE, energy_bars  # noqa: E402
 
 LONGER = HERE.parent / "2026-11-26-shuibuya"
 PRESSURES = {400: COLOURS[0], 800: COLOURS[1], 1600: COLOURS[2], 2500: COLOURS[3]}
@@ -52,23 +52,11 @@ axes[1].axhline(0, color="#888888", lw=0.8)
 figure.tight_layout()
 figure.savefig(HERE / "stress_strain.png", dpi=150)
 
-parts = [("friction", "friction", COLOURS[0]), ("contacts that crush", "crushing_contacts", COLOURS[1]),
-         ("cells that break", None, COLOURS[3]), ("elastic", "elastic", COLOURS[2]),
-         ("stabilisation", "stabilisation", "#999999")]
 ends = []
 for pressure in PRESSURES:
     with open(HERE / f"p{pressure:04d}.csv") as file:
         *_, last = csv.DictReader(file)
-    ends.append({name: 100 * float(last[f"energy_{name}"]) / float(last["energy_external"])
-                 for name in ("elastic", "friction", "damage", "crushing_contacts", "stabilisation")})
+    ends.append({name: float(value) for name, value in last.items()})
 figure, axes = plt.subplots(figsize=(6.4, 3.2))
-left = np.zeros(len(ends))
-for label, name, colour in parts:
-    share = np.array([end[name] if name else end["damage"] - end["crushing_contacts"] for end in ends])
-    axes.barh(range(len(ends)), share, left=left, color=colour, label=label, height=0.6)
-    left += share
-axes.set_yticks(range(len(ends)), [f"{p / 1000} MPa" for p in PRESSURES])
-axes.invert_yaxis()
-axes.set_xlabel("share of the work to the end [%]")
-axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.2), ncol=3)
+energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
