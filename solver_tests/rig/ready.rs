@@ -7,7 +7,6 @@ use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
 use riprap::loading::StageEnd;
 use riprap::material::{Rubber, RubberLaw};
-use riprap::model::Thickness;
 use riprap::solver::Settings;
 use riprap::specimen::Specimen;
 use riprap::triaxial::{
@@ -54,9 +53,7 @@ pub fn rubber() -> Cover {
     Cover::Rubber(RubberSheet {
         rubber: Rubber::new(2e6, RubberLaw::NeoHookean).expect("rubber"),
         thickness: 5e-3,
-        on_bodies: Thickness::Constant,
         mesh_size: Some(0.015),
-        refinement: 0,
         pressure: PRESSURE,
     })
 }

@@ -1,23 +1,13 @@
 //! A smooth round core in rubber under pressure: see `verification::cores` for the problem, its source and
 //! its tolerances.
 
-use riprap::verification::cores::{HELD, LIGHTLY, RADIUS, Rims, SIZES, STRAINS, THINNING, WRAPPED, Wrapped};
+use riprap::verification::cores::{HELD, LIGHTLY, RADIUS, Rims, SIZES, STRAINS, WRAPPED, Wrapped};
 
 #[test]
 fn core_feels_the_pressure_and_the_tension() {
     let stretched = Wrapped { stretch: 1.05, pressure: 0.3e6, ..WRAPPED[1] };
     let flush = Wrapped { rims: Rims::Flush, ..WRAPPED[3] };
     for wrapped in WRAPPED.into_iter().chain([stretched, flush]) {
-        let (off, _) = wrapped.excess().expect("a core").expect("laid");
-        assert!(off.abs() < HELD, "{wrapped:?}: {off}");
-    }
-}
-
-/// Less its tension, and less `p o / R` at most for the overlap o of its contacts: the problem asks for the
-/// pressure to 1e-3.
-#[test]
-fn core_feels_the_pressure_of_a_sheet_as_thick_as_its_stretch_leaves_it() {
-    for wrapped in THINNING {
         let (off, _) = wrapped.excess().expect("a core").expect("laid");
         assert!(off.abs() < HELD, "{wrapped:?}: {off}");
     }

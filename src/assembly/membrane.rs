@@ -7,7 +7,7 @@ use crate::assembly::too_close::TooClose;
 use crate::contact::ContactShape;
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
 use crate::contact::law::CORE_FLOOR;
-use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTangent, Offset};
+use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTangent};
 use crate::geometry::neighbours::{Ball, BallGrid};
 use crate::model::{BodyKind, Membrane, Model};
 use crate::tensor::{Pose, Vec3};
@@ -15,8 +15,6 @@ use rayon::prelude::*;
 
 /// Skin of the lists of features over the sum of the two roundings.
 const SKIN: f64 = 0.75;
-/// How much thicker than when it is listed a membrane may become before it is listed anew.
-const THICKER: f64 = 1.2;
 
 /// One contact in the present configuration.
 #[derive(Debug, Clone, Copy)]
@@ -74,8 +72,6 @@ pub struct MembraneContacts {
     listed_at: Vec<Vec3>,
     listed_poses: Vec<Pose>,
     skin: f64,
-    /// The lists hold for offsets up to this [m].
-    offset: f64,
 }
 
 impl MembraneContacts {
@@ -98,7 +94,7 @@ impl MembraneContacts {
         if let Some(node) = membrane.torn(&self.positions) {
             return Err(TooClose { a: node, b: node, distance: 0.0 });
         }
-        if !self.is_valid(model, membrane, poses) {
+        if !self.is_valid(model, poses) {
             self.list(model, membrane, corners, poses);
         }
         let positions = &self.positions;
@@ -179,10 +175,9 @@ impl MembraneContacts {
         factor
     }
 
-    fn is_valid(&self, model: &Model, membrane: &Membrane, poses: &[Pose]) -> bool {
+    fn is_valid(&self, model: &Model, poses: &[Pose]) -> bool {
         let farthest = |moved: &mut dyn Iterator<Item = f64>| moved.fold(0.0, f64::max);
-        let listed = self.listed_at.len() == self.positions.len();
-        if !listed || membrane.largest_offset(&self.positions) > self.offset {
+        if self.listed_at.len() != self.positions.len() {
             return false;
         }
         let nodes =
@@ -201,8 +196,6 @@ impl MembraneContacts {
     fn list(&mut self, model: &Model, membrane: &Membrane, corners: &[Vec<Vec3>], poses: &[Pose]) {
         let smallest = model.smallest_rounding();
         self.skin = SKIN * (smallest + membrane.rounding());
-        let now = membrane.largest_offset(&self.positions);
-        self.offset = if now > membrane.rounding() { THICKER * now } else { membrane.rounding() };
         let positions = &self.positions;
         let mut grid = BallGrid::new(2.0 * membrane.parameters.mesh_size);
         for facet in &membrane.facets {
@@ -211,13 +204,13 @@ impl MembraneContacts {
             let radius = x.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
             grid.push(Ball { centre, radius });
         }
-        let (skin, offset) = (self.skin, self.offset);
+        let skin = self.skin;
         self.bodies = (0..model.bodies.len())
             .into_par_iter()
             .filter(|body| model.bodies[*body].kind != BodyKind::Gone)
             .filter_map(|body| {
                 let shape = &model.shapes[body];
-                let radii = shape.rounded.radius + offset;
+                let radii = shape.rounded.radius + membrane.rounding();
                 let ball = Ball { centre: poses[body].position, radius: shape.bounding_radius };
                 let facets = grid.near(&ball, radii + skin);
                 let is_plate = model.bodies[body].kind == BodyKind::Plate;
@@ -228,7 +221,7 @@ impl MembraneContacts {
                     &corners[body],
                     positions,
                     &facets,
-                    [skin, offset],
+                    skin,
                 );
                 (!list.named.is_empty()).then_some(list)
             })
@@ -256,10 +249,10 @@ impl BodyContacts {
         corners: &[Vec3],
         positions: &[Vec3],
         facets: &[usize],
-        [skin, offset]: [f64; 2],
+        skin: f64,
     ) -> Self {
         let core = &shape.rounded.core;
-        let radii = shape.rounded.radius + offset;
+        let radii = shape.rounded.radius + membrane.rounding();
         let reach = radii + skin;
         let around = bounds(corners.iter().copied(), reach);
         // What is glued to a plate is beside it, not in contact with it.
@@ -343,17 +336,6 @@ impl BodyContacts {
         let mut named: Vec<u32> = nodes.iter().map(|n| n.node).collect();
         named.extend(vertices.iter().flat_map(|&(_, f)| membrane.facets[f as usize].map(|n| n as u32)));
         named.extend(edges.iter().flat_map(|&(_, e)| membrane.edges[e as usize].map(|n| n as u32)));
-        if membrane.is_stretched() {
-            let of_facets =
-                |facets: &[u32]| facets.iter().flat_map(|&f| membrane.facets[f as usize]).collect();
-            let thick: Vec<usize> = nodes
-                .iter()
-                .map(|n| membrane.around_node(n.node))
-                .chain(edges.iter().map(|&(_, e)| membrane.beside_edge(e)))
-                .flat_map(|facets: &[u32]| -> Vec<usize> { of_facets(facets) })
-                .collect();
-            named.extend(thick.into_iter().map(|n| n as u32));
-        }
         named.sort_unstable();
         named.dedup();
         BodyContacts {
@@ -381,27 +363,13 @@ impl BodyContacts {
         let (core, radii, rounding) = (&shape.rounded.core, *radii, shape.rounded.radius);
         points.clear();
         *nearest = f64::INFINITY;
-        // `facets` are those whose thickness a stretched sheet has there.
-        let mut add = |site: Site, facets: &[u32], edge_weight: f64| {
-            let mut press = |contact: MembraneContact| {
-                let on_body = site.on_a.map(|v| corners[v as usize]);
-                let on_membrane = contact.site.on_b.map(|n| positions[n as usize]);
-                let force = membrane::evaluate(&membrane.contact, &contact, position, &on_body, &on_membrane);
-                if force.pressure > 0.0 {
-                    points.push(MembranePoint { contact, force });
-                }
-            };
-            if !membrane.is_stretched() {
-                let offset = Offset::Constant(membrane.rounding());
-                return press(MembraneContact { site, rounding, offset, edge_weight });
-            }
-            let whole: f64 = facets.iter().map(|&f| membrane.unstrained_area(f)).sum();
-            for &f in facets {
-                let area = membrane.unstrained_area(f);
-                let offset = Offset::Stretched { half: membrane.rounding(), area };
-                let site =
-                    Site { on_b: led_by(&site, membrane.facets[f as usize].map(|n| n as u32)), ..site };
-                press(MembraneContact { site, rounding, offset, edge_weight: edge_weight * area / whole });
+        let mut add = |site: Site, edge_weight: f64| {
+            let contact = MembraneContact { site, rounding, offset: membrane.rounding(), edge_weight };
+            let on_body = site.on_a.map(|v| corners[v as usize]);
+            let on_membrane = site.on_b.map(|n| positions[n as usize]);
+            let force = membrane::evaluate(&membrane.contact, &contact, position, &on_body, &on_membrane);
+            if force.pressure > 0.0 {
+                points.push(MembranePoint { contact, force });
             }
         };
         for NodeReach { node, facets } in nodes.iter() {
@@ -422,8 +390,7 @@ impl BodyContacts {
             *nearest = nearest.min(best.0);
             if best.0 < radii {
                 let feature = Feature::VertexOfB(*node);
-                let site = Site { feature, on_a: best.1, on_b: [*node; 3], count_a: best.2, count_b: 1 };
-                add(site, membrane.around_node(*node), 1.0);
+                add(Site { feature, on_a: best.1, on_b: [*node; 3], count_a: best.2, count_b: 1 }, 1.0);
             }
         }
         for &(v, f) in vertices.iter() {
@@ -435,7 +402,7 @@ impl BodyContacts {
             if distance < radii {
                 let (piece, count) = spanned(of_facet.map(|n| n as u32), spans);
                 let feature = Feature::VertexOfA(v);
-                add(Site { feature, on_a: [v; 3], on_b: piece, count_a: 1, count_b: count }, &[f], 1.0);
+                add(Site { feature, on_a: [v; 3], on_b: piece, count_a: 1, count_b: count }, 1.0);
             }
         }
         for &(i, e) in edges.iter() {
@@ -451,19 +418,10 @@ impl BodyContacts {
             if distance < radii && inside(s) && inside(t) {
                 let feature = Feature::Edges(i, e);
                 let site = Site { feature, on_a: [p, q, p], on_b: [m, n, m], count_a: 2, count_b: 2 };
-                add(site, membrane.beside_edge(e), shape.edge_weight[i as usize]);
+                add(site, shape.edge_weight[i as usize]);
             }
         }
     }
-}
-
-/// The nodes of a triangle, those that span the site's piece of it first and in their order.
-fn led_by(site: &Site, nodes: [u32; 3]) -> [u32; 3] {
-    let piece = &site.on_b[..usize::from(site.count_b)];
-    let mut order = site.on_b;
-    let others = nodes.into_iter().filter(|node| !piece.contains(node));
-    order[piece.len()..].iter_mut().zip(others).for_each(|(place, node)| *place = node);
-    order
 }
 
 /// The corners that span the feature a closest point lies on; unused places repeat the first.

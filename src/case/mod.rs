@@ -191,7 +191,18 @@ mod tests {
                     }
                 }
                 rules::derive(&mut walked);
+                let given = walked.clone();
                 let case = document::to_case(walked, Some(&grains)).unwrap_or_else(|e| panic!("{e}"));
+                // Of the case and its specimen the types pass over what they have not; elsewhere they refuse it.
+                let completed = case.completed();
+                for place in ["", "/specimen"] {
+                    let keys =
+                        given.pointer(place).and_then(Value::as_object).into_iter().flat_map(Map::keys);
+                    let twice = ["grains", "aspect", "plates", "membrane"];
+                    for key in keys.filter(|key| !twice.contains(&key.as_str())) {
+                        assert!(completed.pointer(&format!("{place}/{key}")).is_some(), "{place}/{key}");
+                    }
+                }
                 let estimate = case.estimate();
                 assert!(estimate.memory.is_finite() && estimate.time.is_finite(), "{estimate}");
             }

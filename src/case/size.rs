@@ -24,6 +24,26 @@ pub fn median_class(grading: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
     grading.windows(2).map(|pair| [pair[0], pair[1]]).find(|[_, below]| below[1] <= 0.5)
 }
 
+/// The part of a grading, which goes from large to small, between the last sieve that passes all and the first that passes nothing.
+pub fn with_mass(grading: &[[f64; 2]]) -> &[[f64; 2]] {
+    let mut curve = grading;
+    while let [[a, p], [b, q], _, ..] = curve
+        && a > b
+        && *p >= 1.0
+        && *q >= 1.0
+    {
+        curve = &curve[1..];
+    }
+    while let [.., _, [a, p], [b, q]] = curve
+        && a > b
+        && *p <= 0.0
+        && *q <= 0.0
+    {
+        curve = &curve[..curve.len() - 1];
+    }
+    curve
+}
+
 /// The grains of a grading and a shape law, on average.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeanGrains {
@@ -83,5 +103,20 @@ mod tests {
         close(&[[0.06, 1.0], [0.04, 0.0]], 0.0125);
         close(&[[0.06, 1.0], [0.04, 0.62], [0.02, 0.0]], 0.25 * (0.02 + 0.02 * 0.5 / 0.62));
         close(&[[0.06, 1.0], [0.04, 0.5], [0.02, 0.0]], 0.01);
+    }
+
+    #[test]
+    fn sieves_without_grains_are_left_out_and_slips_are_not() {
+        let same = |grading: &[[f64; 2]], kept: std::ops::Range<usize>| {
+            assert_eq!(with_mass(grading), &grading[kept], "{grading:?}");
+        };
+        let coarser = [[0.08, 1.0], [0.07, 1.0], [0.06, 1.0]];
+        let finer = [[0.04, 0.5], [0.02, 0.0], [0.01, 0.0], [0.005, 0.0]];
+        same(&[&coarser[..], &finer[..]].concat(), 2..5);
+        same(&[[0.08, 1.0], [0.06, 1.0], [0.04, 0.0], [0.02, 0.0]], 1..3);
+        same(&[[0.06, 1.0], [0.04, 1.0]], 0..2);
+        // Faults that are to be told of.
+        same(&[[0.08, 0.9], [0.06, 1.0], [0.04, 0.0], [0.02, 0.1]], 0..4);
+        same(&[[0.06, 1.0], [0.07, 1.0], [0.02, 0.0], [0.03, 0.0]], 0..4);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! [`super::types`] has the same names; a test fills in every key and reads it into the types.
 
-use super::bring::{HULL, PACKED_GRAINS, POSITION, ROTATION, SHAPES, SIEVE};
+use super::bring::{HULL, PACKED_GRAINS, POROSITY, POSITION, ROTATION, SHAPES, SIEVE};
 use super::form::{Form, Key, Kind, Range, positive, within};
 use super::quantity::Dimension;
 
@@ -78,7 +78,7 @@ pub static SPECIMEN: &[Key] = &[
     ),
     Key::optional(
         "porosity",
-        Form::Brought(&Quantity(Dimension::None, within(0.05, 0.67))),
+        Form::Brought(&POROSITY),
         "In place of void_ratio: volume of voids over the whole volume.",
     ),
     Key::default(
@@ -386,12 +386,6 @@ static MEMBRANE: &[Kind] = &[
         about: "A hyperelastic membrane bonded to the plates.",
         keys: &[
             Key::default("thickness", LENGTH, "\"2 mm\"", "Undeformed thickness."),
-            Key::default(
-                "thickness_law",
-                Choice(&["constant", "stretched"]),
-                "\"constant\"",
-                "How thick the rubber is on grains: constant, so that they feel the pressure and thickness over diameter of it; or as its stretch leaves it, so that they feel the pressure.",
-            ),
             Key::default("shear_modulus", PRESSURE, "\"0.45 MPa\"", "Shear modulus at small strain."),
             Key::default(
                 "law",
@@ -415,12 +409,6 @@ static MEMBRANE: &[Kind] = &[
                 "mesh_size",
                 LENGTH,
                 "Edge length of the membrane's triangles; without it, from the grains.",
-            ),
-            Key::default(
-                "refinement",
-                Count(0, 2),
-                "0",
-                "How often these are halved where the membrane has to span pores.",
             ),
         ],
     },

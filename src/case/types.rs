@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use crate::contact::asperity::{LIMIT_OVER_STRENGTH, NormalLaw};
 use crate::contact::face::FaceContact;
 use crate::crushing::Grip;
-use crate::model::Thickness;
 use crate::specimen::{SievePoint, SpecimenParameters, SpecimenSize, Unreachable, WithinClass};
 use crate::tensor::Vec3;
 use crate::triaxial::Rims;
 
 pub use super::packed::{PackedCase, PackingCase};
 pub use super::stage::{StageCase, StrainedCase, UntilCase};
+pub use crate::material::Law as Scatter;
 pub use crate::scene::BodyLoad;
 
 /// Cells across a deformable body's smallest extent where no `mesh_size` is given.
@@ -22,14 +22,16 @@ const CELLS_ACROSS: f64 = 3.0;
 /// Cells of a random grain whose case gives no `mesh_size`: those of a specimen's.
 pub const GRAIN_CELLS: usize = 38;
 
-/// A checked case.
-#[derive(Debug, Clone, PartialEq)]
+/// A checked case; [`Case::completed`] writes it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     pub title: String,
     /// Seed of all randomness.
     pub seed: u64,
     /// Results file, relative to the case's folder, whose consolidated specimen the stages begin with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_from: Option<String>,
+    #[serde(flatten)]
     pub geometry: Geometry,
     pub rock: RockCase,
     pub contact: ContactCase,
@@ -42,8 +44,10 @@ pub struct Case {
     pub solver: SolverCase,
     pub output: OutputCase,
     /// What was left out or put together of what the case brings in; not part of the completed case.
+    #[serde(skip)]
     pub notes: Vec<String>,
     /// Files that were brought in, and whose contents are in the case now.
+    #[serde(skip)]
     pub brought: Vec<String>,
 }
 
@@ -105,7 +109,8 @@ impl Case {
     }
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Geometry {
     /// A generated rockfill specimen.
     Specimen(SpecimenCase),
@@ -114,15 +119,19 @@ pub enum Geometry {
 }
 
 /// A generated cylindrical specimen.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpecimenCase {
     /// As given.
+    #[serde(flatten)]
     pub size: SpecimenSize,
     /// Of the compacted specimen [m]; expected, if `size` gives the number of grains.
+    #[serde(skip)]
     pub diameter: f64,
     /// Of the compacted specimen [m]; expected, if `size` gives the number of grains.
+    #[serde(skip)]
     pub height: f64,
     /// Number of grains; expected, if `size` gives diameter and height.
+    #[serde(skip)]
     pub grains: usize,
     /// Sieve size [m] and mass fraction passing, from the largest size (1) down to the smallest (0).
     pub grading: Vec<[f64; 2]>,
@@ -135,8 +144,10 @@ pub struct SpecimenCase {
     /// Least distance of a grain's vertices on the unit sphere; 0 is off.
     pub vertex_separation: f64,
     /// Vertices of the shapes that grains are drawn from, in any unit; with none they are random.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shapes: Vec<Vec<[f64; 3]>>,
     /// Another code's grains in place of drawn and placed ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub packing: Option<PackingCase>,
     /// What to do where compaction cannot reach `void_ratio`.
     pub unreachable: Unreachable,
@@ -320,35 +331,9 @@ pub struct Law {
     pub mean: f64,
     #[serde(flatten)]
     pub scatter: Scatter,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "law", rename_all = "snake_case")]
-pub enum Scatter {
-    /// The mean everywhere.
-    Constant,
-    /// Weibull with this shape parameter; the scale follows from the mean.
-    Weibull {
-        #[serde(rename = "weibull_shape")]
-        shape: f64,
-        /// Edge [m] of the cube that the mean is meant for, of strengths: smaller cells are stronger. `None`: the mean is every cell's.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        reference_size: Option<f64>,
-    },
-    /// Normal; the standard deviation over the mean.
-    Normal {
-        variation: f64,
-    },
-    /// Lognormal; the standard deviation of the value over the mean.
-    Lognormal {
-        variation: f64,
-    },
-    /// Gamma with this shape parameter.
-    Gamma {
-        #[serde(rename = "gamma_shape")]
-        shape: f64,
-    },
-    Exponential,
+    /// Edge [m] of the cube that the mean of a Weibull law is meant for, of strengths: smaller cells are stronger. `None`: the mean is every cell's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference_size: Option<f64>,
 }
 
 /// Damage softening after Ma et al. (2011), eqs. 6-10 as corrected in `material::damage`.
@@ -427,7 +412,6 @@ pub enum MembraneCase {
     Rubber {
         /// [m]
         thickness: f64,
-        thickness_law: Thickness,
         /// At small strain [Pa].
         shear_modulus: f64,
         law: RubberLawCase,
@@ -438,8 +422,6 @@ pub enum MembraneCase {
         /// Of the triangles [m]; `None`: from the grains.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         mesh_size: Option<f64>,
-        /// How often edges are halved over pores.
-        refinement: usize,
     },
     Pressure {
         /// `None`: sliding where the plates have no friction, else bonded.

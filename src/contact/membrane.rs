@@ -26,73 +26,23 @@ pub struct MembraneContactLaw {
     pub edge_fade: f64,
 }
 
-/// How far the membrane's middle keeps off the rounded surface of a body [m].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Offset {
-    Constant(f64),
-    /// Half the present thickness of the triangle on the site's nodes, whose rubber keeps its volume: `half A0 / A`. Its energy
-    /// spreads the triangle where it is pressed, and only there, as rubber that fills its thickness does.
-    Stretched {
-        /// Half the unstrained thickness [m].
-        half: f64,
-        /// Unstrained area [m^2].
-        area: f64,
-    },
-}
-
-/// A triangle that shrinks to less than this share of its area thickens linearly from there on: crumpled rubber has no thickness.
-const CRUMPLED: f64 = 0.5;
-
-impl Offset {
-    /// The largest it is with the triangle at `nodes` [m].
-    pub fn at(&self, nodes: &[Vec3; 3]) -> f64 {
-        self.with_slopes(&nodes.map(|x| Vector::<f64>::constant(&x))).0
-    }
-
-    /// The offset and its derivatives by the three nodes.
-    fn with_slopes<T: Real>(&self, [p, q, r]: &[Vector<T>; 3]) -> (T, [Vector<T>; 3]) {
-        let (half, area) = match *self {
-            Offset::Constant(offset) => return (T::constant(offset), [Vector::zero(); 3]),
-            Offset::Stretched { half, area } => (half, area),
-        };
-        let cross = (*q - *p).cross(*r - *p);
-        let twice = cross.norm();
-        let share = twice.scaled(0.5 / area);
-        let (thicker, slope) = if share.value() >= CRUMPLED {
-            let inverse = T::constant(1.0) / share;
-            (inverse, -(inverse * inverse))
-        } else {
-            let steep = T::constant(-1.0 / (CRUMPLED * CRUMPLED));
-            (T::constant(2.0 / CRUMPLED) + steep * share, steep)
-        };
-        // The area grows where a corner moves off the edge across, by half its length.
-        let out = cross.times(T::constant(1.0) / twice);
-        let by_area = slope.scaled(0.5 * half / area);
-        let slopes = [*r - *q, *p - *r, *q - *p].map(|edge| out.cross(edge).times(by_area));
-        (thicker.scaled(half), slopes)
-    }
-}
-
 /// A contact in one configuration. In `site`, `a` is the body and `b` the membrane, its indices those of
-/// membrane nodes: those that span the piece, then the others of the triangle whose thickness counts.
+/// membrane nodes.
 #[derive(Debug, Clone, Copy)]
 pub struct MembraneContact {
     pub site: Site,
     /// Rounding radius of the body [m].
     pub rounding: f64,
-    pub offset: Offset,
-    /// 0 to 1: weight of the body's edge, 1 for other pairs; times the part that the triangle has in the
-    /// contact.
+    /// How far the membrane's middle keeps off the rounded surface of the body: half its thickness [m].
+    pub offset: f64,
+    /// 0 to 1: weight of the body's edge; 1 for other pairs.
     pub edge_weight: f64,
 }
 
 impl MembraneContact {
     /// The membrane nodes that take part.
     pub fn nodes(&self) -> &[u32] {
-        match self.offset {
-            Offset::Constant(_) => &self.site.on_b[..usize::from(self.site.count_b)],
-            Offset::Stretched { .. } => &self.site.on_b,
-        }
+        &self.site.on_b[..usize::from(self.site.count_b)]
     }
 }
 
@@ -181,8 +131,7 @@ fn forces<T: Real>(
     let difference = xb - xa;
     let distance = difference.norm();
     let normal = difference.times(T::constant(1.0) / distance);
-    let (offset, thickening) = contact.offset.with_slopes(membrane);
-    let overlap = T::constant(contact.rounding) + offset - distance;
+    let overlap = T::constant(contact.rounding + contact.offset) - distance;
     let mut result = MembraneForce {
         pressure: 0.0,
         energy: 0.0,
@@ -209,9 +158,6 @@ fn forces<T: Real>(
 
     let push = normal.times(pressure);
     let mut on_membrane = shares(site.count_b, &xb, membrane, lines.as_ref()).map(|share| push.times(share));
-    if let Offset::Stretched { .. } = contact.offset {
-        on_membrane = [0, 1, 2].map(|k| on_membrane[k] - thickening[k].times(pressure));
-    }
     let mut force = -push;
     let mut moment = (xa - *position).cross(force);
     let energy = law.law.energy(overlap).scaled(stiffness);
@@ -295,8 +241,7 @@ mod tests {
 
     fn scene(feature: Feature, counts: [u8; 2], body: [Vec3; 3], mut membrane: [Vec3; 3]) -> Scene {
         let site = Site { feature, on_a: [0, 1, 2], on_b: [0, 1, 2], count_a: counts[0], count_b: counts[1] };
-        let contact =
-            MembraneContact { site, rounding: 1e-3, offset: Offset::Constant(1e-3), edge_weight: 0.8 };
+        let contact = MembraneContact { site, rounding: 1e-3, offset: 1e-3, edge_weight: 0.8 };
         let position = Vec3::new(1e-3, -2e-3, -8e-3);
         // Moved along the connecting line to an overlap of 0.1 mm.
         let v = |p: &[Vec3; 3]| p.map(|x| Vector::<f64>::constant(&x));
@@ -312,7 +257,7 @@ mod tests {
         let above = facet.map(|x| x * 0.9 + Vec3::new(3e-4, 1e-4, 3e-3));
         let edge = [Vec3::new(-8e-4, 1e-4, 0.0), Vec3::new(9e-3, -3e-4, 2e-4), Vec3::zeros()];
         let across = [Vec3::new(3e-4, -7e-4, 2e-3), Vec3::new(2e-3, 9e-3, 3e-3), Vec3::zeros()];
-        let constant = vec![
+        vec![
             scene(
                 Feature::VertexOfB(0),
                 [3, 1],
@@ -324,29 +269,10 @@ mod tests {
             scene(Feature::VertexOfA(0), [1, 3], [facet[0] * 0.3, facet[1], facet[2]], above),
             scene(Feature::VertexOfA(0), [1, 2], [edge[0] + Vec3::x() * 2e-3, edge[1], edge[2]], across),
             scene(Feature::Edges(0, 0), [2, 2], edge, across),
-        ];
-        let stretched: Vec<Scene> = constant.iter().flat_map(Scene::stretched).collect();
-        constant.into_iter().chain(stretched).collect()
+        ]
     }
 
     impl Scene {
-        /// The same with a triangle as thick as the offset now, once stretched and once crumpled.
-        fn stretched(&self) -> [Scene; 2] {
-            [0.8, 3.0].map(|shrunk| {
-                let mut membrane = self.membrane;
-                // Places that the piece leaves open.
-                for k in usize::from(self.contact.site.count_b)..3 {
-                    membrane[k] = membrane[0] + Vec3::new(3e-3, 1e-3, 5e-4) * k as f64;
-                    membrane[k].y += 2e-3 * (k * k) as f64;
-                }
-                let area = 0.5 * (membrane[1] - membrane[0]).cross(&(membrane[2] - membrane[0])).norm();
-                let now = Offset::Stretched { half: 1.0, area: shrunk * area }.at(&membrane);
-                let offset = Offset::Stretched { half: 1e-3 / now, area: shrunk * area };
-                let contact = MembraneContact { offset, ..self.contact };
-                Scene { contact, membrane, position: self.position, body: self.body }
-            })
-        }
-
         /// The scene with variable `k` (spin, then nodes; 12-14 the body's position) moved by `step`.
         fn moved(&self, k: usize, step: f64) -> MembraneForce {
             let (mut position, mut body, mut membrane) = (self.position, self.body, self.membrane);

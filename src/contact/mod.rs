@@ -37,7 +37,7 @@ pub use features::{Feature, Site};
 pub use force::{Evaluation, Kinematics};
 pub use law::ContactLaw;
 
-pub use membrane::{MembraneContact, MembraneContactLaw, MembraneForce, MembraneTangent, Offset};
+pub use membrane::{MembraneContact, MembraneContactLaw, MembraneForce, MembraneTangent};
 pub use memory::{ContactKey, Crushable, Crushed, Memory, PairMemory, PointMemory};
 pub use mortar::Mortar;
 pub use search::{ContactShape, Neighbours, PairFeatures};

@@ -6,17 +6,20 @@
 
 use rand_distr::{Distribution, Exp, Gamma, LogNormal, Normal, Weibull};
 use rand_mt::Mt64;
+use serde::{Deserialize, Serialize};
 use statrs::function::gamma::gamma;
 
 use crate::material::MaterialError;
 
-/// A probability law; its mean is given separately.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A probability law, as cases have it; its mean is given separately.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "law", rename_all = "lowercase")]
 pub enum Law {
     /// No scatter.
     Constant,
     /// `shape` is the Weibull modulus k.
     Weibull {
+        #[serde(rename = "weibull_shape")]
         shape: f64,
     },
     /// `variation` is the standard deviation over the mean.
@@ -29,6 +32,7 @@ pub enum Law {
     },
     /// `shape` is alpha; the scale is mean / alpha.
     Gamma {
+        #[serde(rename = "gamma_shape")]
         shape: f64,
     },
     Exponential,

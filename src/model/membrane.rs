@@ -11,9 +11,7 @@
 //! Source of the mechanics: [`crate::element::membrane`], [`crate::material::rubber`]. Units SI; tension
 //! positive.
 
-use serde::{Deserialize, Serialize};
-
-use crate::contact::{ContactLaw, MembraneContactLaw, Offset};
+use crate::contact::{ContactLaw, MembraneContactLaw};
 use crate::element::MembraneTriangle;
 use crate::error::{Error, Result};
 use crate::material::{Rubber, SheetState, Wrinkling};
@@ -30,25 +28,13 @@ const OVERLAP: f64 = 0.01;
 /// Share of a membrane edge over which its contacts fade in.
 const EDGE_FADE: f64 = 0.25;
 
-/// How thick the sheet counts where it lies on a body.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Thickness {
-    /// As thick as unstrained: the middle stays half of that off, and hands on what the pressure does on that larger surface.
-    #[default]
-    Constant,
-    /// As thick as its stretch leaves it, for rubber keeps its volume: the pressure is handed on as it is.
-    Stretched,
-}
-
 /// What a membrane is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MembraneParameters {
     pub rubber: Rubber,
-    /// Unstrained [m].
+    /// Unstrained [m]. On bodies it stays so: the middle is half of that off, and hands on what the pressure does on that larger surface.
     pub thickness: f64,
-    pub on_bodies: Thickness,
-    /// Edge length of the triangles, where they are not refined [m].
+    /// Edge length of the triangles [m].
     pub mesh_size: f64,
     /// The largest pressure it is to carry [Pa]; it sets the stiffness of its contacts.
     pub pressure: f64,
@@ -91,9 +77,6 @@ pub struct Membrane {
     fastened: [usize; 2],
     /// Volume of the rubber [m^3].
     volume: f64,
-    /// Triangles around each node and beside each edge.
-    around: Vec<Vec<u32>>,
-    beside: Vec<Vec<u32>>,
 }
 
 impl Membrane {
@@ -102,7 +85,7 @@ impl Membrane {
     /// contacts. Also its cover, and the poses of its free nodes.
     ///
     /// # Errors
-    /// [`Error::Mesh`] where the mesh is impossible.
+    /// [`Error::Mesh`] where the mesh or the sheet is impossible.
     pub fn new(
         parameters: &MembraneParameters,
         unstrained: f64,
@@ -113,22 +96,7 @@ impl Membrane {
     ) -> Result<(Self, PressureCover, Vec<Pose>)> {
         let [bottom, top] = fastenings;
         let mesh = CylinderMesh::new(unstrained, bottom.height, top.height, parameters.mesh_size)?;
-        Self::on_mesh(parameters, mesh, radius / unstrained, fastenings, first, law)
-    }
-
-    /// The same from an unstrained `mesh`, stretched around by `widen`.
-    ///
-    /// # Errors
-    /// [`Error::Mesh`] where the sheet is impossible.
-    pub fn on_mesh(
-        parameters: &MembraneParameters,
-        mesh: CylinderMesh,
-        widen: f64,
-        fastenings: &[Fastening; 2],
-        first: usize,
-        law: &ContactLaw,
-    ) -> Result<(Self, PressureCover, Vec<Pose>)> {
-        let [bottom, top] = fastenings;
+        let widen = radius / unstrained;
         let placed = |x: &Vec3| Vec3::new(widen * x.x, widen * x.y, x.z);
         let (mut nodes, mut poses) = (Vec::with_capacity(mesh.nodes.len()), Vec::new());
         let [low, _] = mesh.rims();
@@ -161,19 +129,9 @@ impl Membrane {
             edge_fade: EDGE_FADE,
         };
         let cover = PressureCover::on_cylinder(&nodes, &mesh)?;
-        let edges = mesh.edges();
-        let (mut around, mut beside) = (vec![Vec::new(); nodes.len()], vec![Vec::new(); edges.len()]);
-        for (f, &[a, b, c]) in (0..).zip(&mesh.facets) {
-            [a, b, c].into_iter().for_each(|node| around[node].push(f));
-            for [i, j] in [[a, b], [b, c], [c, a]] {
-                if let Ok(edge) = edges.binary_search(&[i.min(j), i.max(j)]) {
-                    beside[edge].push(f);
-                }
-            }
-        }
         let membrane = Membrane {
             nodes,
-            edges,
+            edges: mesh.edges(),
             facets: mesh.facets,
             parameters: *parameters,
             contact,
@@ -183,8 +141,6 @@ impl Membrane {
             free: poses.len(),
             fastened: [bottom.body, top.body],
             volume,
-            around,
-            beside,
         };
         Ok((membrane, cover, poses))
     }
@@ -214,38 +170,6 @@ impl Membrane {
     /// Radius of the rounding: half the thickness [m].
     pub fn rounding(&self) -> f64 {
         0.5 * self.parameters.thickness
-    }
-
-    /// Whether its thickness on bodies follows its stretch.
-    pub fn is_stretched(&self) -> bool {
-        self.parameters.on_bodies == Thickness::Stretched
-    }
-
-    /// The triangles around a node.
-    pub fn around_node(&self, node: u32) -> &[u32] {
-        &self.around[node as usize]
-    }
-
-    /// The triangles beside an edge.
-    pub fn beside_edge(&self, edge: u32) -> &[u32] {
-        &self.beside[edge as usize]
-    }
-
-    /// Of a triangle [m^2].
-    pub fn unstrained_area(&self, facet: u32) -> f64 {
-        self.elements[facet as usize].volume() / self.parameters.thickness
-    }
-
-    /// The farthest that the middle keeps off a body's rounded surface, at `positions` [m].
-    pub fn largest_offset(&self, positions: &[Vec3]) -> f64 {
-        if !self.is_stretched() {
-            return self.rounding();
-        }
-        let offset = |(f, facet): (u32, &[usize; 3])| {
-            Offset::Stretched { half: self.rounding(), area: self.unstrained_area(f) }
-                .at(&facet.map(|n| positions[n]))
-        };
-        (0..).zip(&self.facets).map(offset).fold(0.0, f64::max)
     }
 
     /// A node's share of a pressure [Pa]: on its part of the unstrained area [N].
@@ -358,8 +282,7 @@ mod tests {
         let torn = |law: RubberLaw, widened: f64| {
             let rubber = Rubber::new(1e6, law).expect("allowed");
             let (thickness, mesh_size) = (2e-3, 0.02);
-            let on_bodies = Thickness::Constant;
-            let parameters = MembraneParameters { rubber, thickness, on_bodies, mesh_size, pressure: 1e5 };
+            let parameters = MembraneParameters { rubber, thickness, mesh_size, pressure: 1e5 };
             let made = Membrane::new(&parameters, 0.05, 0.05, &fastenings, 2, &ContactLaw::SAMPLE);
             let (membrane, _, nodes) = made.expect("a membrane");
             let mut poses: Vec<Pose> = fastenings.iter().map(|fastening| fastening.pose).collect();

@@ -20,7 +20,7 @@ pub use stored::StoredBodies;
 
 pub use cover::PressureCover;
 pub use fracture::{DamageCounts, Fracture};
-pub use membrane::{Membrane, MembraneParameters, Thickness};
+pub use membrane::{Membrane, MembraneParameters};
 pub use wall::RigidWall;
 
 use std::sync::Arc;

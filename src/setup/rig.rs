@@ -52,31 +52,22 @@ fn rig_parameters(case: &Case, membrane_pressure: f64) -> Result<RigParameters> 
 }
 
 fn cover(case: &Case, pressure: f64) -> Result<Cover> {
-    let (thickness, on_bodies, shear_modulus, law, mesh_size, refinement) = match case.membrane {
+    let (thickness, shear_modulus, law, mesh_size) = match case.membrane {
         MembraneCase::Pressure { rims } => {
             let by_friction = if case.plates.friction == 0.0 { Rims::Sliding } else { Rims::Bonded };
             return Ok(Cover::Pressure(rims.unwrap_or(by_friction)));
         }
         MembraneCase::RigidWall => return Ok(Cover::RigidWall),
-        MembraneCase::Rubber {
-            thickness,
-            thickness_law,
-            shear_modulus,
-            law,
-            mooney_share,
-            gent_limit,
-            mesh_size,
-            refinement,
-        } => {
+        MembraneCase::Rubber { thickness, shear_modulus, law, mooney_share, gent_limit, mesh_size } => {
             let law = match law {
                 RubberLawCase::NeoHookean => RubberLaw::NeoHookean,
                 RubberLawCase::MooneyRivlin => RubberLaw::MooneyRivlin { share: mooney_share },
                 RubberLawCase::Gent => RubberLaw::Gent { limit: gent_limit },
             };
-            (thickness, thickness_law, shear_modulus, law, mesh_size, refinement)
+            (thickness, shear_modulus, law, mesh_size)
         }
     };
     let rubber =
         Rubber::new(shear_modulus, law).map_err(|problem| Error::Usage(format!("$.membrane: {problem}")))?;
-    Ok(Cover::Rubber(RubberSheet { rubber, thickness, on_bodies, mesh_size, refinement, pressure }))
+    Ok(Cover::Rubber(RubberSheet { rubber, thickness, mesh_size, pressure }))
 }

@@ -16,15 +16,7 @@ use crate::mesh::{CellId, Mesh};
 
 /// What the case says of a quantity, as the material draws it.
 pub fn quantity(law: &Law) -> Quantity {
-    let scatter = match law.scatter {
-        Scatter::Constant => material::Law::Constant,
-        Scatter::Weibull { shape, .. } => material::Law::Weibull { shape },
-        Scatter::Normal { variation } => material::Law::Normal { variation },
-        Scatter::Lognormal { variation } => material::Law::LogNormal { variation },
-        Scatter::Gamma { shape } => material::Law::Gamma { shape },
-        Scatter::Exponential => material::Law::Exponential,
-    };
-    Quantity { mean: law.mean, law: scatter }
+    Quantity { mean: law.mean, law: law.scatter }
 }
 
 /// Elastic constants of each cell of body number `index`.
@@ -50,14 +42,9 @@ pub fn elasticity(
 /// Strength of a cell of so much `volume` [m^3] over that of the volume that the law's mean is meant for:
 /// `(V0 / V)^(1/k)`, Weibull's (1939) weakest link. 1 where the law names no size.
 fn size_factor(law: &Law, volume: f64) -> f64 {
-    match law.scatter {
-        Scatter::Weibull { shape, reference_size: Some(size) } => (size.powi(3) / volume).powf(1.0 / shape),
-        Scatter::Weibull { reference_size: None, .. }
-        | Scatter::Constant
-        | Scatter::Normal { .. }
-        | Scatter::Lognormal { .. }
-        | Scatter::Gamma { .. }
-        | Scatter::Exponential => 1.0,
+    match (law.scatter, law.reference_size) {
+        (Scatter::Weibull { shape }, Some(size)) => (size.powi(3) / volume).powf(1.0 / shape),
+        _ => 1.0,
     }
 }
 
@@ -194,7 +181,8 @@ pub fn damaged(
     };
     let laws = mesh.cell_ids().map(law).collect::<Result<Vec<_>>>()?;
     let ancestry = Ancestry::of_grain(index as u32);
-    let grain = DamagedGrain::over(grain.clone(), laws, rock.density, ancestry)?;
+    let grain =
+        DamagedGrain::over(grain.clone(), laws, rock.density, ancestry)?.losing_below(damage.least_fragment);
     let grain = match damage.rubble {
         RubbleCase::Removed => grain,
         RubbleCase::Kept => grain.keeping_rubble(),

@@ -7,16 +7,10 @@ use crate::assembly::cubes::pile;
 use crate::assembly::{Contacts, Dofs};
 use crate::contact::law::{CORE_FLOOR, Friction};
 use crate::contact::{ContactLaw, ContactShape};
-use crate::geometry::Polyhedron;
-use crate::geometry::rounded::RoundedBody;
 use crate::grain::{Ancestry, CondensedGrain, DamagedGrain};
-use crate::material::{DamageLaw, DamageParameters, Elastic, Rubber, RubberLaw};
+use crate::material::{DamageLaw, DamageParameters, Elastic};
 use crate::mesh::grain_mesh;
-use crate::model::membrane::Fastening;
-use crate::model::{
-    Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Membrane,
-    MembraneParameters, Model, Thickness,
-};
+use crate::model::{Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Model};
 use crate::solver::balance::Yardsticks;
 use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vec3, Vector6};
@@ -423,92 +417,6 @@ fn a_raised_signal_has_the_increment_given_up() {
     let report = attempt();
     assert_eq!(report.status, StepStatus::Abandoned);
     assert_eq!(report.counters.factorisations, 0);
-}
-
-/// A membrane around a smooth solid core presses on it with the cell pressure plus what its own hoop
-/// tension adds: on a band of height h the halves are pushed together by `2 (p r + T) h`, with `T = t W_l` the
-/// tension of the unstrained width and r the middle radius of the membrane. The core is a prism of 48 sides, the
-/// membrane a polygon of about as many: chords and sagging between them err by some `(pi/48)^2 = 4e-3` of the
-/// radius; the force itself only by the balance of the nodes.
-#[test]
-fn membrane_on_a_smooth_core_hands_the_pressure_on() {
-    let (core_radius, height, thickness, pressure) = (0.05, 0.06, 2e-3, 2e5);
-    let corners: Vec<Vec3> = (0..96)
-        .map(|k| {
-            let angle = std::f64::consts::TAU * f64::from(k / 2) / 48.0;
-            let z = if k % 2 == 0 { -0.5 } else { 0.5 } * (height - 1e-3);
-            Vec3::new(core_radius * angle.cos(), core_radius * angle.sin(), z)
-        })
-        .collect();
-    let core = Polyhedron::convex_hull(&corners).expect("a prism");
-    let (mut prism, _) = block("core", [0.1, 0.1, 0.1]);
-    prism.nominal = core.clone();
-    let (mut plate, plate_shape) = block("plate", [0.4, 0.4, 0.02]);
-    plate.kind = BodyKind::Plate;
-    let bodies = vec![prism, plate.clone(), plate];
-    let prism_shape = ContactShape::new(RoundedBody { core, radius: ROUNDING });
-    let shapes = vec![prism_shape, plate_shape.clone(), plate_shape];
-    let law = ContactLaw { onset: 4e-6, fade_length: 1e-3, ..ContactLaw::SAMPLE };
-    let mut poses = vec![
-        Pose::new(Vec3::new(0.0, 0.0, 0.5 * height), crate::tensor::Rotation::identity()),
-        Pose::new(Vec3::new(0.0, 0.0, -0.01), crate::tensor::Rotation::identity()),
-        Pose::new(Vec3::new(0.0, 0.0, height + 0.01), crate::tensor::Rotation::identity()),
-    ];
-    let rubber = Rubber::new(0.45e6, RubberLaw::NeoHookean).expect("allowed");
-    let parameters =
-        MembraneParameters { rubber, thickness, on_bodies: Thickness::Constant, mesh_size: 6e-3, pressure };
-    let fastening = |body: usize, height: f64| Fastening { body, pose: poses[body], height };
-    let fastenings = [fastening(1, 0.0), fastening(2, height)];
-    let unstrained = 0.9 * core_radius;
-    let start = core_radius + ROUNDING + 0.6 * thickness + 3e-4;
-    let (membrane, cover, nodes) =
-        Membrane::new(&parameters, unstrained, start, &fastenings, 3, &law).expect("a membrane");
-    poses.extend(nodes);
-    let mut loads = Loads::none(3);
-    loads.prescribed = vec![[true; 6]; 3];
-    loads.free_nodes(membrane.free_nodes());
-    loads.pressure = pressure;
-    let model = Model {
-        cover: Some(cover),
-        membrane: Some(membrane),
-        ..Model::new(bodies, shapes, law, Friction::constant(0.5))
-    };
-    let committed = Committed::new(poses);
-    let settings = Settings::default();
-    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-    let mut contacts = Contacts::default();
-    let laid = drape(&increment, &mut contacts).expect("clear of the core");
-    assert!(laid.converged, "{} after {:?}", laid.out_of_balance, laid.counters);
-
-    // The middle half of the height; its nodes' share of the contact forces.
-    let membrane = model.membrane.as_ref().expect("there");
-    let positions = &contacts.membrane.positions;
-    let (low, high) = (0.25 * height, 0.75 * height);
-    let in_band = |x: &Vec3| x.z > low && x.z < high;
-    let (mut pushed, mut radii, mut count) = (0.0, 0.0, 0.0);
-    for point in contacts.membrane.bodies.iter().filter(|list| list.body == 0).flat_map(|list| &list.points) {
-        let site = &point.contact.site;
-        for (&node, force) in site.on_b.iter().zip(&point.force.on_membrane).take(site.count_b.into()) {
-            let x = positions[node as usize];
-            if in_band(&x) {
-                // Outwards on the membrane; summed over the circle, 2 pi times the force per radian.
-                pushed += (force.x * x.x + force.y * x.y) / x.xy().norm();
-            }
-        }
-    }
-    let mut rings = std::collections::BTreeSet::new();
-    for x in positions.iter().filter(|x| in_band(x)) {
-        radii += x.xy().norm();
-        count += 1.0;
-        rings.insert((x.z * 1e4).round() as i64);
-    }
-    let radius = radii / count;
-    let spacing = height / (membrane.nodes.len() as f64 / (count / rings.len() as f64) - 1.0);
-    let band = rings.len() as f64 * spacing;
-    let stretch = radius / unstrained;
-    let tension = thickness * rubber.shear_modulus() * (stretch - stretch.powi(-3));
-    let expected = std::f64::consts::TAU * (pressure * radius + tension) * band;
-    assert!((pushed / expected - 1.0).abs() < 4e-3, "{pushed} {expected}, {} rings", rings.len());
 }
 
 /// A block pressed onto a plate until it is where it should be: the load that the control finds is the

@@ -124,7 +124,7 @@ impl SpecimenParameters {
 
     fn check(&self) -> Result<()> {
         let fail = |message: String| Err(Error::Specimen(message));
-        if !(self.void_ratio > 0.0 && self.void_ratio < 2.0) {
+        if !(self.void_ratio > 0.0 && self.void_ratio <= 2.0) {
             return fail(format!("a void ratio of {} is not between 0 and 2", self.void_ratio));
         }
         let [low, high] = self.vertices;
@@ -347,9 +347,12 @@ mod tests {
     #[test]
     fn parameters_out_of_range_are_refused() {
         let good = parameters(SpecimenSize::Grains { count: 25, aspect: 1.5 }, 0.6);
+        // The loosest that a case may ask for.
+        assert!(SpecimenParameters { void_ratio: 2.0, ..good.clone() }.plan().is_ok());
         let bad = [
             SpecimenParameters { size: SpecimenSize::Grains { count: 1, aspect: 1.0 }, ..good.clone() },
             SpecimenParameters { void_ratio: -0.1, ..good.clone() },
+            SpecimenParameters { void_ratio: 2.1, ..good.clone() },
             SpecimenParameters { void_ratio: f64::NAN, ..good.clone() },
             SpecimenParameters { vertices: [3, 8], ..good.clone() },
             SpecimenParameters { vertices: [9, 8], ..good.clone() },

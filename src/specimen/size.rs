@@ -3,15 +3,21 @@
 use crate::error::{Error, Result};
 use crate::specimen::grading::{SizeClass, numbers_of_total, numbers_of_volume};
 use crate::specimen::placement::cylinder_volume;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// How large a specimen is to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// How large a specimen is to be; what says both is of the first.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum SpecimenSize {
     /// Diameter and height [m]; the number of grains follows.
     Cylinder { diameter: f64, height: f64 },
     /// The number of grains and height over diameter; the size follows.
-    Grains { count: usize, aspect: f64 },
+    Grains {
+        #[serde(rename = "grains")]
+        count: usize,
+        aspect: f64,
+    },
 }
 
 impl SpecimenSize {

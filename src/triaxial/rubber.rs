@@ -1,20 +1,14 @@
 //! The rubber membrane of the rig: how it is cut, laid against the grains, and what it cannot do.
 
 use crate::error::Result;
-use crate::geometry::RoundedBody;
-use crate::mesh::CylinderMesh;
-use crate::model::cover::Outline;
 use crate::model::membrane::Fastening;
 use crate::model::{BodyKind, Membrane, MembraneParameters};
 use crate::solver::{Drape, Increment, drape};
-use crate::tensor::Vec3;
 use crate::triaxial::rig::Rig;
 use crate::triaxial::sheet::RubberSheet;
 
 /// Edge length of the triangles over the median grain size, where none is given.
 const MESH_SIZE: f64 = 0.25;
-/// Depth of a pore, over the median grain size, from which on the triangles above it are refined.
-const PORE_DEPTH: f64 = 0.25;
 /// Distance that the membrane keeps from the grains before it is laid against them, over its thickness.
 const CLEARANCE: f64 = 0.1;
 
@@ -25,7 +19,6 @@ impl Rig {
         let parameters = MembraneParameters {
             rubber: sheet.rubber,
             thickness: sheet.thickness,
-            on_bodies: sheet.on_bodies,
             mesh_size: sheet.mesh_size.unwrap_or(MESH_SIZE * self.median_size()),
             pressure: sheet.pressure,
         };
@@ -46,17 +39,10 @@ impl Rig {
         let radius = reach + (0.5 + CLEARANCE) * sheet.thickness;
         let chords = (0.5 * parameters.mesh_size / radius).powi(2);
         let radius = radius.max(0.5 * diameter) * (1.0 + chords);
-        let unstrained = 0.5 * diameter;
-        let heights = fastenings.map(|fastening| fastening.height);
-        let mut mesh = CylinderMesh::new(unstrained, heights[0], heights[1], parameters.mesh_size)?;
-        let widen = radius / unstrained;
-        for _ in 0..sheet.refinement {
-            mesh = self.refined_over_pores(&mesh, widen, radius);
-        }
-        let (membrane, cover, nodes) = Membrane::on_mesh(
+        let (membrane, cover, nodes) = Membrane::new(
             &parameters,
-            mesh,
-            widen,
+            0.5 * diameter,
+            radius,
             &fastenings,
             self.model.bodies.len(),
             &self.model.law,
@@ -65,39 +51,6 @@ impl Rig {
         self.model.membrane = Some(membrane);
         self.model.cover = Some(cover);
         Ok(())
-    }
-
-    /// The unstrained mesh of a membrane that is to stand at `radius` [m], finer where the grains behind it lie deep: where seen from a
-    /// facet's corners or its middle the first grain is farther in than `PORE_DEPTH` of the median grain.
-    fn refined_over_pores(&self, mesh: &CylinderMesh, widen: f64, radius: f64) -> CylinderMesh {
-        let median = self.median_size();
-        let poses = &self.committed.poses;
-        let outlines: Vec<(Outline<'_>, f64)> = (0..self.model.bodies.len())
-            .filter(|&body| self.model.bodies[body].kind == BodyKind::Grain)
-            .map(|body| {
-                let RoundedBody { core, radius: rounding } = &self.model.shapes[body].rounded;
-                let outline = Outline { body, core, rounding: *rounding, pose: poses[body] };
-                (outline, core.bounding_radius() + rounding)
-            })
-            .collect();
-        // How far in from the standing sheet the first grain is.
-        let depth = |x: &Vec3| {
-            let out = Vec3::new(x.x, x.y, 0.0).normalize();
-            let start = Vec3::new(radius * out.x, radius * out.y, x.z);
-            let entries = outlines.iter().filter_map(|(outline, reach)| {
-                let to = outline.pose.position - start;
-                let aside = to - out * to.dot(&out);
-                (aside.norm_squared() <= reach * reach).then(|| outline.entry(&start, &-out)).flatten()
-            });
-            entries.fold(f64::INFINITY, f64::min)
-        };
-        let depths: Vec<f64> = mesh.nodes.iter().map(|x| depth(&(x * widen))).collect();
-        mesh.refined(|facet| {
-            let x = facet.map(|node| mesh.nodes[node]);
-            let of_corners = facet.map(|node| depths[node]);
-            let middle = depth(&((x[0] + x[1] + x[2]) * (widen / 3.0)));
-            of_corners.into_iter().fold(middle, f64::max) > PORE_DEPTH * median
-        })
     }
 
     /// Lays the membrane against the grains, which are held, under `pressure` [Pa]; `None` without a membrane.
@@ -167,7 +120,6 @@ mod tests {
     use crate::contact::law::Friction;
     use crate::material::Rubber;
     use crate::material::RubberLaw;
-    use crate::model::Thickness;
     use crate::model::{Body, Committed, Model};
     use crate::solver::Settings;
     use crate::tensor::{Pose, Rotation, Vec3};
@@ -218,20 +170,9 @@ mod tests {
     }
 
     fn laid(gap: f64, shear_modulus: f64, pressure: f64) -> (Rig, Drape) {
-        laid_refined(gap, shear_modulus, pressure, 0)
-    }
-
-    fn laid_refined(gap: f64, shear_modulus: f64, pressure: f64, refinement: usize) -> (Rig, Drape) {
         let mut rig = prism_between_plates(gap);
         let rubber = Rubber::new(shear_modulus, RubberLaw::NeoHookean).expect("allowed");
-        let sheet = RubberSheet {
-            rubber,
-            thickness: 2e-3,
-            on_bodies: Thickness::Constant,
-            mesh_size: Some(7e-3),
-            refinement,
-            pressure,
-        };
+        let sheet = RubberSheet { rubber, thickness: 2e-3, mesh_size: Some(7e-3), pressure };
         rig.wrap(&sheet, 1.2 * SIDE).expect("a membrane");
         let laid = rig.lay_membrane(pressure).expect("clear of the prism");
         (rig, laid)
@@ -255,32 +196,6 @@ mod tests {
         let measures = membrane.measures(&rig.contacts.membrane.positions);
         assert!(measures.largest_stretch < 1.5 && rig.contacts.membrane.energy() > 0.0, "{measures:?}");
         assert!(!rig.membrane_trouble(0.8e6).contains("cannot"));
-    }
-
-    /// Finest above the opening; it bulges in as the coarse one does.
-    #[test]
-    fn membrane_is_refined_where_it_spans() {
-        let bulge = |refinement: usize| {
-            let (rig, laid) = laid_refined(0.015, 45e6, 0.8e6, refinement);
-            assert!(laid.converged, "{refinement}: {} at {}", laid.out_of_balance, laid.worst);
-            let x = rig.contacts.membrane.positions.clone();
-            let deepest = x.iter().map(|x| x.xy().norm()).fold(f64::INFINITY, f64::min);
-            let membrane = rig.model.membrane.expect("there");
-            let sizes = |over: bool| {
-                let above = move |x: &Vec3| (x.z > HEIGHT - 0.012) == over;
-                let edges = membrane.edges.iter().map(|e| e.map(|n| x[n]));
-                let lengths = edges.filter(|e| e.iter().all(above)).map(|[a, b]| (a - b).norm());
-                let (sum, count) = lengths.fold((0.0, 0), |(sum, count), length| (sum + length, count + 1));
-                sum / f64::from(count)
-            };
-            [deepest, sizes(true), sizes(false)]
-        };
-        let [coarse, fine] = [0, 1].map(bulge);
-        // Rims keep their edges. The middles of the prism's sides lie deep behind a round sheet too, its corners do not.
-        let [above, beside] = [fine[1] / coarse[1], fine[2] / coarse[2]];
-        assert!(above < 0.6 && beside > above + 0.1, "{coarse:?} {fine:?}");
-        // By less than a tenth of the opening.
-        assert!((coarse[0] - fine[0]).abs() < 1.5e-3, "{coarse:?} {fine:?}");
     }
 
     /// What the membrane and the pressure exert on a held body is in balance with what they exert on the

@@ -1,7 +1,6 @@
 //! The rubber sheet that a membrane is cut from.
 
 use crate::material::Rubber;
-use crate::model::Thickness;
 
 /// A rubber membrane as the case asks for it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,11 +8,8 @@ pub struct RubberSheet {
     pub rubber: Rubber,
     /// Unstrained [m].
     pub thickness: f64,
-    pub on_bodies: Thickness,
     /// Edge length of the triangles [m]; `None`: `MESH_SIZE` of the median grain.
     pub mesh_size: Option<f64>,
-    /// How often edges are halved where the sheet has to span pores.
-    pub refinement: usize,
     /// Largest pressure of the test [Pa].
     pub pressure: f64,
 }

@@ -9,57 +9,28 @@ use crate::geometry::Polyhedron;
 use crate::mesh::formats;
 use crate::tensor::Vec3;
 
+use super::super::form::Form;
 use super::super::walk::shown;
-use super::words::{HULL, METRES, Notes, UNITS, known};
+use super::words::{HULL, METRES, Notes, UNITS, walked};
 
-const VERTICES: u64 = 24;
+const OF_FILE: &str = "a .stl, .obj, .ply, .msh or .vtu file, its path relative to the case file";
 
 /// The shape `{"polyhedron": …}` in place of `{"hull": …}` at `path`.
 pub fn shape(given: &Value, path: &str, folder: &Path) -> Result<(Value, Notes), Fault> {
-    let (path, hull) = (format!("{path}.hull"), &given["hull"]);
-    let fault = |key: &str, value: &Value, problem: String, accepted: &str| {
-        let place = if key.is_empty() { path.clone() } else { format!("{path}.{key}") };
-        Fault::new(place, shown(value), problem, accepted)
-    };
-    let of_file = "a .stl, .obj, .ply, .msh or .vtu file, its path relative to the case file";
-    let of_hull = r#"an object such as {"file": "grain.stl", "unit": "mm"}"#;
+    let path = format!("{path}.hull");
     if given.as_object().is_some_and(|keys| keys.len() > 1) {
-        return Err(fault("", hull, "stands beside another shape".into(), "one shape"));
+        return Err(Fault::new(path, shown(&given["hull"]), "stands beside another shape", "one shape"));
     }
-    if !hull.is_object() {
-        return Err(fault("", hull, "is no object".into(), of_hull));
-    }
-    known(hull, HULL, &path)?;
-    let missing =
-        |key: &str, accepted: &str| Fault::new(format!("{path}.{key}"), "nothing", "is missing", accepted);
-    let units = UNITS.join(", ");
-    let file = match &hull["file"] {
-        Value::Null => return Err(missing("file", of_file)),
-        Value::String(file) => file,
-        other => return Err(fault("file", other, "is no text".into(), of_file)),
+    let hull = walked(&Form::Object(HULL), &given["hull"], &path)?;
+    let file = hull["file"].as_str().unwrap_or_default();
+    let metres = UNITS.iter().zip(METRES).find(|(unit, _)| hull["unit"] == **unit);
+    let metres = metres.map_or(1.0, |(_, metres)| metres);
+    let most = hull["vertices"].as_u64().unwrap_or_default() as usize;
+    let no_body = |e: crate::error::Error| {
+        Fault::new(format!("{path}.file"), shown(&hull["file"]), format!("makes no body: {e}"), OF_FILE)
     };
-    let metres = match &hull["unit"] {
-        Value::Null => return Err(missing("unit", &units)),
-        unit => UNITS.iter().zip(METRES).find(|(name, _)| unit == *name).map(|(_, metres)| metres),
-    };
-    let metres = metres.ok_or_else(|| fault("unit", &hull["unit"], "is no unit of length".into(), &units))?;
-    let most = match &hull["vertices"] {
-        Value::Null => VERTICES,
-        given => given.as_u64().filter(|n| (4..=256).contains(n)).ok_or_else(|| {
-            fault("vertices", given, "is no such number".into(), "a whole number from 4 to 256")
-        })?,
-    };
-    let centred = match &hull["centred"] {
-        Value::Null => false,
-        given => {
-            given.as_bool().ok_or_else(|| fault("centred", given, "is neither".into(), "true or false"))?
-        }
-    };
-    let no_body =
-        |e: crate::error::Error| fault("file", &hull["file"], format!("makes no body: {e}"), of_file);
-    let Hull { kept, corners, points, share } =
-        read(&folder.join(file), most as usize, metres).map_err(no_body)?;
-    let offset = if centred { kept.centroid() } else { Vec3::zeros() };
+    let Hull { kept, corners, points, share } = read(&folder.join(file), most, metres).map_err(no_body)?;
+    let offset = if hull["centred"] == true { kept.centroid() } else { Vec3::zeros() };
     let vertices: Vec<[f64; 3]> = kept.vertices.iter().map(|v| (v - offset).into()).collect();
     let mut notes = Notes::new();
     if kept.vertices.len() < corners {

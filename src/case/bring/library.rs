@@ -17,7 +17,7 @@ const ACCEPTED: &str = "a folder of .stl, .obj, .ply, .msh or .vtu files, a list
 /// Name of a shape, its file's or its number, and its vertices.
 pub type Shape = (String, Value);
 
-/// Lists of vertices in place of files: hulls of at most `most` corners.
+/// Lists of vertices in place of files, hulls of at most `most` corners; lists stay as they are.
 pub fn shapes(given: &Value, folder: &Path, most: usize) -> Result<(Vec<Shape>, Notes), Fault> {
     let items = match given {
         Value::String(name) => files_of(&folder.join(name)).map_err(|problem| fault(PATH, given, problem))?,
@@ -120,10 +120,21 @@ mod tests {
         let case = check(few).unwrap_or_else(|e| panic!("{e}"));
         let Geometry::Specimen(specimen) = &case.geometry else { panic!("no specimen") };
         assert_eq!(specimen.shapes.iter().map(Vec::len).collect::<Vec<_>>(), [6]);
-        assert!(refused(r#""shapes": ["scans/c.obj"]"#).contains("$.specimen.shapes[0]: makes no grain"));
-        assert!(
-            refused(r#""shapes": "scans", "within_class": "number""#).contains("$.specimen.within_class")
-        );
+        // A list has the corners that it has.
+        let list = "[[[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2], [2, 2, 2]]]";
+        let listed = format!(r#""vertices": [4, 4], "shapes": {list}"#);
+        let case = check(&listed).unwrap_or_else(|e| panic!("{e}"));
+        let Geometry::Specimen(specimen) = &case.geometry else { panic!("no specimen") };
+        assert_eq!(specimen.shapes.iter().map(Vec::len).collect::<Vec<_>>(), [5]);
+        // One fault each: not that files are no lists besides.
+        for (shapes, says) in [
+            (r#""shapes": ["scans/c.obj", "scans/b.obj"]"#, "$.specimen.shapes[0]: makes no grain"),
+            (r#""shapes": "scans", "within_class": "number""#, "$.specimen.within_class"),
+            (r#""shapes": "scans", "packing": "none.csv""#, "$.specimen.packing"),
+        ] {
+            let said = refused(shapes);
+            assert!(said.contains("1 fault") && said.contains(says), "{said}");
+        }
         write("c.obj", &cuboid([30.0, 20.0, 0.1]));
         assert!(refused(r#""shapes": "scans""#).contains("shape 2 of the library"));
     }

@@ -16,9 +16,8 @@ use serde_json::{Value, json};
 
 use crate::error::Fault;
 
-use super::quantity::{self, Dimension};
 use super::walk::shown;
-pub use words::{HULL, Notes, PACKED_GRAINS, POSITION, ROTATION, SHAPES, SIEVE};
+pub use words::{HULL, Notes, PACKED_GRAINS, POROSITY, POSITION, ROTATION, SHAPES, SIEVE};
 
 /// The most corners of a shape where `specimen.vertices` does not say.
 const CORNERS: u64 = 16;
@@ -43,8 +42,10 @@ pub fn bring_in(case: &mut Value, folder: &Path, faults: &mut Vec<Fault>) -> Not
         }
         put(grading, brought);
     }
+    let mut lacks_void_ratio = false;
     if let Some(specimen) = case.get_mut("specimen").filter(|specimen| specimen.get("porosity").is_some()) {
         let brought = void_ratio(specimen);
+        lacks_void_ratio = brought.is_err();
         put(specimen, brought);
     }
     let seed = case["seed"].as_u64().unwrap_or(0);
@@ -52,19 +53,29 @@ pub fn bring_in(case: &mut Value, folder: &Path, faults: &mut Vec<Fault>) -> Not
         let brought = grains(specimen, folder, seed);
         if brought.is_err()
             && let Some(keys) = specimen.as_object_mut()
-            && keys.shift_remove("packing").is_some()
         {
+            // Files that were not read are no lists of vertices.
+            if keys.get("shapes").is_some_and(is_of_files) {
+                keys.shift_remove("shapes");
+            }
             // What a packing at fault would have said is not missed.
-            for (key, value) in [
+            let stand_in = [
                 ("grading", json!([[0.02, 1], [0.01, 0]])),
                 ("void_ratio", json!(0.5)),
                 ("grains", json!(30)),
                 ("aspect", json!(1)),
-            ] {
-                keys.entry(key).or_insert(value);
+            ];
+            if keys.shift_remove("packing").is_some() {
+                for (key, value) in stand_in {
+                    keys.entry(key).or_insert(value);
+                }
             }
         }
         put(specimen, brought);
+        if lacks_void_ratio && let Some(keys) = specimen.as_object_mut() {
+            // What a porosity at fault would have said is not missed.
+            keys.entry("void_ratio").or_insert(json!(0.5));
+        }
     }
     let bodies = case.pointer_mut("/scene/bodies").and_then(Value::as_array_mut);
     for (index, body) in bodies.into_iter().flatten().enumerate() {
@@ -92,6 +103,11 @@ pub fn files(case: &Value) -> Vec<String> {
         .filter_map(Value::as_str)
         .map(str::to_string)
         .collect()
+}
+
+/// Whether shapes are given by files, or some of them.
+fn is_of_files(shapes: &Value) -> bool {
+    shapes.is_string() || shapes.as_array().is_some_and(|items| items.iter().any(Value::is_string))
 }
 
 /// A specimen with its library of shapes and its packing as lists.
@@ -123,15 +139,10 @@ fn grains(specimen: &Value, folder: &Path, seed: u64) -> Result<(Value, Notes), 
 /// A specimen with `void_ratio` in place of `porosity`.
 fn void_ratio(specimen: &Value) -> Result<(Value, Notes), Fault> {
     let (path, given) = ("$.specimen.porosity", &specimen["porosity"]);
-    let accepted = "a share of the whole volume between 0.05 and 0.67, as 0.32 or \"32 %\"";
-    let fault = |problem: String| Fault::new(path, shown(given), problem, accepted);
     if specimen.get("void_ratio").is_some() {
-        return Err(fault("says again what void_ratio says".into()));
+        return Err(Fault::new(path, shown(given), "says again what void_ratio says", "one of the two"));
     }
-    let porosity = quantity::read(given, Dimension::None).map_err(fault)?;
-    if !(0.05..=0.67).contains(&porosity) {
-        return Err(fault("is no porosity of rockfill".into()));
-    }
+    let porosity = words::walked(&POROSITY, given, path)?.as_f64().unwrap_or_default();
     let mut specimen = specimen.clone();
     if let Some(keys) = specimen.as_object_mut() {
         keys.shift_remove("porosity");
@@ -157,8 +168,17 @@ mod tests {
         assert!((specimen.void_ratio - 0.5625).abs() < 1e-12);
         let twice = check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""void_ratio": 0.5, "porosity": 0.3"#));
         assert!(twice.is_err_and(|e| e.to_string().contains("$.specimen.porosity: says again")));
-        let large = check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""porosity": 36"#));
-        assert!(large.is_err_and(|e| e.to_string().contains("$.specimen.porosity: is no porosity")));
+        let refused = |porosity: &str| {
+            let given = format!(r#""porosity": {porosity}"#);
+            check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, &given)).expect_err(porosity).to_string()
+        };
+        // One fault, of what was written.
+        for porosity in ["36", "0.669"] {
+            let said = refused(porosity);
+            assert!(said.contains("1 fault"), "{said}");
+            assert!(said.contains("$.specimen.porosity: must be at most 0.666"), "{said}");
+        }
+        assert!(check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""porosity": 0.666"#)).is_ok());
     }
 
     #[test]
@@ -188,6 +208,23 @@ mod tests {
         // One fault, which is the table's: not that a grading is a list besides.
         let gone = gone.expect_err("no table").to_string();
         assert!(gone.contains("1 fault") && gone.contains("$.specimen.grading.file"), "{gone}");
+    }
+
+    /// Sieves of a laboratory go on beyond its rock: the largest size is that of grains.
+    #[test]
+    fn sieves_beyond_the_grains_are_none_of_a_grading() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let rows = "sieve [mm],passing [%]\n100,100\n80,100\n60,100\n40,50\n20,0\n10,0\n";
+        std::fs::write(folder.path().join("sieve.csv"), rows).expect("a table");
+        let list = r#"[["80 mm", 1], ["60 mm", 1], ["40 mm", 0.5], ["20 mm", 0], ["10 mm", 0]]"#;
+        let scalped = r#"{"file": "sieve.csv", "coarsest": "70 mm"}"#;
+        for grading in [r#""sieve.csv""#, list, scalped] {
+            let text = SPECIMEN.replace(r#"[["60 mm", 1], ["40 mm", 0]]"#, grading);
+            let case = RawCase::parse(&folder.path().join("x.json"), &text).and_then(|raw| raw.check());
+            let case = case.unwrap_or_else(|e| panic!("{grading}: {e}"));
+            let Geometry::Specimen(specimen) = &case.geometry else { panic!("no specimen") };
+            assert_eq!(specimen.grading, [[0.06, 1.0], [0.04, 0.5], [0.02, 0.0]], "{grading}");
+        }
     }
 
     #[test]

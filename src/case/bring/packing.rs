@@ -18,11 +18,13 @@ use crate::specimen::shape::{GrainShape, lying_grain, solid_hull};
 use crate::specimen::{GivenGrain, GivenPacking};
 use crate::tensor::{Pose, Rotation, Vec3};
 
+use super::super::form::Form;
+use super::super::packed::PackingCase;
 use super::super::quantity::{self, Dimension};
 use super::super::walk::shown;
 use super::columns::Columns;
 use super::library::Shape;
-use super::words::{Notes, PACKING, known};
+use super::words::{GRAINS, Notes, PACKING, walked};
 
 const PATH: &str = "$.specimen.packing";
 const ACCEPTED: &str = r#"a CSV or JSON file, its path relative to the case file, or an object such as {"file": "packing.csv", "compact": true}, or {"grains": [{"vertices": [[x, y, z], ...]}, ...]}"#;
@@ -79,11 +81,13 @@ pub fn specimen(
     }
     // What follows from the packing may be said as well, but not otherwise.
     let agrees = |key: &str, found: f64, problem: String, accepted: &str| {
-        let said = given.get(key).and_then(Value::as_f64);
-        match said.filter(|said| (said / found - 1.0).abs() > 1e-6) {
-            Some(said) => Err(Fault::new(format!("$.specimen.{key}"), said.to_string(), problem, accepted)),
-            None => Ok(()),
-        }
+        let Some(value) = given.get(key) else { return Ok(()) };
+        let problem = match quantity::read(value, Dimension::None) {
+            Ok(said) if (said / found - 1.0).abs() <= 1e-6 => return Ok(()),
+            Ok(_) => problem,
+            Err(unread) => unread,
+        };
+        Err(Fault::new(format!("$.specimen.{key}"), shown(value), problem, accepted))
     };
     let (count, aspect) = (packing.grains.len(), 0.5 * height / radius);
     for (key, found) in [("grains", count as f64), ("aspect", aspect)] {
@@ -126,27 +130,22 @@ fn grains_of(
     seed: u64,
 ) -> Result<(Vec<GivenGrain>, bool), Fault> {
     let fault = |problem: String| Fault::new(PATH, shown(given), problem, ACCEPTED);
-    let (file, list, compact) = match given {
-        Value::String(file) => (Some(file.as_str()), None, false),
-        Value::Object(keys) => {
-            known(given, PACKING, PATH)?;
-            let compact = keys.get("compact").map_or(Some(false), Value::as_bool);
-            (
-                keys.get("file").and_then(Value::as_str),
-                keys.get("grains").cloned(),
-                compact.ok_or_else(|| fault("has a compact that is neither true nor false".into()))?,
-            )
-        }
+    let keys = match given {
+        Value::String(_) => json!({"file": given}),
+        // A file stands in place of grains.
+        Value::Object(_) => walked(&Form::Overrides(PACKING), given, PATH)?,
         _ => return Err(fault("is no packing".into())),
     };
-    let grains = match (file, list) {
-        (None, Some(list)) => listed(&list, &format!("{PATH}.grains"))?,
-        (Some(file), None) if file.to_ascii_lowercase().ends_with(".json") => {
+    let compact = keys["compact"] == true;
+    let grains = match (keys["file"].as_str(), &keys["grains"]) {
+        (None, list @ Value::Array(_)) => listed(list, &format!("{PATH}.grains"))?,
+        (Some(file), Value::Null) if file.to_ascii_lowercase().ends_with(".json") => {
             let read =
                 super::super::source::read_named(&folder.join(file)).map_err(|e| fault(e.to_string()))?;
-            listed(read.value.get("grains").unwrap_or(&read.value), PATH)?
+            let list = read.value.get("grains").unwrap_or(&read.value);
+            listed(&walked(&GRAINS, list, PATH)?, PATH)?
         }
-        (Some(file), None) => {
+        (Some(file), Value::Null) => {
             let table = Columns::read(&folder.join(file));
             let read = table.and_then(|table| tabled(&table, library, seed, compact));
             read.map_err(|problem| Fault::new(PATH, shown(given), problem, OF_TABLE))?
@@ -156,40 +155,16 @@ fn grains_of(
     Ok((grains, compact))
 }
 
-/// Grains of a list of objects.
+/// Grains of a list of objects in SI.
 fn listed(list: &Value, path: &str) -> Result<Vec<GivenGrain>, Fault> {
-    let one = "a list of grains, each {\"vertices\": [[x, y, z], ...]}, at least four of them, with \"position\" and \"rotation\" where needed";
-    let items = list.as_array().filter(|items| !items.is_empty());
-    let items = items.ok_or_else(|| Fault::new(path, shown(list), "has no grains".to_string(), one))?;
-    let grain = |(index, item): (usize, &Value)| {
-        let path = format!("{path}[{index}]");
-        let vector = |value: &Value, dimension: Dimension, path: &str| -> Result<Vec3, Fault> {
-            let bad = |problem: String| {
-                Fault::new(path, shown(value), problem, "three numbers, or texts with units")
-            };
-            let parts = value.as_array().filter(|parts| parts.len() == 3);
-            let parts = parts.ok_or_else(|| bad("is no list of three".into()))?;
-            let read: Result<Vec<f64>, String> =
-                parts.iter().map(|part| quantity::read(part, dimension)).collect();
-            read.map(|read| Vec3::from_column_slice(&read)).map_err(bad)
-        };
-        let or_nothing = |key: &str, dimension| match &item[key] {
-            Value::Null => Ok(Vec3::zeros()),
-            given => vector(given, dimension, &format!("{path}.{key}")),
-        };
-        let position = or_nothing("position", Dimension::Length)?;
-        let rotation = or_nothing("rotation", Dimension::Angle)?;
-        let no_grain = |problem: String| Fault::new(&path, shown(item), problem, one);
-        let vertices = item["vertices"].as_array().ok_or_else(|| no_grain("has no vertices".into()))?;
-        let corners = vertices
-            .iter()
-            .enumerate()
-            .map(|(k, vertex)| vector(vertex, Dimension::Length, &format!("{path}.vertices[{k}]")))
-            .collect::<Result<Vec<Vec3>, Fault>>()?;
-        let pose = Pose::new(position, Rotation::from_scaled_axis(rotation));
-        about_centroid(&corners, pose).map_err(no_grain)
+    let packing =
+        PackingCase { grains: serde_json::from_value(list.clone()).unwrap_or_default(), compact: false };
+    let grain = |(index, grain): (usize, &GivenGrain)| {
+        let accepted = "a grain whose \"vertices\" span a body";
+        about_centroid(&grain.corners, grain.pose)
+            .map_err(|problem| Fault::new(format!("{path}[{index}]"), shown(&list[index]), problem, accepted))
     };
-    items.iter().enumerate().map(grain).collect()
+    packing.given().grains.iter().enumerate().map(grain).collect()
 }
 
 /// Grains of a table. Where random shapes stand for balls, these are spread so that nothing overlaps, for compaction to begin with.
@@ -323,7 +298,7 @@ fn grading(mut sizes: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{Case, Geometry, PackingCase, RawCase, SpecimenCase};
+    use crate::case::{Case, Geometry, RawCase, SpecimenCase};
 
     fn check(folder: &Path, specimen: &str) -> crate::error::Result<Case> {
         let text = format!(
@@ -391,10 +366,18 @@ mod tests {
             refused(folder.path(), r#""packing": "cubes.json", "diameter": "5 mm""#)
                 .contains("no grain in the cylinder")
         );
-        for stated in ["\"grains\": 26", "\"aspect\": 3"] {
+        for stated in ["\"grains\": 26", "\"aspect\": 3", "\"aspect\": \"300 %\""] {
             let said = refused(folder.path(), &format!(r#""packing": "cubes.json", {stated}"#));
             assert!(said.contains("is not that of the packing"), "{said}");
         }
+        for (stated, problem) in [("40 %", "taken as it stands"), ("loose", "does not begin with a number")] {
+            let given = format!(r#""packing": "cubes.json", "void_ratio": "{stated}""#);
+            let said = refused(folder.path(), &given);
+            assert!(said.contains("$.specimen.void_ratio") && said.contains(problem), "{said}");
+        }
+        let slip = r#""packing": {"grains": [{"positon": [0, 0, 0], "vertices": []}]}"#;
+        let said = refused(folder.path(), slip);
+        assert!(said.contains("$.specimen.packing.grains[0].positon: is an unknown key"), "{said}");
         let flat = r#""packing": {"grains": [{"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}]}"#;
         let said = refused(folder.path(), flat);
         assert!(said.contains("$.specimen.packing.grains[0]") && said.matches("$.").count() == 1, "{said}");

@@ -8,10 +8,11 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::super::quantity::{self, Dimension};
+use super::super::form::Form;
+use super::super::size::with_mass;
 use super::super::walk::shown;
 use super::columns::Columns;
-use super::words::{Notes, SIEVE, known};
+use super::words::{Notes, SIEVE, walked};
 use crate::error::Fault;
 
 const PATH: &str = "$.specimen.grading";
@@ -27,81 +28,54 @@ type Curve = Vec<[f64; 2]>;
 /// The list of points in place of a file's name or an object.
 pub fn grading(given: &Value, folder: &Path) -> Result<(Value, Notes), Fault> {
     let mut notes = Notes::new();
-    let mut curve = match given {
-        Value::String(file) => from_file(file, PATH, folder)?,
-        given => {
-            known(given, SIEVE, PATH)?;
-            match (&given["file"], &given["points"]) {
-                (Value::String(file), Value::Null) => from_file(file, &format!("{PATH}.file"), folder)?,
-                (Value::Null, Value::Array(points)) => {
-                    points.iter().enumerate().map(from_point).collect::<Result<_, _>>()?
-                }
-                _ => {
-                    return Err(Fault::new(
-                        PATH,
-                        shown(given),
-                        "has not one of the keys file and points",
-                        "one of them",
-                    ));
-                }
-            }
+    if let Value::String(file) = given {
+        return Ok((json!(from_file(file, PATH, folder)?), notes));
+    }
+    let keys = walked(&Form::Object(SIEVE), given, PATH)?;
+    let mut curve: Curve = match (keys["file"].as_str(), &keys["points"]) {
+        (Some(file), Value::Null) => from_file(file, &format!("{PATH}.file"), folder)?,
+        (None, points @ Value::Array(_)) => serde_json::from_value(points.clone()).unwrap_or_default(),
+        _ => {
+            let problem = "has not one of the keys file and points";
+            return Err(Fault::new(PATH, shown(given), problem, "one of them"));
         }
     };
-    if given.is_object() {
-        curve.sort_by(|a, b| b[0].total_cmp(&a[0]));
-        let sized = |key: &str| -> Result<Option<f64>, Fault> {
-            let (value, place) = (&given[key], format!("{PATH}.{key}"));
-            if value.is_null() {
-                return Ok(None);
-            }
-            let fault =
-                |problem: String| Fault::new(&place, shown(value), problem, "a sieve size, as \"20 mm\"");
-            let size = quantity::read(value, Dimension::Length).map_err(fault)?;
-            let [largest, smallest] =
-                [curve.first(), curve.last()].map(|point| point.map_or(0.0, |point| point[0]));
-            match key {
-                "parallel" if size > 0.0 => Ok(Some(size)),
-                // Sizes after the parallel shift, which come below.
-                _ if size > 0.0 && (given["parallel"].is_string() || given["parallel"].is_number()) => {
-                    Ok(Some(size))
-                }
-                // The mass beyond the last sieve of a table is cut off at that sieve.
-                "finest" if size >= smallest && size < largest => Ok(Some(size)),
-                "coarsest" if size > smallest && size <= largest => Ok(Some(size)),
-                _ => Err(fault(format!("is not between the grading's sizes, {smallest} and {largest} m"))),
-            }
-        };
-        let [parallel, coarsest, finest] = [sized("parallel")?, sized("coarsest")?, sized("finest")?];
-        if let Some(largest) = parallel {
-            let factor = largest / curve.first().map_or(largest, |point| point[0]);
-            curve.iter_mut().for_each(|point| point[0] *= factor);
-            notes.push(format!("grading: all sizes are scaled by {factor:.4}, parallel to the one given"));
+    curve.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let ends = |curve: &Curve| [curve.first(), curve.last()].map(|point| point.map_or(0.0, |point| point[0]));
+    let of_table = ends(&curve);
+    curve = with_mass(&curve).to_vec();
+    let [largest, smallest] = ends(&curve);
+    let parallel = keys["parallel"].as_f64();
+    let limit = |key: &str, fits: &dyn Fn(f64) -> bool| match keys[key].as_f64() {
+        // Behind a parallel shift sizes are others.
+        Some(size) if parallel.is_none() && !fits(size) => {
+            let problem = format!("is not between the grading's sizes, {smallest} and {largest} m");
+            let accepted = "a sieve size, as \"20 mm\"";
+            Err(Fault::new(format!("{PATH}.{key}"), shown(&given[key]), problem, accepted))
         }
-        for (limit, is_finest) in [(coarsest, false), (finest, true)] {
-            let Some(limit) = limit else { continue };
-            let gone = cut(&mut curve, limit, is_finest);
-            let side = if is_finest { "finer" } else { "coarser" };
-            if gone > ROUNDING {
-                notes.push(format!(
-                    "grading: {:.1} % of the mass, {side} than {:.4} mm, is left out and the rest scaled up",
-                    1e2 * gone,
-                    1e3 * limit
-                ));
-            }
+        size => Ok(size),
+    };
+    // The mass beyond the last sieve of a table is cut off at that sieve.
+    let coarsest = limit("coarsest", &|size| size > smallest && size <= of_table[0])?;
+    let finest = limit("finest", &|size| size < largest && size >= of_table[1])?;
+    if let Some(size) = parallel {
+        let factor = size / largest;
+        curve.iter_mut().for_each(|point| point[0] *= factor);
+        notes.push(format!("grading: all sizes are scaled by {factor:.4}, parallel to the one given"));
+    }
+    for (limit, is_finest) in [(coarsest, false), (finest, true)] {
+        let Some(limit) = limit else { continue };
+        let gone = cut(&mut curve, limit, is_finest);
+        let side = if is_finest { "finer" } else { "coarser" };
+        if gone > ROUNDING {
+            notes.push(format!(
+                "grading: {:.1} % of the mass, {side} than {:.4} mm, is left out and the rest scaled up",
+                1e2 * gone,
+                1e3 * limit
+            ));
         }
     }
     Ok((json!(curve), notes))
-}
-
-fn from_point((at, point): (usize, &Value)) -> Result<[f64; 2], Fault> {
-    let place = format!("{PATH}.points[{at}]");
-    let read = |k: usize, dimension| {
-        let accepted = "[size, share passing], as [\"60 mm\", \"45 %\"]";
-        let value = point.get(k).unwrap_or(&Value::Null);
-        quantity::read(value, dimension)
-            .map_err(|problem| Fault::new(&place, shown(point), problem, accepted))
-    };
-    Ok([read(0, Dimension::Length)?, read(1, Dimension::None)?])
 }
 
 /// Cuts a curve, coarsest first, at a size; the share of the mass that is left out.
@@ -226,6 +200,10 @@ mod tests {
             curve.as_array().expect("a list").iter().filter_map(|point| point[0].as_f64()).collect();
         assert!(sizes.iter().zip([0.06, 0.02, 0.01]).all(|(a, b)| (a - b).abs() < 1e-15), "{sizes:?}");
         assert!(notes[0].contains("scaled by 0.1000"), "{notes:?}");
+        // The largest size is that of the coarsest grains: a sieve beyond them is none of it.
+        let points = json!([["800 mm", 1], ["600 mm", 1], ["200 mm", "40 %"], ["100 mm", 0]]);
+        let beyond = grading(&json!({"points": points, "parallel": "60 mm"}), Path::new(""));
+        assert_eq!(beyond.unwrap_or_else(|e| panic!("{e}")).0, curve);
         let outside = json!({"points": [["60 mm", 1], ["20 mm", 0]], "finest": "90 mm"});
         assert!(
             grading(&outside, Path::new("")).is_err_and(|fault| fault.path == "$.specimen.grading.finest")

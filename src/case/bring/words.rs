@@ -6,7 +6,7 @@ use crate::error::Fault;
 
 use super::super::form::{Form, Key, positive, within};
 use super::super::quantity::Dimension;
-use super::super::walk::{meant, nearest, shown};
+use super::super::walk::Walker;
 
 /// What was left out or put together, a sentence each.
 pub type Notes = Vec<String>;
@@ -59,7 +59,7 @@ pub const SHAPES: Key = Key::optional(
         &Form::List(&Form::List(&POSITION, 4), 1),
         &Form::Either(&[Form::Text, Form::List(&Form::Text, 1)]),
     ),
-    "Every grain is one of these, scaled to the grading: a folder of surfaces and meshes (.stl, .obj, .ply, .msh, .vtu), a list of such files, or a list of lists of vertices. Convex hulls of them stand, of at most so many corners as vertices says; the unit does not matter.",
+    "Every grain is one of these, scaled to the grading: a folder of surfaces and meshes (.stl, .obj, .ply, .msh, .vtu), a list of such files, or a list of lists of vertices. Their convex hulls stand, those of files with at most so many corners as vertices says, those of lists as given; the unit does not matter.",
 );
 /// Another code's packing in place of drawn grains.
 pub const PACKED_GRAINS: Key = Key::optional(
@@ -74,11 +74,7 @@ pub const PACKING: &[Key] = &[
         Form::Brought(&Form::Text),
         "A CSV or JSON file of the grains, in their place; relative to the case file.",
     ),
-    Key::required(
-        "grains",
-        Form::List(&Form::Object(PACKED), 1),
-        "The grains; a file has them in place of this.",
-    ),
+    Key::required("grains", GRAINS, "The grains; a file has them in place of this."),
     Key::default(
         "compact",
         Form::Flag,
@@ -86,6 +82,8 @@ pub const PACKING: &[Key] = &[
         "Whether it is compacted to void_ratio; else it is taken as it stands, overlaps shifted apart.",
     ),
 ];
+/// The grains of a packing, in the case or a JSON file.
+pub(super) const GRAINS: Form = Form::List(&Form::Object(PACKED), 1);
 /// Keys of a grain of a packing.
 const PACKED: &[Key] = &[
     Key::default("position", POSITION, "[0, 0, 0]", "Of the origin of its vertices."),
@@ -96,6 +94,8 @@ const PACKED: &[Key] = &[
         "Relative to the position; their convex hull is the grain.",
     ),
 ];
+/// Just within void_ratio's.
+pub const POROSITY: Form = Form::Quantity(Dimension::None, within(0.05, 0.666));
 pub const POSITION: Form = Form::Tuple(&[SIGNED_LENGTH, SIGNED_LENGTH, SIGNED_LENGTH]);
 pub const ROTATION: Form = Form::Tuple(&[ANGLE, ANGLE, ANGLE]);
 const SIGNED_LENGTH: Form = Form::Quantity(Dimension::Length, within(-1e6, 1e6));
@@ -106,15 +106,12 @@ pub(super) static UNITS: [&str; 6] = ["m", "cm", "mm", "um", "in", "ft"];
 /// In metres, as [`UNITS`].
 pub(super) const METRES: [f64; 6] = [1.0, 1e-2, 1e-3, 1e-6, 0.0254, 0.3048];
 
-/// Refuses keys that are not among `keys`.
-pub(super) fn known(given: &Value, keys: &[Key], path: &str) -> Result<(), Fault> {
-    let names = || keys.iter().map(|key| key.name);
-    for (name, value) in given.as_object().into_iter().flatten() {
-        if !names().any(|known| known == name) {
-            let problem = meant("unknown key", nearest(name, names()));
-            let accepted = names().collect::<Vec<_>>().join(", ");
-            return Err(Fault::new(format!("{path}.{name}"), shown(value), problem, accepted));
-        }
+/// What is given at `path` in SI, or its first fault.
+pub(super) fn walked(form: &Form, given: &Value, path: &str) -> Result<Value, Fault> {
+    let mut walker = Walker::new(vec![]);
+    let walked = walker.walk(form, given, path);
+    match walker.faults.into_iter().next() {
+        Some(fault) => Err(fault),
+        None => Ok(walked.unwrap_or_default()),
     }
-    Ok(())
 }

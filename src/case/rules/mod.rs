@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use crate::error::{Fault, Faults};
 
 use super::path::at;
+use super::quantity::{self, Dimension};
 use super::size::{MeanGrains, SCENE_WEAKENING, weakening_distance};
 use super::walk::{Walker, number, shown};
 
@@ -44,9 +45,7 @@ pub fn derive(case: &mut Value) {
     {
         contact.entry("residual_friction").or_insert(friction.clone());
     }
-    if !case["specimen"].is_null()
-        && let Some(case) = case.as_object_mut()
-    {
+    if let Some(case) = case.as_object_mut() {
         case.entry("membrane").or_insert(json!({"kind": "pressure"}));
         let plates = case.entry("plates").or_insert(json!({}));
         if let Some(plates) = plates.as_object_mut() {
@@ -125,6 +124,16 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             format!("at most {peak}"),
         );
     }
+    let solver = &raw["solver"];
+    let [gate, tolerance] =
+        ["energy_gate", "energy_tolerance"].map(|key| quantity::read(&solver[key], Dimension::None).ok());
+    if let (Some(gate), Some(tolerance)) = (gate, tolerance)
+        && gate != tolerance
+    {
+        let problem = format!("is another tolerance than energy_tolerance, {tolerance}");
+        let accepted = "\"warn\" or \"cut\", or no energy_tolerance";
+        walker.fault("$.solver.energy_gate", shown(&solver["energy_gate"]), problem, accepted);
+    }
     show_as_written(&mut walker.faults[known..], raw);
     grains
 }
@@ -141,4 +150,30 @@ fn show_as_written(faults: &mut [Fault], raw: &Value) {
 
 fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json::Map<String, Value>> {
     value.pointer_mut(pointer).and_then(Value::as_object_mut)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::RawCase;
+
+    #[test]
+    fn an_energy_gate_is_no_second_tolerance() {
+        let check = |solver: &str| {
+            let text = format!(
+                r#"{{"scene": {{"bodies": [{{"name": "a", "shape": {{"sphere": 0.1}}}}]}}, "solver": {{{solver}}},
+                "rock": {{"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}}, "contact": {{"friction": 0.65}},
+                "stages": [{{"kind": "load"}}]}}"#
+            );
+            RawCase::parse("x.json".as_ref(), &text).and_then(|raw| raw.check())
+        };
+        for same in [
+            r#""energy_gate": 0.02"#,
+            r#""energy_gate": "2 %", "energy_tolerance": 0.02"#,
+            r#""energy_gate": "cut", "energy_tolerance": 0.02"#,
+        ] {
+            assert_eq!(check(same).unwrap_or_else(|e| panic!("{e}")).solver.energy_tolerance, 0.02);
+        }
+        let said = check(r#""energy_gate": 0.02, "energy_tolerance": 1e-3"#).expect_err("two").to_string();
+        assert!(said.contains("1 fault") && said.contains("$.solver.energy_gate: is another"), "{said}");
+    }
 }

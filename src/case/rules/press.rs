@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use crate::error::Faults;
 
+use super::super::path::child;
 use super::super::walk::{Walker, shown};
 
 pub fn check(case: &Value, walker: &mut Walker) {
@@ -65,10 +66,13 @@ fn check_pressed(case: &Value, index: usize, fault: &mut dyn FnMut(String, &Valu
     if fidelity.as_str().is_some_and(|fidelity| fidelity != "condensed") {
         fault(format!("{path}.fidelity"), fidelity, "cannot be pressed".into(), "\"condensed\"");
     }
-    let rock = if body["rock"].is_null() { &case["rock"] } else { &body["rock"] };
+    let (rock, place) = match &body["rock"] {
+        Value::Null => (&case["rock"], "$.rock.damage".to_string()),
+        own => (own, format!("{path}.rock.damage")),
+    };
     if rock["damage"].is_null() && !rock.is_null() {
         let problem = "leaves the body in the press elastic".to_string();
-        fault("$.rock.damage".into(), &rock["damage"], problem, "damage parameters");
+        fault(place, &rock["damage"], problem, "damage parameters");
     }
     if body["fixed"] == true {
         fault(format!("{path}.fixed"), &body["fixed"], "holds the body in the press".into(), "false");
@@ -83,7 +87,7 @@ fn check_stages(stages: &Value, top: &str, fault: &mut dyn FnMut(String, &Value,
             fault(format!("{path}.gravity"), &stage["gravity"], problem, "no gravity");
         }
         for (name, load) in stage["bodies"].as_object().into_iter().flatten() {
-            let path = format!("{path}.bodies.{name}");
+            let path = child(&format!("{path}.bodies"), name);
             if name != top {
                 let problem = "is loaded, but a press drives its upper plate only".to_string();
                 fault(path.clone(), &Value::from(name.as_str()), problem, "the plate above");
@@ -109,4 +113,32 @@ fn check_stages(stages: &Value, top: &str, fault: &mut dyn FnMut(String, &Value,
 /// Whether a list has a number that is not zero.
 fn nonzero(list: &Value) -> bool {
     list.as_array().into_iter().flatten().any(|value| value.as_f64().is_some_and(|x| x != 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::RawCase;
+    use crate::error::Error;
+
+    const PRESSED: &str = r#"{"rock": {"density": 2600, "youngs_modulus": "20 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.4},
+        "scene": {"press": {"body": "core.1", "bottom": "low", "top": "high"}, "bodies": [
+            {"name": "low", "shape": {"box": [0.06, 0.04, 0.01]}, "position": [0, 0, -0.005], "fixed": true, "fidelity": "rigid"},
+            {"name": "core.1", "shape": {"box": [0.05, 0.03, 0.08]}, "position": [0, 0, 0.04], "fidelity": "condensed"},
+            {"name": "high", "shape": {"box": [0.06, 0.04, 0.01]}, "position": [0, 0, 0.085], "fidelity": "rigid"}]},
+        "stages": [{"kind": "load", "bodies": {"high": {"displacement": [0, 0, -1e-5]}}}]}"#;
+
+    #[test]
+    fn faults_stand_at_the_rock_and_the_body_that_they_are_of() {
+        let paths = |text: &str| -> Vec<String> {
+            match RawCase::parse("x.json".as_ref(), text).and_then(|raw| raw.check()) {
+                Err(Error::Case { faults, .. }) => faults.into_iter().map(|fault| fault.path).collect(),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(paths(PRESSED), ["$.rock.damage"]);
+        let own = PRESSED.replace(r#""condensed"}"#, r#""condensed", "rock": {"density": 2700}}"#);
+        assert_eq!(paths(&own), ["$.scene.bodies[1].rock.damage"]);
+        let loaded = PRESSED.replace(r#"{"high":"#, r#"{"core.1": {}, "high":"#);
+        assert_eq!(paths(&loaded), ["$.rock.damage", "$.stages[0].bodies[\"core.1\"]"]);
+    }
 }

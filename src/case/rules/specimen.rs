@@ -1,6 +1,6 @@
 //! Rules of the specimen: grading and size.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::Faults;
 
@@ -10,7 +10,7 @@ use crate::specimen::size::CONSISTENCY;
 
 use crate::tensor::Vec3;
 
-use super::super::size::MeanGrains;
+use super::super::size::{MeanGrains, with_mass};
 use super::super::walk::{Walker, number};
 
 /// Largest sieve size over the smaller of diameter and height.
@@ -19,7 +19,7 @@ const LARGEST_GRAIN: f64 = 0.8;
 /// More grains are a slip of the pen, a forgotten unit most likely.
 const MOST_GRAINS: f64 = 1e7;
 
-/// A grading from small to large is turned round.
+/// A grading from small to large is turned round; sieves beyond its grains are left out.
 pub fn derive(specimen: &mut Value) {
     if let Some(points) = specimen.pointer_mut("/grading").and_then(Value::as_array_mut) {
         let passing = |point: &Value| point[1].as_f64();
@@ -28,6 +28,9 @@ pub fn derive(specimen: &mut Value) {
         {
             points.reverse();
         }
+    }
+    if let Ok(grading) = serde_json::from_value::<Vec<[f64; 2]>>(specimen["grading"].clone()) {
+        specimen["grading"] = json!(with_mass(&grading));
     }
 }
 

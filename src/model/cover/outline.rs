@@ -57,7 +57,7 @@ impl Outline<'_> {
 
     /// Distance [m] at which the ray from `origin` (outside, in space) along the unit vector `direction`
     /// enters the outline.
-    pub fn entry(&self, origin: &Vec3, direction: &Vec3) -> Option<f64> {
+    pub(super) fn entry(&self, origin: &Vec3, direction: &Vec3) -> Option<f64> {
         if self.core.facets.is_empty() {
             let origin = self.pose.to_body(origin) - self.core.vertices[0];
             let direction = self.pose.rotation.inverse() * direction;
