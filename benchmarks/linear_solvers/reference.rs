@@ -130,10 +130,11 @@ impl Network {
                 .map(|node| self.graph.neighbours(node).iter().copied().chain([node as u32]).collect())
                 .collect();
             let graph = NodeGraph::from_cliques(blocks, rows.iter().map(|row| &row[..])).expect("a graph");
-            let Ok(Ordering::Given(order)) = Ordering::nested_dissection_mixed(&graph, &self.first) else {
+            let Ok(Ordering::Given(order)) = Ordering::nested_dissection(&graph, 1) else {
                 panic!("no ordering");
             };
-            let order: Vec<usize> = order.forward().iter().map(|&k| k as usize).collect();
+            let (first, nodes) = (&self.first, order.forward().iter().map(|&node| node as usize));
+            let order: Vec<usize> = nodes.flat_map(|k| first[k] as usize..first[k + 1] as usize).collect();
             Ordered::analyse(matrix.symbolic(), &order)
         };
         let (clock, _, x) = self.timed(analyse, |lu| lu.factorise(matrix), |lu, x| lu.solve(x));

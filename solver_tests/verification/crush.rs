@@ -118,18 +118,19 @@ impl Record {
 /// Halvings of an increment.
 const MOST_CUTS: u32 = 6;
 
-/// Runs a test. Errors where the grain cannot be factored; what does not converge is an [`Ending`].
-pub fn crush(grain: DamagedGrain, press: &Press) -> Result<Record> {
+/// Plates without an end on a grain.
+pub fn bench(grain: &DamagedGrain, grip: Grip) -> Bench {
     let heights = || grain.mesh().nodes.iter().map(|x| x.z);
     let [low, high] = [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];
-    let mut bench = Bench {
-        grip: press.grip,
-        patch: None,
-        frame: Pose::identity(),
-        plates: [Plate::wide(low), Plate::wide(high)],
-        length: high - low,
-        modulus: grain.law(riprap::mesh::CellId(0)).elastic().youngs_modulus(),
-    };
+    let modulus = grain.law(riprap::mesh::CellId(0)).elastic().youngs_modulus();
+    let plates = [Plate::wide(low), Plate::wide(high)];
+    Bench { grip, patch: None, frame: Pose::identity(), plates, length: high - low, modulus }
+}
+
+/// Runs a test. Errors where the grain cannot be factored; what does not converge is an [`Ending`].
+pub fn crush(grain: DamagedGrain, press: &Press) -> Result<Record> {
+    let mut bench = bench(&grain, press.grip);
+    let high = bench.plates[1].height;
     let limits =
         Limits { max_change: press.max_change, tolerance: press.tolerance, most_rounds: press.most_rounds };
     let least_volume = press.debris_share * grain.mesh().volume();

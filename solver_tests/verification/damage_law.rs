@@ -5,7 +5,8 @@
 //! relative.
 //!
 //! - Uniaxial tension and compression of a single tet10, forces on its nodes: `E e (e0 / e)^N`, zero beyond `e0 / 0.01^(1/N)`.
-//! - Tension, unloading, compression beyond the peak, and back, with recoveries 0, 0.5, 1.
+//! - Tension, unloading, compression beyond the peak, and back, with recoveries 0 to 1. With the histories `d = 1 - (e0/e)^N`:
+//!   `(1-d) = (1 - (1-w_t r) d_c)(1 - (1-w_c(1-r)) d_t)`, r = 1 in tension and 0 in compression (eqs. 8-10).
 //! - Proportional paths in turned axes: eqs. 8-10 from the principal values.
 //! - Turned strains give turned stresses.
 
@@ -13,8 +14,8 @@ use nalgebra::Vector6;
 
 use riprap::material::DamageState;
 use riprap::tensor::{Mat3, Rotation, Vec3};
-use riprap::verification::breaking::cycle;
 use riprap::verification::damage::{E, F_C, F_T, NU, law, uniaxial, uniaxial_curves};
+use riprap::verification::finding::worse;
 
 fn tensor(v: &Vector6<f64>, shear: f64) -> Mat3 {
     let s = v.map(|x| shear * x);
@@ -34,6 +35,46 @@ fn uniaxial_curves_of_one_cell() {
     // N = 3 at twice the peak strain: a quarter of the strength.
     let stress = law(3.0, 1.0, 0.0).respond(&uniaxial(2.0 * F_T / E), &DamageState::default()).stress[0];
     assert!((stress / F_T - 0.25).abs() < 1e-8);
+}
+
+/// The largest error of the stress over the tensile strength along the cycle, for these recoveries.
+fn cycle(w_c: f64, w_t: f64) -> f64 {
+    let (t0, c0, n) = (F_T / E, F_C / E, 3.0);
+    let law = law(n, w_c, w_t);
+    let mut state = DamageState::default();
+    let mut error = 0.0;
+    let mut close = |to: f64, expected: f64| {
+        let from = state.strain[0];
+        let mut stress = 0.0;
+        for k in 1..=50 {
+            let e = from + (to - from) * f64::from(k) / 50.0;
+            let response = law.respond(&uniaxial(e), &state);
+            (stress, state) = (response.stress[0], response.state);
+            error = worse(error, response.stress.rows(1, 5).norm() / F_T);
+        }
+        error = worse(error, (stress - expected).abs() / F_T);
+    };
+    let carried = |d: f64, e: f64| if d > 0.99 { 0.0 } else { (1.0 - d) * E * e };
+    // Tension to 2.5 peak strains, half way back, zero.
+    let d_t = 1.0 - (1.0 / 2.5_f64).powf(n);
+    close(2.5 * t0, carried(d_t, 2.5 * t0));
+    close(1.2 * t0, carried(d_t, 1.2 * t0));
+    close(0.0, 0.0);
+    // Compression below its peak: w_c = 1 gives E back, w_c = 0 nothing.
+    close(-0.5 * c0, carried((1.0 - w_c) * d_t, -0.5 * c0));
+    // Beyond the peak; the lateral extension nu e now leads the tension history.
+    let e = 1.5 * c0;
+    let d_t = 1.0 - (t0 / (NU * 2.0_f64.sqrt() * e)).powf(n);
+    let d_c = 1.0 - (1.0 / 1.5_f64).powf(n);
+    let d = 1.0 - (1.0 - d_c) * (1.0 - (1.0 - w_c) * d_t);
+    close(-e, carried(d, -e));
+    if d <= 0.99 {
+        close(-0.4 * c0, carried(d, -0.4 * c0));
+        // Tension again: w_t = 1 forgets the compression damage.
+        let d = 1.0 - (1.0 - (1.0 - w_t) * d_c) * (1.0 - d_t);
+        close(0.8 * t0, carried(d, 0.8 * t0));
+    }
+    error
 }
 
 #[test]

@@ -65,23 +65,6 @@ impl BlockPattern {
         couplings.all(|(a, b)| a == b || !dofs.is_free(a) || !dofs.is_free(b) || self.offset(a, b).is_some())
     }
 
-    /// Replaces a matrix of this pattern by its symmetric part.
-    pub fn symmetrise(&self, values: &mut [f64]) {
-        let Pattern { column_starts, rows, .. } = &self.pattern;
-        let column = |c: usize| column_starts[c]..column_starts[c + 1];
-        for c in 0..self.pattern.size {
-            for entry in column(c) {
-                let r = rows[entry];
-                let range = column(r);
-                if let (true, Ok(place)) = (r < c, rows[range.clone()].binary_search(&c)) {
-                    let mirror = range.start + place;
-                    let mean = 0.5 * (values[entry] + values[mirror]);
-                    (values[entry], values[mirror]) = (mean, mean);
-                }
-            }
-        }
-    }
-
     pub fn entries(&self) -> usize {
         self.pattern.rows.len()
     }

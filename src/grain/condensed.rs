@@ -297,22 +297,6 @@ impl CondensedGrain {
         forces.iter().map(|shares| all.clone().map(|i| by(i, shares)).collect()).collect()
     }
 
-    /// Displacements [m] at `at`, in the frame, under forces [N] on surface points.
-    ///
-    /// # Panics
-    /// If `out` and `at` differ in length.
-    pub fn surface_displacement_into(
-        &self,
-        out: &mut [Vec3],
-        loads: &[(SurfacePoint, Vec3)],
-        at: &[SurfacePoint],
-    ) {
-        assert_eq!(out.len(), at.len(), "one displacement per point");
-        for (u, point) in out.iter_mut().zip(at) {
-            *u = loads.iter().map(|(place, force)| self.flexibility(point, place) * force).sum();
-        }
-    }
-
     /// Displacements [m] of all surface nodes, in the frame, under forces [N] on surface points, as contacts feel them: means over patches where
     /// these are what forces act on.
     pub fn surface_field_into(&self, out: &mut Vec<Vec3>, loads: &[(SurfacePoint, Vec3)]) {

@@ -7,8 +7,6 @@ pub enum FactorError {
     NotPositiveDefinite { pivot: usize },
     #[error("{0} holds a value that is not finite")]
     NotFinite(&'static str),
-    #[error("the solution leaves a relative residual of {residual:.1e}, more than {tolerance:.1e}")]
-    Residual { residual: f64, tolerance: f64 },
     #[error("expected {expected} entries, found {found}")]
     Size { expected: usize, found: usize },
     #[error("there is no numeric factor yet, or the last factorisation failed")]

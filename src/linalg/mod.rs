@@ -9,7 +9,7 @@ pub mod multifrontal;
 pub mod ordering;
 pub mod symmetric;
 
-pub use cholesky::{Refinement, SparseCholesky};
+pub use cholesky::SparseCholesky;
 pub use conjugate_gradients::conjugate_gradients;
 pub use fault::FactorError;
 pub use gmres::gmres;

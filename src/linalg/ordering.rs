@@ -136,16 +136,6 @@ impl Ordering {
             .collect();
         Permutation::new(forward).map(Ordering::Given).ok_or(FactorError::Ordering(METIS_NOT_A_PERMUTATION))
     }
-
-    /// Nested dissection of `graph`, node `n` carrying the unknowns `first[n]..first[n + 1]`.
-    pub fn nested_dissection_mixed(graph: &NodeGraph, first: &[u32]) -> Result<Self, FactorError> {
-        if first.len() != graph.len() + 1 {
-            return Err(FactorError::Size { expected: graph.len() + 1, found: first.len() });
-        }
-        let forward =
-            dissect(graph)?.iter().flat_map(|&node| first[node as usize]..first[node as usize + 1]).collect();
-        Permutation::new(forward).map(Ordering::Given).ok_or(FactorError::Ordering(METIS_NOT_A_PERMUTATION))
-    }
 }
 
 /// Status reported where METIS says success and returns no permutation.

@@ -24,7 +24,7 @@
 //! it sets the specimen's cross-section. Compacted packings of 150 and of 500 grains of 20 to 60 mm, in
 //! parts of the compaction wall's area: V/H = 0.87, 0.85, 0.83, 0.81 and 0.91, 0.90, 0.88, 0.87 at pore depths
 //! of 10, 15, 20 and 30 mm, whereas node spacings of 8, 12 and 18 mm agree within 0.01. So stresses belong to the
-//! cover's own [`PressureCover::mean_area`], not to the nominal one.
+//! cover's own V/H, not to the nominal one.
 //!
 //! Rims. One that is bonded to its plate hands it a share of the pressure. Where that share has a sideways resultant, so has what
 //! is left to the grains, and only friction on the plates holds them. On plates without friction rims therefore slide ([`PressureCover::sliding`]): along the plate a node of the rim goes with
@@ -330,11 +330,6 @@ impl PressureCover {
             let count = rim.len() as f64;
             rim.map(|node| self.position(poses, node).z).sum::<f64>() / count
         })
-    }
-
-    /// Mean cross-section V / H [m^2].
-    pub fn mean_area(&self, poses: &[Pose]) -> f64 {
-        self.volume(poses) / self.height(poses)
     }
 
     /// Cross-sections [m^2] at the middles of `areas.len()` slices of equal height, from the

@@ -30,7 +30,7 @@ pub use equilibrium::Equilibrium;
 pub use fidelity::{Transition, Verdict};
 pub use increment::{ContactMeasures, Energies, Increment, IncrementReport, StepStatus, advance};
 pub use motion::{continued_poses, motion_between, motion_vector};
-pub use plain::{TangentPart, plain_newton};
+pub use plain::plain_newton;
 pub use settings::{DamageSettings, Relaxation, Settings, Stabilisation};
 pub use stop::StopSignal;
 

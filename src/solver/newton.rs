@@ -37,8 +37,6 @@ pub struct Newton<'a> {
     pub(super) softened: f64,
     /// Work that crushing at contacts had taken until then [J].
     pub(super) crushed: f64,
-    /// Whether steps use the symmetric part of the tangent, to compare with.
-    pub(super) symmetrised: bool,
     pub(super) typical_stiffness: f64,
     /// Largest force out of balance on a body at rest, over the mean contact force.
     pub(super) tolerance: f64,
@@ -94,7 +92,6 @@ impl<'a> Newton<'a> {
             dissipated: 0.0,
             softened: 0.0,
             crushed: 0.0,
-            symmetrised: false,
             typical_stiffness,
             tolerance: settings.force_tolerance,
             system: None,

@@ -6,29 +6,14 @@ use crate::solver::increment::Increment;
 use crate::solver::newton::Newton;
 use crate::tensor::Pose;
 
-/// Which part of the tangent the steps use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TangentPart {
-    /// All of it. Friction makes it unsymmetric.
-    Whole,
-    Symmetric,
-}
-
-/// Largest force out of balance [N] before each of up to `steps` full steps from `start`, and where they ended. It ends early where it
-/// falls below `least` [N], where no step can be found or where cores come too close.
-pub fn plain_newton(
-    increment: &Increment<'_>,
-    start: Vec<Pose>,
-    part: TangentPart,
-    (steps, least): (usize, f64),
-) -> (Vec<f64>, Vec<Pose>) {
+/// Largest force out of balance [N] before each of up to `steps` full steps from `start`. It ends early where it falls below `least` [N],
+/// where no step can be found or where cores come too close.
+pub fn plain_newton(increment: &Increment<'_>, start: Vec<Pose>, (steps, least): (usize, f64)) -> Vec<f64> {
     let Increment { model, committed, loads, settings } = *increment;
     let mut forces = Vec::new();
-    let Ok(mut newton) = Newton::new(model, committed, loads, settings, Contacts::default(), start.clone())
-    else {
-        return (forces, start);
+    let Ok(mut newton) = Newton::new(model, committed, loads, settings, Contacts::default(), start) else {
+        return forces;
     };
-    newton.symmetrised = part == TangentPart::Symmetric;
     for _ in 0..steps {
         let (force, _) = newton.dofs.largest_force(&newton.residual);
         forces.push(force);
@@ -42,5 +27,5 @@ pub fn plain_newton(
             break;
         }
     }
-    (forces, newton.poses)
+    forces
 }

@@ -17,7 +17,7 @@ impl Newton<'_> {
         self.contacts.update_tangents(self.model, &self.poses);
         let (unknown_forces, generation) =
             (&self.contacts.unknown_forces, self.contacts.unknown_forces.generation);
-        if !self.symmetrised && self.together_for != Some(generation) && unknown_forces.can_be_split() {
+        if self.together_for != Some(generation) && unknown_forces.can_be_split() {
             match self.step_by(Unknowns::Bodies, held) {
                 Ok(step) => return Some(step),
                 Err(failure) => tracing::debug!(?failure, "contact forces are not iterated"),
@@ -130,9 +130,6 @@ impl Newton<'_> {
             weight_of(&self.weights, carrier) * model.holding_stiffness(carrier, self.typical_stiffness)
         };
         pattern.add_diagonal(values, dofs, drag);
-        if self.symmetrised {
-            pattern.symmetrise(values);
-        }
         self.contacts.timings.book(Kernel::Assembly, start);
         Ok(())
     }

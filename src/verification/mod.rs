@@ -11,7 +11,6 @@ pub mod asperities;
 pub mod balloon;
 pub mod blocks;
 pub mod bodies;
-pub mod breaking;
 pub mod cells;
 pub mod cores;
 pub mod damage;
@@ -20,10 +19,7 @@ pub mod edges;
 pub mod finding;
 pub mod grains;
 pub mod hertz;
-pub mod membranes;
-pub mod newton;
 pub mod patch;
-pub mod penalties;
 pub mod rig;
 pub mod run;
 pub mod scenes;
@@ -63,23 +59,15 @@ const fn problem(name: &'static str, title: &'static str, solve: fn(&mut Finding
 pub const PROBLEMS: &[Problem] = &[
     problem("tet10", "cell: patch, bending, order of convergence", cells::tet10),
     problem("condensed", "condensed grain against its full mesh", grains::condensed),
-    problem("turned_grain", "stressed grain turned all around", breaking::turned),
-    problem("cut_grain", "grain cut in two by deletion", breaking::cut),
     problem("damage_cell", "damage law of one cell, uniaxial", damage::uniaxial_cell),
-    problem("damage_cycle", "tension, compression, tension", breaking::cycles),
-    problem("rock_fields", "Weibull fields of 1e5 samples", breaking::fields),
-    problem("pressed", "block, sphere and grain in the press", breaking::pressed),
     problem("softening_bar", "bar pulled apart, crack band", damage::softening_bar),
     problem("balloon", "neo-Hookean balloon, limit point", balloon::balloon),
-    problem("membrane", "rubber cylinder: inflated, around a core", membranes::cylinder),
     problem("core", "smooth core in rubber under pressure", cores::pressed),
-    problem("pressure", "work of a follower pressure", membranes::pressed),
     problem("rig_elastic", "elastic specimens in the rig", rig::elastic),
     problem("hertz", "condensed sphere on a rigid plane", hertz::normal),
     problem("spheres", "two condensed spheres: Hertz, Cattaneo-Mindlin", spheres::pressed_and_pushed),
     problem("patch", "contact patch test, non-matching meshes", patch::columns),
     problem("drag", "steps against a drag, which fades", drag::steps),
-    problem("newton", "order of Newton's method", newton::orders),
     problem("incline", "block on an incline: slides, or tips first", blocks::incline),
     problem("nafems_wedge", "NAFEMS CGS-4: pushed up a slope", wedges::up_a_slope),
     problem("wedge", "wedge pressed between two walls", wedges::between_walls),
@@ -98,8 +86,6 @@ pub const PROBLEMS: &[Problem] = &[
     problem("corner_meshes", "corner of rock on four meshes", asperities::meshes),
     problem("rolling", "prism rolled over an edge", edges::rolling),
     problem("unlike_bodies", "stiffness 1e-6 to 1e6, sizes 1:20", standing::unlike_bodies),
-    problem("first_guesses", "penalties and holds 1e-3 to 1e3", penalties::first_guesses),
-    problem("rejected_trials", "they leave no trace", penalties::rejected_trials),
     problem("scale", "the same in millimetres and kilometres", wedges::scale),
     problem("scenes", "the case files in cases/scenes", scenes::all),
 ];

@@ -346,13 +346,9 @@ fn sections_add_up_to_the_volume() {
     cover.section_areas_into(&mut areas, &scene.poses);
     assert!((cover.height(&scene.poses) - 2.0).abs() < 1e-12);
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+    let expected = cover.volume(&scene.poses) / cover.height(&scene.poses);
     // Midpoint rule on a piecewise quadratic with 20 rings.
-    assert!(
-        (mean / cover.mean_area(&scene.poses) - 1.0).abs() < 1e-5,
-        "{mean} {} {:?}",
-        cover.mean_area(&scene.poses),
-        cover.statistics()
-    );
+    assert!((mean / expected - 1.0).abs() < 1e-5, "{mean} {expected} {:?}", cover.statistics());
     assert!(areas.iter().all(|&area| area > 2.0 && area < PI));
 }
 
@@ -368,7 +364,7 @@ fn a_cover_over_a_heap_is_a_folding_free_envelope() {
     // Euler: a closed surface without handles.
     assert_eq!(cover.facets.len(), 2 * cover.nodes().len() - 4);
     // Between the cylinder of the grains' centres and that of their outermost points.
-    let area = cover.mean_area(&scene.poses);
+    let area = cover.volume(&scene.poses) / cover.height(&scene.poses);
     assert!(area > PI * 0.75f64.powi(2) && area < PI, "{area}");
     // A cover that lines deeper pores instead of spanning them encloses less.
     let lined = scene.drape(0.08, 0.9).expect("a cover");
