@@ -56,8 +56,7 @@ pub fn charts(run: &Run) -> Result<Vec<(&'static str, Chart, usize)>> {
             panel
         });
         let title = format!("{}{}: {}", name[..1].to_uppercase(), &name[1..], run.label);
-        let mut chart = Chart::new(title, panels.collect(), Arrangement::Stacked);
-        chart.size = [720.0, 560.0];
+        let chart = Chart::new(title, panels.collect(), Arrangement::Stacked, [720.0, 560.0]);
         charts.push((quantity, chart, left_out));
     }
     Ok(charts)

@@ -11,7 +11,7 @@ use super::palette::{AXIS, BLACK, Colour, GRID, INK, Stroke, WHITE};
 const TITLE_SIZE: f64 = 15.0;
 const LABEL_SIZE: f64 = 13.0;
 const TICK_SIZE: f64 = 12.0;
-/// Of a chart, unless it says otherwise [px].
+/// Of most charts [px].
 pub const WIDTH: f64 = 720.0;
 /// Height of a legend's row [px].
 const LEGEND_ROW: f64 = 21.0;
@@ -111,8 +111,13 @@ impl Axes<'_> {
 }
 
 impl Chart {
-    pub fn new(title: impl Into<String>, panels: Vec<Panel>, arrangement: Arrangement) -> Self {
-        Chart { title: title.into(), panels, arrangement, size: [WIDTH, 460.0], beside: None }
+    pub fn new(
+        title: impl Into<String>,
+        panels: Vec<Panel>,
+        arrangement: Arrangement,
+        size: [f64; 2],
+    ) -> Self {
+        Chart { title: title.into(), panels, arrangement, size, beside: None }
     }
 
     /// The same for a page's column so wide [px], its letters as large; panels that would be too narrow stand below each other.
@@ -383,17 +388,13 @@ fn draw_grid(drawing: &mut Drawing, axes: Axes<'_>) {
     let Axes { frame: Frame { left, right, top, bottom }, x, y } = axes;
     let (across, up) = (|x| axes.across(x), |y| axes.up(y));
     let faint = Stroke { width: 0.5, ..Stroke::thin(GRID) };
-    for &value in &x.minor {
-        drawing.line(&[[across(value), top], [across(value), bottom]], faint);
-    }
-    for &value in &y.minor {
-        drawing.line(&[[left, up(value)], [right, up(value)]], faint);
-    }
-    for &value in &x.ticks {
-        drawing.line(&[[across(value), top], [across(value), bottom]], Stroke::thin(GRID));
-    }
-    for &value in &y.ticks {
-        drawing.line(&[[left, up(value)], [right, up(value)]], Stroke::thin(GRID));
+    for (x, y, stroke) in [(&x.minor, &y.minor, faint), (&x.ticks, &y.ticks, Stroke::thin(GRID))] {
+        for &value in x {
+            drawing.line(&[[across(value), top], [across(value), bottom]], stroke);
+        }
+        for &value in y {
+            drawing.line(&[[left, up(value)], [right, up(value)]], stroke);
+        }
     }
     // Zero is worth a line where values lie on both of its sides.
     if !y.logarithmic && y.low < 0.0 && y.high > 0.0 {
@@ -522,6 +523,8 @@ mod tests {
     use super::super::palette::{BLUE, FULL};
     use super::*;
 
+    const SIZE: [f64; 2] = [WIDTH, 460.0];
+
     fn curve(points: &[[f64; 2]]) -> Layer {
         let stroke = Stroke { colour: BLUE, width: 2.0, dash: FULL };
         Layer::Curve { label: "a curve".into(), points: points.to_vec(), stroke }
@@ -540,7 +543,7 @@ mod tests {
     fn data_lie_where_the_ticks_say() {
         let mut panel = Panel::new(Axis::new("x"), Axis::new("y"));
         panel.layers.push(curve(&[[0.0, 0.0], [1.0, 10.0], [2.0, 20.0]]));
-        let drawing = Chart::new("t", vec![panel], Arrangement::Stacked).draw();
+        let drawing = Chart::new("t", vec![panel], Arrangement::Stacked, SIZE).draw();
         let curves = lines(&drawing, BLUE);
         // The first is the legend's sample.
         let points = &curves[1];
@@ -574,8 +577,7 @@ mod tests {
             panels.push(panel);
         }
         for arrangement in [Arrangement::Stacked, Arrangement::Beside(2)] {
-            let chart = Chart { size: [720.0, 620.0], ..Chart::new("A title", panels.clone(), arrangement) };
-            let drawing = chart.draw();
+            let drawing = Chart::new("A title", panels.clone(), arrangement, [720.0, 620.0]).draw();
             let boxes: Vec<([f64; 4], String)> = drawing
                 .marks
                 .iter()
@@ -633,7 +635,7 @@ mod tests {
             let (points, stroke) = (vec![[0.0, 0.0], [1.0, 1.0]], Stroke::of(0));
             panel.layers.push(Layer::Curve { label, points, stroke });
         }
-        let chart = Chart::new("t", vec![panel], Arrangement::Stacked);
+        let chart = Chart::new("t", vec![panel], Arrangement::Stacked, SIZE);
         let mut labels: Vec<String> =
             chart.legend(WIDTH).into_iter().flatten().map(|(_, label)| label).collect();
         assert!(labels.iter().all(|label| entry_width(label) <= WIDTH - 16.0), "{labels:?}");
@@ -647,8 +649,8 @@ mod tests {
         let circle: Vec<[f64; 2]> = (0..=60).map(arc).map(|(sine, cosine)| [1.0 - cosine, sine]).collect();
         let (x, y) = (Axis::new("x").from(0.0).to(2.2), Axis::new("y").from(0.0).to(2.2 * 316.0 / 628.0));
         let panel = Panel { layers: vec![curve(&circle)], ..Panel::new(x, y) };
-        let mut chart = Chart::new("", vec![panel.clone()], Arrangement::Stacked);
-        (chart.size, chart.beside) = ([720.0, 384.0], Some([92.0, 68.0]));
+        let mut chart = Chart::new("", vec![panel.clone()], Arrangement::Stacked, [720.0, 384.0]);
+        chart.beside = Some([92.0, 68.0]);
         for width in [720.0, 317.0] {
             let drawn = lines(&chart.of_width(width).draw(), BLUE);
             let reach = |axis: usize| {
@@ -657,7 +659,7 @@ mod tests {
             };
             assert!((reach(0) / reach(1) / 2.0 - 1.0).abs() < 0.08, "{width}: {} {}", reach(0), reach(1));
         }
-        let pair = Chart::new("", vec![panel.clone(), panel], Arrangement::Beside(2)).of_width(317.0);
+        let pair = Chart::new("", vec![panel.clone(), panel], Arrangement::Beside(2), SIZE).of_width(317.0);
         assert!(pair.arrangement == Arrangement::Beside(1) && pair.size[1] > 500.0, "{:?}", pair.size);
     }
 }

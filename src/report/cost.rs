@@ -4,7 +4,8 @@ use crate::error::Result;
 
 use super::axis::Axis;
 use super::chart::{Arrangement, Chart, Layer, Panel};
-use super::palette::{AXIS, BLACK, DASHED, GREEN, ORANGE, PURPLE, Stroke};
+use super::curves::joined;
+use super::palette::{AXIS, BLACK, Colour, DASHED, GREEN, ORANGE, PURPLE, Stroke};
 use super::run::Run;
 
 /// Sums over a run.
@@ -13,7 +14,6 @@ pub struct Cost {
     pub increments: usize,
     pub factorisations: f64,
     pub augmentations: f64,
-    pub newton_iterations: f64,
     pub cuts: f64,
     /// Of the whole run, specimen included [s].
     pub wall_time: f64,
@@ -29,7 +29,6 @@ impl Cost {
             increments: run.rows,
             factorisations: sum("factorisations")?,
             augmentations: sum("augmentations")?,
-            newton_iterations: sum("newton_iterations")?,
             cuts: sum("cuts")?,
             wall_time: run.column("wall_time")?.last().copied().unwrap_or(f64::NAN),
             out_of_balance: balance.into_iter().filter(|x| x.is_finite()).fold(0.0, f64::max),
@@ -43,17 +42,16 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
         return Ok(None);
     }
     let increments = run.column("increment")?;
-    let points =
-        |values: &[f64]| -> Vec<[f64; 2]> { increments.iter().zip(values).map(|(x, y)| [*x, *y]).collect() };
+    let points = |values: &[f64]| joined(&increments, 1.0, values, 1.0);
+    let dots = |label: &str, values: &[f64], colour: Colour| {
+        let (label, points) = (label.to_string(), points(values));
+        Layer::Points { label, points, colour, radius: 1.5 }
+    };
     let x = || Axis::new("increment").whole();
     let mut work = Panel::new(x(), Axis::new("per increment").from(0.0));
-    let thin = |mut stroke: Stroke| {
-        stroke.width = 1.4;
-        stroke
-    };
     for (number, name) in ["factorisations", "augmentations"].into_iter().enumerate() {
-        let points = points(&run.column(name)?);
-        work.layers.push(Layer::Curve { label: name.into(), points, stroke: thin(Stroke::of(number)) });
+        let stroke = Stroke { width: 1.4, ..Stroke::of(number) };
+        work.layers.push(Layer::Curve { label: name.into(), points: points(&run.column(name)?), stroke });
     }
     let (factorisations, cuts) = (run.column("factorisations")?, run.column("cuts")?);
     let cut: Vec<[f64; 2]> = points(&factorisations)
@@ -69,20 +67,14 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
     work.weight = 1.3;
 
     let mut balance = Panel::new(x(), Axis::new("out of balance [1]").logarithmic());
-    balance.layers.push(Layer::Points {
-        label: "worst body over mean contact force".into(),
-        points: points(&run.column("out_of_balance")?),
-        // Not one of the upper panel's, whose legend this shares.
-        colour: GREEN,
-        radius: 1.5,
-    });
+    // Not in a colour of the upper panel's, whose legend this shares.
+    balance.layers.push(dots("worst body over mean contact force", &run.column("out_of_balance")?, GREEN));
     let asked = |key: &str| run.case.pointer(key).and_then(|value| value.as_f64());
     // Files of older versions have no unrest, those of a press only zeros.
     let unrest = run.column("unrest").ok().filter(|unrest| unrest.iter().any(|unrest| *unrest > 0.0));
     let moves = asked("/solver/stabilisation").filter(|_| unrest.is_some());
     if let Some(unrest) = unrest {
-        let label = "mean of all bodies (unrest)".into();
-        balance.layers.push(Layer::Points { label, points: points(&unrest), colour: PURPLE, radius: 1.5 });
+        balance.layers.push(dots("mean of all bodies (unrest)", &unrest, PURPLE));
     }
     let level = moves.map(|value| ("solver.stabilisation", value));
     if let Some((label, value)) =
@@ -99,17 +91,7 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
         .map(|seconds| if seconds > 0.0 { seconds } else { f64::NAN })
         .collect();
     let mut time = Panel::new(x(), Axis::new("wall time [s]").logarithmic());
-    time.layers.push(Layer::Points {
-        label: "wall time of the increment".into(),
-        points: points(&each),
-        colour: ORANGE,
-        radius: 1.5,
-    });
-    let mut chart = Chart::new(
-        format!("Convergence and cost: {}", run.label),
-        vec![work, balance, time],
-        Arrangement::Stacked,
-    );
-    chart.size = [720.0, 560.0];
-    Ok(Some(chart))
+    time.layers.push(dots("wall time of the increment", &each, ORANGE));
+    let title = format!("Convergence and cost: {}", run.label);
+    Ok(Some(Chart::new(title, vec![work, balance, time], Arrangement::Stacked, [720.0, 560.0])))
 }

@@ -57,7 +57,8 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
             [(&mut top, &curve.deviatoric_stress, 1e-6), (&mut bottom, &curve.volumetric_strain, 100.0)]
         {
             // A quantity's line joins its own points, whatever was read between them.
-            let all = measured(joined(&curve.axial_strain, 100.0, values, factor));
+            let mut all = joined(&curve.axial_strain, 100.0, values, factor);
+            all.retain(|point| point.iter().all(|x| x.is_finite()));
             let (line, points) = reach.cut(&all);
             if points.is_empty() {
                 continue;
@@ -90,9 +91,7 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
             format!("Stress and volume change; the laboratory's go on to {} %", short(reach.laboratory))
         }
     };
-    let mut chart = Chart::new(title, vec![top, bottom], Arrangement::Stacked);
-    chart.size = [720.0, 600.0];
-    Ok(Some(chart))
+    Ok(Some(Chart::new(title, vec![top, bottom], Arrangement::Stacked, [720.0, 600.0])))
 }
 
 /// How far the abscissa goes [%].
@@ -153,12 +152,6 @@ fn marks(points: Vec<[f64; 2]>, number: usize) -> Vec<[f64; 2]> {
     }
     let step = points.len().div_ceil(MANY / 2);
     points.into_iter().skip((number * step / MEASURED.len()) % step).step_by(step).collect()
-}
-
-/// The points without the empty cells.
-fn measured(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    points.retain(|point| point.iter().all(|x| x.is_finite()));
-    points
 }
 
 /// Two columns as points, each in its unit.

@@ -155,9 +155,8 @@ pub fn chart(runs: &[&Run]) -> Result<Option<Chart>> {
     }
     let columns = panels.len().min(2);
     let rows = panels.len().div_ceil(columns);
-    let mut chart = Chart::new("Where the work goes", panels, Arrangement::Beside(columns));
-    chart.size = [if columns == 1 { 720.0 } else { 960.0 }, 400.0 * rows as f64];
-    Ok(Some(chart))
+    let size = [if columns == 1 { 720.0 } else { 960.0 }, 400.0 * rows as f64];
+    Ok(Some(Chart::new("Where the work goes", panels, Arrangement::Beside(columns), size)))
 }
 
 /// Energy that no part accounts for, over the work, below which nothing is to be done: mean stresses are off by no more than that, and the size of

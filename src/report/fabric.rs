@@ -134,16 +134,10 @@ pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
         let [a, b] = ["body_a", "body_b"].map(|column| run.reader.integers(&place(column)));
         let (a, b) = (a?, b?);
         // Contacts with the plates are vertical by making, not by fabric.
-        let between: Vec<bool> = a.iter().zip(&b).map(|(a, b)| *a >= 0 && *b >= 0).collect();
-        let kept = |at: usize| between.get(at).copied().unwrap_or(false);
-        let normals: Vec<[f64; 3]> = normals
-            .chunks_exact(3)
-            .enumerate()
-            .filter(|(at, _)| kept(*at))
-            .map(|(_, n)| [n[0], n[1], n[2]])
-            .collect();
-        let forces: Vec<f64> =
-            forces.into_iter().enumerate().filter(|(at, _)| kept(*at)).map(|(_, force)| force).collect();
+        let rows = normals.chunks_exact(3).zip(forces).zip(a.iter().zip(&b));
+        let between = rows.filter(|(_, (a, b))| **a >= 0 && **b >= 0);
+        let (normals, forces): (Vec<[f64; 3]>, Vec<f64>) =
+            between.map(|((n, force), _)| ([n[0], n[1], n[2]], force)).unzip();
         let strain = states
             .get(number)
             .and_then(|state| increments.iter().position(|&n| n as u64 == state.increment))
@@ -178,9 +172,8 @@ pub fn chart(run: &Run, fabrics: &[Fabric]) -> Option<Chart> {
     if panel.layers.is_empty() {
         return None;
     }
-    let mut chart = Chart::new(format!("Contact forces: {}", run.label), vec![panel], Arrangement::Stacked);
-    chart.size = [720.0, 360.0];
-    Some(chart)
+    let title = format!("Contact forces: {}", run.label);
+    Some(Chart::new(title, vec![panel], Arrangement::Stacked, [720.0, 360.0]))
 }
 
 /// Roses side by side, one a state; `None` without contacts.

@@ -115,9 +115,8 @@ pub fn chart(run: &Run) -> Result<Option<Chart>> {
         let points = shown(&points).iter().map(|[size, share]| [1e3 * size, 100.0 * share]).collect();
         panel.layers.push(Layer::Curve { label: name.into(), points, stroke });
     }
-    let mut chart = Chart::new(format!("Grading: {}", run.label), vec![panel], Arrangement::Stacked);
-    chart.size = [720.0, 360.0];
-    Ok(Some(chart))
+    let title = format!("Grading: {}", run.label);
+    Ok(Some(Chart::new(title, vec![panel], Arrangement::Stacked, [720.0, 360.0])))
 }
 
 #[cfg(test)]

@@ -17,12 +17,10 @@ use crate::error::Result;
 use super::axis::short;
 use super::page::Section;
 use super::run::{Curve, Run, Shearing};
-use super::strength::circle;
+use super::strength::{circle, differ};
 
 /// pa [Pa]
 const ATMOSPHERE: f64 = 101_325.0;
-/// Confining pressures that differ by less than this share are one.
-const SAME_PRESSURE: f64 = 0.05;
 /// The confining pressure of one curve keeps within this share up to the largest q.
 const STEADY_PRESSURE: f64 = 0.01;
 /// A state is isotropic where q is at most this share of the curve's largest.
@@ -118,9 +116,7 @@ impl Hyperbola {
 
 /// Intercept and slope of the least-squares line through `values` over `log10(s3/pa)`; none of one pressure.
 fn line(found: &[(f64, f64)]) -> Option<[f64; 2]> {
-    let least = found.iter().map(|(pressure, _)| *pressure).fold(f64::INFINITY, f64::min);
-    let most = found.iter().map(|(pressure, _)| *pressure).fold(0.0, f64::max);
-    if !(most - least > SAME_PRESSURE * most) {
+    if !differ(found.iter().map(|(pressure, _)| *pressure)) {
         return None;
     }
     let points: Vec<[f64; 2]> = found.iter().map(|(s3, value)| [(s3 / ATMOSPHERE).log10(), *value]).collect();

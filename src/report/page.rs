@@ -64,8 +64,8 @@ impl Page {
             runs => format!("{} runs", runs.len()),
         };
         let mut warnings = Vec::new();
-        let mut columns = Vec::new();
-        for run in runs {
+        let mut lines = Vec::new();
+        for (at, run) in runs.iter().enumerate() {
             let summary = &run.summary;
             if summary.status != "finished" {
                 let reason = if summary.reason.is_empty() { "no reason is given" } else { &summary.reason };
@@ -74,27 +74,17 @@ impl Page {
                     run.label, summary.status, summary.last_good_increment
                 ));
             }
-            columns.push(overview(run)?);
+            lines.extend(overview(run)?.into_iter().map(|line| (at, line)));
         }
-        let names: Vec<String> = columns.iter().flatten().fold(Vec::new(), |mut names, (name, _)| {
-            if !names.contains(name) {
-                names.push(name.clone());
-            }
-            names
-        });
-        let value = |column: &[(String, String)], name: &str| {
-            column
-                .iter()
-                .find(|(known, _)| known == name)
-                .map_or("–".to_string(), |(_, value)| value.clone())
-        };
-        let rows = names
-            .into_iter()
-            .map(|name| {
-                let values = columns.iter().map(|column| value(column, &name)).collect();
-                (name, values)
-            })
-            .collect();
+        let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+        for (at, (name, value)) in lines {
+            let known = rows.iter().position(|(known, _)| *known == name);
+            let row = known.unwrap_or_else(|| {
+                rows.push((name, vec!["–".to_string(); runs.len()]));
+                rows.len() - 1
+            });
+            rows[row].1[at] = value;
+        }
         let labels = runs.iter().map(|run| run.label.clone()).collect();
         Ok(Page { title, overview: (labels, rows), warnings, sections: Vec::new() })
     }
@@ -119,23 +109,13 @@ impl Page {
             let _ = writeln!(html, "<p class=\"warning\">{}</p>", escaped(warning));
         }
         let (labels, rows) = &self.overview;
-        html.push_str("<table>\n");
-        if labels.len() > 1 {
-            html.push_str("<thead><tr><th></th>");
-            for label in labels {
-                let _ = write!(html, "<th>{}</th>", escaped(label));
-            }
-            html.push_str("</tr></thead>\n");
-        }
-        html.push_str("<tbody>\n");
-        for (name, values) in rows {
-            let _ = write!(html, "<tr><th>{}</th>", escaped(name));
-            for value in values {
-                let _ = write!(html, "<td>{}</td>", escaped(value));
-            }
-            html.push_str("</tr>\n");
-        }
-        html.push_str("</tbody>\n</table>\n");
+        let head =
+            if labels.len() > 1 { "<th></th>".to_string() + &cells(labels, "th") } else { String::new() };
+        let row = |(name, values): &(String, Vec<String>)| {
+            format!("<th>{}</th>{}", escaped(name), cells(values, "td"))
+        };
+        html += &table(&head, rows.iter().map(row));
+        html.push('\n');
         for section in &self.sections {
             section.write(&mut html);
         }
@@ -155,7 +135,10 @@ impl Section {
             Section::Chart(svg, caption) => {
                 writeln!(html, "<figure>\n{}{}</figure>", svg.trim_start(), figcaption(caption))
             }
-            Section::Table(header, rows) => writeln!(html, "{}", table(header, rows)),
+            Section::Table(header, rows) => {
+                let rows = rows.iter().map(|row| cells(row, "td"));
+                writeln!(html, "{}", table(&cells(header, "th"), rows))
+            }
             Section::Picture(png, width, caption) => writeln!(
                 html,
                 "<figure><img width=\"{width}\" alt=\"{}\" src=\"data:image/png;base64,{}\">{}</figure>",
@@ -173,12 +156,15 @@ impl Section {
     }
 }
 
-fn table(header: &[String], rows: &[Vec<String>]) -> String {
-    let cells = |row: &[String], tag: &str| -> String {
-        row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
-    };
-    let body: String = rows.iter().map(|row| format!("<tr>{}</tr>\n", cells(row, "td"))).collect();
-    format!("<table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{body}</tbody>\n</table>", cells(header, "th"))
+fn cells(texts: &[String], tag: &str) -> String {
+    texts.iter().map(|text| format!("<{tag}>{}</{tag}>", escaped(text))).collect()
+}
+
+/// A table of the cells of its header, if it has one, and of its rows.
+fn table(head: &str, rows: impl Iterator<Item = String>) -> String {
+    let head = if head.is_empty() { String::new() } else { format!("<thead><tr>{head}</tr></thead>\n") };
+    let body: String = rows.map(|row| format!("<tr>{row}</tr>\n")).collect();
+    format!("<table>\n{head}<tbody>\n{body}</tbody>\n</table>")
 }
 
 /// The controls, the canvas and the data of a view; without scripts its caption alone.

@@ -10,7 +10,7 @@ use super::image::Image;
 use super::palette::{AXIS, BLACK, Colour, INK, Stroke, heat, viridis};
 use super::raster::{View, picture};
 use super::run::Run;
-use super::surface::{Quantity, Triangle, numbers, of_bodies, of_cells, pose_of};
+use super::surface::{Quantity, Standing, Triangle, numbers, of_bodies, pose_of};
 
 /// Where a specimen is looked at from.
 const TOWARDS_VIEWER: [f64; 3] = [0.45, -1.0, 0.28];
@@ -51,6 +51,12 @@ struct Shot {
     paint: Paint,
 }
 
+impl Shot {
+    fn of_rock(caption: String, triangles: Vec<Triangle>) -> Shot {
+        Shot { caption, triangles, towards: TOWARDS_VIEWER, paint: Paint::Rock }
+    }
+}
+
 /// A finished picture: its name, what it shows, its pixels.
 pub struct Picture {
     pub stem: String,
@@ -66,14 +72,6 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
     let states = run.reader.saved_states()?;
     let Some(last) = states.len().checked_sub(1) else { return Ok(Vec::new()) };
     let cells = run.reader.saved_cells()?;
-    let moved = |state: usize| -> Result<Vec<Vec3>> {
-        let displacement = run.reader.saved_field("PointData", "displacement", state)?;
-        let vectors = displacement.chunks_exact(3).map(|u| Vec3::new(u[0], u[1], u[2]));
-        Ok(cells.points.iter().zip(vectors).map(|(x, u)| x + u).collect())
-    };
-    let failed = |state: usize| -> Result<Vec<bool>> {
-        Ok(run.reader.saved_field("CellData", "failed", state)?.iter().map(|x| *x > 0.5).collect())
-    };
     let leading = run.leading_consolidations();
     // The first state after the consolidation, whose end strains count from.
     let first =
@@ -90,14 +88,14 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
             (increment, ..) => format!("increment {increment}"),
         })
     };
-    let (before, after) = (moved(first)?, moved(last)?);
-    let distance: Vec<f64> = before.iter().zip(&after).map(|(a, b)| (b - a).norm()).collect();
-    let gone = failed(last)?;
+    let before = Standing::of(&run.reader, &cells, first)?;
+    let after = Standing::of(&run.reader, &cells, last)?;
+    let distance: Vec<f64> = before.points.iter().zip(&after.points).map(|(a, b)| (b - a).norm()).collect();
     let middle = section_plane(&cells.points);
     let whole_and_cut = |name: &str, paint: Paint, quantity: Quantity<'_>| {
         let shot = |caption: String, plane: Option<f64>, towards: [f64; 3]| Shot {
             caption,
-            triangles: of_cells(&cells, &after, &gone, quantity, plane),
+            triangles: after.triangles(quantity, plane),
             towards,
             paint,
         };
@@ -107,23 +105,9 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
         ]
     };
     let since = name(first)?;
-    let mut shots = vec![
-        Shot {
-            caption: name(first)?,
-            triangles: of_cells(&cells, &before, &failed(first)?, Quantity::Nothing, None),
-            towards: TOWARDS_VIEWER,
-            paint: Paint::Rock,
-        },
-        Shot {
-            caption: name(last)?,
-            triangles: of_cells(&cells, &after, &gone, Quantity::Nothing, None),
-            towards: TOWARDS_VIEWER,
-            paint: Paint::Rock,
-        },
-    ];
-    if first == last {
-        shots.truncate(1);
-    } else {
+    let mut shots = vec![Shot::of_rock(name(first)?, before.triangles(Quantity::Nothing, None))];
+    if first < last {
+        shots.push(Shot::of_rock(name(last)?, after.triangles(Quantity::Nothing, None)));
         shots.extend(whole_and_cut("displacement", Paint::Displacement, Quantity::OnPoints(&distance)));
     }
     let mut pictures = Vec::new();
@@ -131,9 +115,10 @@ pub fn pictures(run: &Run) -> Result<Vec<Picture>> {
     let about = format!("{}: {}", run.label, of_specimen(moved));
     pictures.extend(composed(&format!("specimen_{}", run.stem), &about, &shots));
     let damage = run.reader.saved_field("CellData", "damage", last)?;
-    if damage.iter().any(|&d| d > 1e-6) || gone.iter().any(|&gone| gone) {
+    let failed = run.reader.saved_field("CellData", "failed", last)?;
+    let deleted = failed.iter().filter(|failed| **failed > 0.5).count();
+    if damage.iter().any(|&d| d > 1e-6) || deleted > 0 {
         let shots = whole_and_cut("damage", Paint::Damage, Quantity::OnCells(&damage));
-        let deleted = gone.iter().filter(|&&gone| gone).count();
         let about = format!("{}: damage at the end; {deleted} cells are deleted", run.label);
         pictures.extend(composed(&format!("damage_{}", run.stem), &about, &shots));
     }
@@ -161,7 +146,6 @@ fn section_plane(points: &[Vec3]) -> f64 {
 
 /// The bodies of a scene at its start and at its end.
 fn scene(run: &Run) -> Result<Option<Picture>> {
-    let mut shots = Vec::new();
     let bodies = run.case.pointer("/scene/bodies").and_then(|value| value.as_array());
     let given = |name: &str| {
         let body = bodies?.iter().find(|body| body.get("name").and_then(|n| n.as_str()) == Some(name))?;
@@ -180,11 +164,9 @@ fn scene(run: &Run) -> Result<Option<Picture>> {
     }
     let end = |name: &str| last.iter().find(|(known, _)| known == name).map(|(_, pose)| *pose);
     let (triangles, left_out) = of_bodies(&run.case, given)?;
-    shots.push(Shot { caption: "start".into(), triangles, towards: TOWARDS_VIEWER, paint: Paint::Rock });
+    let mut shots = vec![Shot::of_rock("start".into(), triangles)];
     if run.rows > 0 {
-        let (triangles, _) = of_bodies(&run.case, end)?;
-        let caption = "end".into();
-        shots.push(Shot { caption, triangles, towards: TOWARDS_VIEWER, paint: Paint::Rock });
+        shots.push(Shot::of_rock("end".into(), of_bodies(&run.case, end)?.0));
     }
     let mut about = format!("{}: the bodies", run.label);
     if left_out > 0 {

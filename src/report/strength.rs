@@ -8,6 +8,7 @@ use crate::error::Result;
 
 use super::axis::{Axis, short};
 use super::chart::{Arrangement, Chart, Layer, Panel};
+use super::curves::joined;
 use super::palette::{DASHED, INK, Stroke};
 use super::run::{Run, Shearing};
 
@@ -49,15 +50,19 @@ impl Circle {
     }
 }
 
+/// Whether these confining pressures [Pa] are more than one.
+pub fn differ(pressures: impl Iterator<Item = f64> + Clone) -> bool {
+    let most = pressures.clone().fold(0.0, f64::max);
+    most - pressures.fold(f64::INFINITY, f64::min) > SAME_PRESSURE * most
+}
+
 /// The line that these circles touch, or nearly: without cohesion where they are of one pressure. `None` without circles, or
 /// where no line rises.
 pub fn envelope(circles: &[Circle]) -> Option<Envelope> {
     let count = circles.len() as f64;
     let mean = |of: fn(Circle) -> f64| circles.iter().map(|c| of(*c)).sum::<f64>() / count;
     let (s, t) = (mean(Circle::centre), mean(Circle::radius));
-    let least = circles.iter().map(|c| c.minor).fold(f64::INFINITY, f64::min);
-    let most = circles.iter().map(|c| c.minor).fold(0.0, f64::max);
-    let (sine, at_zero) = if most - least > SAME_PRESSURE * most {
+    let (sine, at_zero) = if differ(circles.iter().map(|c| c.minor)) {
         let along: f64 = circles.iter().map(|c| (c.centre() - s).powi(2)).sum();
         let across: f64 = circles.iter().map(|c| (c.centre() - s) * (c.radius() - t)).sum();
         (across / along, t - across / along * s)
@@ -227,9 +232,8 @@ pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
         let confined = confined.join(", ");
         caption += &format!(" An oedometer's state is no failure: the line leaves out {confined}.");
     }
-    let mut chart = Chart::new("Strength", vec![panel], Arrangement::Stacked);
-    (chart.size, chart.beside) = (SIZE, Some(BESIDE));
-    Ok(Some((chart, caption)))
+    let chart = Chart::new("Strength", vec![panel], Arrangement::Stacked, SIZE);
+    Ok(Some((Chart { beside: Some(BESIDE), ..chart }, caption)))
 }
 
 /// Stress paths q(p) and void ratio over p, from the start of the runs; `None` where no specimen has them.
@@ -239,19 +243,16 @@ pub fn paths(runs: &[Run]) -> Result<Option<Chart>> {
     let mut volume = Panel::new(mean().logarithmic(), Axis::new("void ratio e [1]"));
     let mut drawn = false;
     for (number, run) in runs.iter().enumerate().filter(|(_, run)| !run.is_scene()) {
-        let p: Vec<f64> = run.column("mean_stress")?.iter().map(|p| 1e-6 * p).collect();
-        let (q, e) = (run.column("deviatoric_stress")?, run.column("void_ratio")?);
-        let [q, e] = [(q, 1e-6), (e, 1.0)].map(|(values, factor)| -> Vec<[f64; 2]> {
-            p.iter().zip(values).map(|(p, value)| [*p, factor * value]).collect()
-        });
+        let p = run.column("mean_stress")?;
+        let q = joined(&p, 1e-6, &run.column("deviatoric_stress")?, 1e-6);
+        let e = joined(&p, 1e-6, &run.column("void_ratio")?, 1.0);
         drawn |= q.iter().filter(|point| point[0] > 0.0 && point[1].is_finite()).count() > 1;
         let (label, stroke) = (run.label.clone(), Stroke::of(number));
         path.layers.push(Layer::Curve { label: label.clone(), points: q, stroke });
         volume.layers.push(Layer::Curve { label, points: e, stroke });
     }
-    let mut chart = Chart::new("Stress path and void ratio", vec![path, volume], Arrangement::Beside(2));
-    chart.size = [720.0, 320.0];
-    Ok(drawn.then_some(chart))
+    let (title, panels) = ("Stress path and void ratio", vec![path, volume]);
+    Ok(drawn.then(|| Chart::new(title, panels, Arrangement::Beside(2), [720.0, 320.0])))
 }
 
 #[cfg(test)]

@@ -1,12 +1,10 @@
 //! Triangles to be seen: the outside of saved cells, whole or cut by a plane, and bodies of scenes.
 
-use std::collections::HashMap;
-
 use serde_json::Value;
 
 use crate::error::Result;
 use crate::geometry::Polyhedron;
-use crate::results::SavedCells;
+use crate::results::{Reader, SavedCells};
 use crate::tensor::{Pose, Rotation, Vec3};
 
 /// A triangle with what colours it.
@@ -40,64 +38,67 @@ impl Quantity<'_> {
     }
 }
 
-/// The triangles of all cells that stand. `points` are where the nodes are now [m]; `failed` cells are left out, and so
-/// is the membrane. With `plane`, what lies in front of it (y below) is cut away and the cut is closed.
-pub fn of_cells(
-    cells: &SavedCells,
-    points: &[Vec3],
-    failed: &[bool],
-    quantity: Quantity<'_>,
-    plane: Option<f64>,
-) -> Vec<Triangle> {
-    let mut triangles = Vec::new();
-    // A face belongs to the outside if one standing cell alone has it.
-    let mut faces: HashMap<[usize; 3], usize> = HashMap::new();
-    let standing = |cell: &usize| {
-        let membrane = cells.parts.get(cells.part[*cell]).is_some_and(|name| name == "membrane");
-        !membrane && !failed.get(*cell).copied().unwrap_or(false)
-    };
-    let sorted = |nodes: &[usize], face: &[usize; 3]| {
-        let mut key = face.map(|k| nodes[k]);
-        key.sort_unstable();
-        key
-    };
-    for cell in (0..cells.cells()).filter(standing).filter(|cell| cells.is_solid(*cell)) {
-        for face in cells.facets(cell) {
-            *faces.entry(sorted(cells.nodes(cell), face)).or_default() += 1;
-        }
+/// What stands of saved cells in a state. Cells that failed are left out, and so is the membrane.
+pub struct Standing<'a> {
+    cells: &'a SavedCells,
+    /// Where the nodes are [m].
+    pub points: Vec<Vec3>,
+    /// The body that each cell is on, if it stands.
+    bodies: Vec<Option<i64>>,
+    /// The facets that one cell of a body alone has, each with its cell.
+    outside: Vec<([usize; 3], usize)>,
+}
+
+impl<'a> Standing<'a> {
+    pub fn of(reader: &Reader, cells: &'a SavedCells, state: usize) -> Result<Self> {
+        let failed = reader.saved_field("CellData", "failed", state)?;
+        let body = reader.saved_field("CellData", "fragment", state)?;
+        let standing = |(failed, body): (&f64, &f64)| (*failed < 0.5).then_some(*body as i64);
+        let bodies = failed.iter().zip(&body).map(standing).collect();
+        Ok(Self::new(cells, reader.saved_points(cells, state)?, bodies))
     }
-    for cell in (0..cells.cells()).filter(standing) {
-        let nodes = cells.nodes(cell);
-        let owner = match cells.grain[cell] {
+
+    fn new(cells: &'a SavedCells, points: Vec<Vec3>, mut bodies: Vec<Option<i64>>) -> Self {
+        bodies.resize(cells.cells(), None);
+        for (body, part) in bodies.iter_mut().zip(&cells.part) {
+            if cells.parts.get(*part).is_some_and(|name| name == "membrane") {
+                *body = None;
+            }
+        }
+        let outside = cells.outside(|cell| bodies[cell]);
+        Standing { cells, points, bodies, outside }
+    }
+
+    /// Its triangles. With `plane`, what lies in front of it (y below) is cut away and the cut is closed.
+    pub fn triangles(&self, quantity: Quantity<'_>, plane: Option<f64>) -> Vec<Triangle> {
+        let (cells, mut triangles) = (self.cells, Vec::new());
+        let owner = |cell: usize| match cells.grain[cell] {
             grain if grain >= 0 => grain,
             _ => -1 - cells.part[cell] as i64,
         };
-        let mut add = |corners: [usize; 3]| {
+        for &(nodes, cell) in &self.outside {
             let triangle = Triangle {
-                corners: corners.map(|k| points[nodes[k]]),
-                values: corners.map(|k| quantity.at(cell, nodes[k])),
-                owner,
+                corners: nodes.map(|node| self.points[node]),
+                values: nodes.map(|node| quantity.at(cell, node)),
+                owner: owner(cell),
                 cut: false,
             };
             match plane {
                 // Plates hide nothing and are hollow: they stay whole.
-                Some(plane) if owner >= 0 => clip(&triangle, plane, &mut triangles),
+                Some(plane) if triangle.owner >= 0 => clip(&triangle, plane, &mut triangles),
                 Some(_) | None => triangles.push(triangle),
             }
-        };
-        let is_solid = cells.is_solid(cell);
-        for face in cells.facets(cell) {
-            // Order of the lookup does not matter: each key is asked for by itself.
-            if !is_solid || faces.get(&sorted(nodes, face)) == Some(&1) {
-                add(*face);
-            }
         }
-        if let (Some(plane), true) = (plane, is_solid) {
-            let at = [0, 1, 2, 3].map(|k| (points[nodes[k]], quantity.at(cell, nodes[k])));
-            close(&at, plane, owner, &mut triangles);
+        let Some(plane) = plane else { return triangles };
+        for cell in (0..cells.cells()).filter(|&cell| self.bodies[cell].is_some() && cells.is_solid(cell)) {
+            let corner = |k: usize| {
+                let node = cells.nodes(cell)[k];
+                (self.points[node], quantity.at(cell, node))
+            };
+            close(&[0, 1, 2, 3].map(corner), plane, owner(cell), &mut triangles);
         }
+        triangles
     }
-    triangles
 }
 
 /// A point with the value there.
@@ -250,11 +251,12 @@ mod tests {
     #[test]
     fn shared_faces_are_inside() {
         let cells = cells();
-        let all = of_cells(&cells, &cells.points, &[], Quantity::Nothing, None);
+        let standing = |bodies: [Option<i64>; 3]| Standing::new(&cells, cells.points.clone(), bodies.into());
+        let all = standing([Some(0), Some(0), Some(-1)]).triangles(Quantity::Nothing, None);
         assert_eq!(all.len(), 7);
         assert_eq!(all.iter().filter(|t| t.owner == -2).count(), 1);
         // With one cell gone, the shared face is seen.
-        let rest = of_cells(&cells, &cells.points, &[false, true, false], Quantity::Nothing, None);
+        let rest = standing([Some(0), None, Some(-1)]).triangles(Quantity::Nothing, None);
         assert_eq!(rest.len(), 5);
         // Outward: the faces of a closed body add up to nothing.
         let sum: Vec3 = rest
@@ -270,7 +272,8 @@ mod tests {
         let mut cells = cells();
         cells.types.truncate(1); // one tetrahedron alone
         let values: Vec<f64> = cells.points.iter().map(|p| 3.0 * p.y + p.x).collect();
-        let cut = of_cells(&cells, &cells.points, &[], Quantity::OnPoints(&values), Some(0.5));
+        let standing = Standing::new(&cells, cells.points.clone(), vec![Some(0)]);
+        let cut = standing.triangles(Quantity::OnPoints(&values), Some(0.5));
         // The section of the corner tetrahedron at y = 1/2 is a right triangle with legs of 1/2.
         assert!((area(&cut, |t| t.cut) - 0.125).abs() < 1e-12);
         assert!(cut.iter().all(|t| t.corners.iter().all(|c| c.y >= 0.5 - 1e-12)), "{cut:?}");

@@ -13,7 +13,6 @@ use base64::engine::general_purpose::STANDARD;
 
 use crate::error::Result;
 use crate::results::SavedCells;
-use crate::tensor::Vec3;
 
 use super::axis::short;
 use super::run::Run;
@@ -58,11 +57,8 @@ pub fn view(run: &Run) -> Result<Option<View>> {
     let states: Vec<usize> = (0..all.len()).filter(|state| (last - state).is_multiple_of(step)).collect();
     let (mut places, mut damage, mut labels) = (Vec::new(), Vec::new(), Vec::new());
     for &state in &states {
-        let displacement = run.reader.saved_field("PointData", "displacement", state)?;
-        places.extend(outside.nodes.iter().map(|&node| {
-            let by = displacement.get(3 * node..3 * node + 3).map_or(Vec3::zeros(), Vec3::from_column_slice);
-            cells.points[node] + by
-        }));
+        let points = run.reader.saved_points(&cells, state)?;
+        places.extend(outside.nodes.iter().map(|&node| points[node]));
         let values = run.reader.saved_field("CellData", "damage", state)?;
         let share =
             |cell: &usize| values.get(*cell).copied().filter(|value| value.is_finite()).unwrap_or(0.0);
@@ -108,37 +104,20 @@ pub fn view(run: &Run) -> Result<Option<View>> {
 impl Outside {
     /// `pieces`: the number of the body that each cell is on in the end.
     fn of(cells: &SavedCells, pieces: &[f64]) -> Outside {
-        // Cells of grains that can break share no points: the same place in the same piece is the same corner.
-        let size = cells.points.iter().map(|p| p.amax()).fold(0.0, f64::max).max(1e-30);
         let piece = |cell: usize| pieces.get(cell).map_or(-1, |piece| *piece as i64);
-        let key = |cell: usize, node: usize| {
-            let p = cells.points[node] / size * 1e7;
-            (cells.grain[cell], piece(cell), [0, 1, 2].map(|k| p[k].round() as i64))
-        };
+        let places = cells.places();
         let mut numbers = BTreeMap::new();
         let mut kept = Outside { nodes: vec![], corners: vec![], owners: vec![], cells: vec![] };
-        let mut faces: BTreeMap<[u32; 3], ([u32; 3], usize, usize)> = BTreeMap::new();
-        for cell in (0..cells.cells()).filter(|&cell| cells.grain[cell] >= 0) {
-            let nodes = cells.nodes(cell);
-            let mut corner = |k: usize| {
-                *numbers.entry(key(cell, nodes[k])).or_insert_with(|| {
-                    kept.nodes.push(nodes[k]);
+        for (nodes, cell) in cells.outside(|cell| (cells.grain[cell] >= 0).then(|| piece(cell))) {
+            kept.corners.extend(nodes.map(|node| {
+                // The same place in the same piece is the same corner.
+                *numbers.entry((piece(cell), places[node])).or_insert_with(|| {
+                    kept.nodes.push(node);
                     kept.nodes.len() as u32 - 1
                 })
-            };
-            for facet in cells.facets(cell) {
-                let facet = facet.map(&mut corner);
-                let mut sorted = facet;
-                sorted.sort_unstable();
-                faces.entry(sorted).or_insert((facet, cell, 0)).2 += 1;
-            }
-        }
-        for (facet, cell, count) in faces.into_values() {
-            if count == 1 {
-                kept.corners.extend(facet);
-                kept.owners.push(cells.grain[cell] as i32);
-                kept.cells.push(cell);
-            }
+            }));
+            kept.owners.push(cells.grain[cell] as i32);
+            kept.cells.push(cell);
         }
         kept
     }
@@ -203,6 +182,7 @@ fn label(run: &Run, increment: u64) -> Result<String> {
 mod tests {
     use super::*;
     use crate::results::CellKind;
+    use crate::tensor::Vec3;
 
     /// Two tetrahedra with a face in common, their points apart: one outside of six facets while they are one piece, eight when they came apart.
     #[test]

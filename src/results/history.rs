@@ -1,5 +1,7 @@
-//! `/history`: one row per accepted increment. The one table below gives the row's fields, the names
-//! of the datasets, their units and their long names, so that they cannot drift apart.
+//! The rows of `/history`, `/bodies/<name>` and `/grains`. One table each gives a row's fields, the names of the
+//! datasets, their units and their long names, so that they cannot drift apart.
+
+use crate::tensor::Vec3;
 
 /// What one dataset of numbers is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,86 +16,121 @@ pub struct Quantity {
     pub width: usize,
 }
 
-impl Quantity {
-    /// Real numbers in these units, so many of one.
-    pub const fn measured(
-        name: &'static str,
-        units: &'static str,
-        long_name: &'static str,
-        width: usize,
-    ) -> Self {
-        Quantity { name, units, long_name, integer: false, width }
-    }
-
-    /// A number of things.
-    pub const fn count(name: &'static str, long_name: &'static str) -> Self {
-        Quantity { name, units: "1", long_name, integer: true, width: 1 }
-    }
-}
-
-/// One number of a history row.
+/// One number of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
     Float(f64),
     Integer(i64),
 }
 
-impl From<f64> for Value {
-    fn from(value: f64) -> Self {
-        Value::Float(value)
-    }
-}
-
-impl From<i64> for Value {
-    fn from(value: i64) -> Self {
-        Value::Integer(value)
-    }
-}
-
-/// Whether a field's type is an integer, for the table, and what stands for a value that is not there.
-trait Counted {
-    const INTEGER: bool;
-    const NONE: Self;
-}
-impl Counted for f64 {
+/// What a field of a row can be: how many numbers, of which kind, and what stands for one that is not there.
+trait Field: Sized {
     const INTEGER: bool = false;
-    const NONE: f64 = f64::NAN;
+    const WIDTH: usize = 1;
+    const NONE: Self;
+    fn put(self, numbers: &mut Vec<Value>);
 }
-impl Counted for i64 {
+
+impl Field for f64 {
+    const NONE: f64 = f64::NAN;
+    fn put(self, numbers: &mut Vec<Value>) {
+        numbers.push(Value::Float(self));
+    }
+}
+
+impl Field for i64 {
     const INTEGER: bool = true;
     const NONE: i64 = 0;
+    fn put(self, numbers: &mut Vec<Value>) {
+        numbers.push(Value::Integer(self));
+    }
 }
 
-macro_rules! history {
-    ($($name:ident: $kind:ty, $units:literal, $long_name:literal;)*) => {
-        /// One accepted increment. What a run does not have is NaN (a scene has no `void_ratio`).
+impl Field for [f64; 6] {
+    const WIDTH: usize = 6;
+    const NONE: [f64; 6] = [f64::NAN; 6];
+    fn put(self, numbers: &mut Vec<Value>) {
+        numbers.extend(self.map(Value::Float));
+    }
+}
+
+impl Field for Vec3 {
+    const WIDTH: usize = 3;
+    const NONE: Vec3 = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
+    fn put(self, numbers: &mut Vec<Value>) {
+        numbers.extend(self.iter().map(|x| Value::Float(*x)));
+    }
+}
+
+macro_rules! rows {
+    ($(#[$row_doc:meta])* $row:ident, $(#[$table_doc:meta])* $table:ident;
+     $($name:ident: $kind:ty, $units:literal, $long_name:literal;)*) => {
+        $(#[$row_doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
-        pub struct HistoryRow {
+        pub struct $row {
             $(#[doc = concat!($long_name, ", in `", $units, "`")] pub $name: $kind,)*
         }
 
-        /// The datasets of `/history`, in order.
-        pub const HISTORY: &[Quantity] = &[$(Quantity {
+        $(#[$table_doc])*
+        pub const $table: &[Quantity] = &[$(Quantity {
             name: stringify!($name),
             units: $units,
             long_name: $long_name,
-            integer: <$kind as Counted>::INTEGER,
-            width: 1,
+            integer: <$kind as Field>::INTEGER,
+            width: <$kind as Field>::WIDTH,
         },)*];
 
-        impl HistoryRow {
+        impl $row {
             /// A row of which nothing is known: no number where one is measured, zero where one is counted.
-            pub const UNKNOWN: HistoryRow = HistoryRow { $($name: <$kind as Counted>::NONE,)* };
+            pub const UNKNOWN: $row = $row { $($name: <$kind as Field>::NONE,)* };
 
-            /// The row's numbers in the order of [`HISTORY`].
+            /// The row's numbers in the order of its table, those of a vector one after the other.
             pub fn values(&self) -> Vec<Value> {
-                vec![$(self.$name.into(),)*]
+                let mut values = Vec::new();
+                $(Field::put(self.$name, &mut values);)*
+                values
             }
         }
     };
 }
 
-history! {
+rows! {
+    /// One body after one accepted increment. Vectors are in space axes, moments about the body's reference point.
+    BodyRow,
+    /// The datasets of `/bodies/<name>`, each of shape (increments, 3).
+    BODY_QUANTITIES;
+    position: Vec3, "m", "position of the reference point";
+    rotation: Vec3, "rad", "rotation vector from body axes to space axes";
+    displacement: Vec3, "m", "displacement of the reference point since the start";
+    force: Vec3, "N", "resultant of the contact forces on the body";
+    moment: Vec3, "N m", "moment of the contact forces on the body about its reference point";
+    reaction_force: Vec3, "N", "force that the body's prescription exerts on it";
+    reaction_moment: Vec3, "N m", "moment that the body's prescription exerts on it";
+}
+
+rows! {
+    /// One grain in one saved state.
+    GrainRow,
+    /// The per-state datasets of `/grains`, each of shape (states, grains) or (states, grains, width).
+    GRAIN_QUANTITIES;
+    position: Vec3, "m", "position of the reference point";
+    rotation: Vec3, "rad", "rotation vector from body axes to space axes";
+    stress: [f64; 6], "Pa", "mean Cauchy stress xx yy zz xy yz xz from the forces on the surface, tension positive; of a grain that came apart its first part's";
+    damage_mean: f64, "1", "volume-weighted mean of the damage variable";
+    damage_max: f64, "1", "largest damage variable in the grain";
+    failed_fraction: f64, "1", "failed share of the integration points";
+    fragments: i64, "1", "connected parts of the grain, 1 for a whole one";
+    local_shear_strain: f64, "1", "sqrt(2/3 e:e) of the deviatoric strain since strains count, from how the grain's neighbours moved";
+    local_volumetric_strain: f64, "1", "volumetric strain since strains count, from how the grain's neighbours moved, compression positive";
+    turn: f64, "rad", "angle by which the grain has turned since strains count";
+    level: i64, "1", "how the grain deforms: 0 rigid with local compliance, 1 condensed, 2 full";
+}
+
+rows! {
+    /// One accepted increment. What a run does not have is NaN (a scene has no `void_ratio`).
+    HistoryRow,
+    /// The datasets of `/history`, in order.
+    HISTORY;
     stage: i64, "1", "stage, counted from 0 as in the case file";
     increment: i64, "1", "accepted increment, counted from 1 over all stages";
     time: f64, "1", "stages completed plus the completed share of the present one";

@@ -39,6 +39,11 @@ impl Drop for Lock {
 }
 
 impl Lock {
+    /// Whether it keeps others out.
+    pub fn is_held(&self) -> bool {
+        self.locked
+    }
+
     /// Locks a file that is there. `None` if another process is in the way.
     pub fn acquire(path: &Path, access: Access) -> Result<Option<Self>> {
         let file = OpenOptions::new().read(true).write(access == Access::Write).open(path);

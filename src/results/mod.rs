@@ -9,12 +9,9 @@
 //! SI units. Strains, `deviatoric_stress` and `mean_stress` in `/history` count compression positive;
 //! stresses in `/VTKHDF` count tension positive.
 
-mod bodies;
 mod breakage;
 mod checksum;
-mod export;
 mod fields;
-mod grains;
 mod head;
 mod history;
 mod inspect;
@@ -35,20 +32,20 @@ mod vtkhdf;
 mod vtu;
 mod writer;
 
-pub use bodies::{BODY_QUANTITIES, BodyRow};
 pub use breakage::breakage_tables;
-pub use export::{plain_cell, write_bodies_csv, write_history_csv};
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
-pub use grains::{GRAIN_QUANTITIES, GrainRow};
-pub use history::{HISTORY, HistoryRow, Quantity, Value};
+pub use history::{
+    BODY_QUANTITIES, BodyRow, GRAIN_QUANTITIES, GrainRow, HISTORY, HistoryRow, Quantity, Value,
+};
 pub use lock::check_unused;
 pub use network::{write_network, write_stl};
 pub use reader::{NumberKind, Reader, Restart};
 pub use record::{COMMIT, CaseRecord, ENDINGS, Outcome, Status, VERSION, host, results_file};
+pub use resume::put_back;
 pub use states::{SavedCells, SavedState};
 pub use summary::{Named, Summary};
 pub use table::{Column, ColumnData};
-pub use tables::write_tables;
+pub use tables::{plain_cell, write_bodies_csv, write_history_csv, write_tables};
 pub use verify::Verified;
 pub use vtu::{escaped, write_vtu_series};
 pub use writer::{Existing, Writer};

@@ -110,11 +110,7 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
 /// Centres of the grains, or of a scene's bodies, in a state [m].
 fn centres(reader: &Reader, state: usize) -> Result<Vec<Vec3>> {
     if reader.has("grains/position") {
-        let grains = reader.shape("grains/position")?.get(1).copied().unwrap_or(0);
-        return Ok(vectors(&reader.floats_in("grains/position", state, 1)?)
-            .into_iter()
-            .take(grains)
-            .collect());
+        return Ok(vectors(&reader.floats_in("grains/position", state, 1)?));
     }
     if !reader.has("bodies") {
         return Ok(Vec::new());
@@ -136,9 +132,6 @@ fn vectors(numbers: &[f64]) -> Vec<Vec3> {
     numbers.chunks_exact(3).map(Vec3::from_column_slice).collect()
 }
 
-/// A triangle by the places of its corners, in order.
-type Corners = [[i64; 3]; 3];
-
 /// Writes the bodies of the last saved state as binary STL [m], where they are in it: `<stem>.stl` of all, and `<stem>_<body>.stl` of each. Cells that failed are
 /// left out, plates and membrane too. Returns the file of all, and how many bodies there are.
 ///
@@ -149,35 +142,16 @@ pub fn write_stl(reader: &Reader, folder: &Path, stem: &str) -> Result<(PathBuf,
         return Err(failure(reader.path(), "VTKHDF", "has no saved states to export"));
     };
     let cells = reader.saved_cells()?;
-    let moved: Vec<Vec3> = {
-        let by = vectors(&reader.saved_field("PointData", "displacement", state)?);
-        cells.points.iter().zip(by).map(|(x, u)| x + u).collect()
-    };
+    let moved = reader.saved_points(&cells, state)?;
     let failed = reader.saved_field("CellData", "failed", state)?;
     let owner = reader.saved_field("CellData", "fragment", state)?;
-    if moved.len() != cells.points.len() || failed.len() != cells.cells() || owner.len() != cells.cells() {
+    if failed.len() != cells.cells() || owner.len() != cells.cells() {
         return Err(failure(reader.path(), "VTKHDF", "fields of the last state and its mesh do not match"));
     }
-    // The same place in the same body is the same corner: cells of grains that can break share no points.
-    let size = cells.points.iter().map(|p| p.amax()).fold(0.0, f64::max).max(1e-30);
-    let place = |node: usize| {
-        let p = cells.points[node] / size * 1e7;
-        [0, 1, 2].map(|k| p[k].round() as i64)
-    };
-    let mut outside: BTreeMap<(i64, Corners), ([Vec3; 3], usize)> = BTreeMap::new();
-    for cell in (0..cells.cells()).filter(|&cell| cells.grain[cell] >= 0 && failed[cell] < 0.5) {
-        let nodes = cells.nodes(cell);
-        for facet in cells.facets(cell).iter().map(|facet| facet.map(|k| nodes[k])) {
-            let mut key = facet.map(place);
-            key.sort_unstable();
-            outside.entry((owner[cell] as i64, key)).or_insert((facet.map(|node| moved[node]), 0)).1 += 1;
-        }
-    }
+    let stands = |cell: usize| cells.grain[cell] >= 0 && failed[cell] < 0.5;
     let mut bodies: BTreeMap<i64, Vec<[Vec3; 3]>> = BTreeMap::new();
-    for ((body, _), (corners, count)) in outside {
-        if count == 1 {
-            bodies.entry(body).or_default().push(corners);
-        }
+    for (nodes, cell) in cells.outside(|cell| stands(cell).then(|| owner[cell] as i64)) {
+        bodies.entry(owner[cell] as i64).or_default().push(nodes.map(|node| moved[node]));
     }
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     for (body, facets) in &bodies {

@@ -93,7 +93,9 @@ impl Reader {
         // A commit of a live writer takes milliseconds; try again between two.
         let mut last = failure(path, "/", "is being written to all the time; try again");
         for _ in 0..ATTEMPTS {
-            if let Some(lock) = Lock::acquire(&real, Access::Read)? {
+            let lock = Lock::acquire(&real, Access::Read)?;
+            let unlocked = lock.as_ref().is_some_and(|lock| !lock.is_held());
+            if let Some(lock) = lock.filter(Lock::is_held) {
                 if journal::needed(&lock.file, &real)? == Needed::Nothing {
                     let (path, file) = (path.to_path_buf(), open(&real)?);
                     return Ok(Reader { file, path, live: false, _lock: Some(lock) });
@@ -109,11 +111,17 @@ impl Reader {
                 Head::read(&file, path)
             };
             let before = head()?;
+            if unlocked && before.as_ref().is_some_and(|head| head.under_way.is_some()) {
+                // Its writer may be within this commit, and would not survive that it is put back.
+                let message = "is within a commit, and without riprap's file locks nothing says whether its run lives; if it was killed, \
+                    `riprap run --resume` puts the file back";
+                last = failure(path, "/", message);
+            }
             if before.as_ref().is_none_or(|head| head.under_way.is_none()) {
                 match open(&real) {
                     // Read between two commits.
                     Ok(file) if head()? == before => {
-                        return Ok(Reader { file, path: path.to_path_buf(), live: true, _lock: None });
+                        return Ok(Reader { file, path: path.to_path_buf(), live: !unlocked, _lock: None });
                     }
                     Ok(_) => {}
                     Err(error) => last = error,

@@ -6,21 +6,30 @@ use hdf5::File;
 
 use crate::error::{Error, Result};
 
-use super::bodies::BODY_QUANTITIES;
-use super::grains::GRAIN_QUANTITIES;
 use super::head::Head;
-use super::history::HISTORY;
+use super::history::{BODY_QUANTITIES, GRAIN_QUANTITIES, HISTORY};
 use super::journal::{self, Owner};
-use super::lock::Lock;
+use super::lock::{Access, Lock};
 use super::reader::{Reader, Restart};
 use super::record::Outcome;
-use super::store::{Store, explain, failure};
+use super::store::{Growing, Store, explain, failure};
 use super::vtkhdf::VtkHdf;
 use super::writer::{Writer, access};
 
 /// Where datasets lie that are written once.
 /// Not those that a continued run takes away: their place is used again.
 const FIXED_GROUPS: [&str; 6] = ["VTKHDF", "grains", "specimen", "contacts", "rock", "restart"];
+
+/// Puts a file back that a killed run left within a commit, for one who goes on with it where no lock says whether that run lives.
+///
+/// # Errors
+/// [`Error::Results`] and [`Error::Io`] where that cannot be.
+pub fn put_back(path: &Path) -> Result<()> {
+    let Ok(real) = std::fs::canonicalize(path) else { return Ok(()) };
+    let lock = Lock::acquire(&real, Access::Write)?;
+    let Some(lock) = lock.filter(|lock| !lock.is_held()) else { return Ok(()) };
+    journal::recover(&lock.file, &real).map(drop)
+}
 
 impl Writer {
     /// Opens a file to continue it after its last restart point: rows and states behind that point are
@@ -48,10 +57,7 @@ impl Writer {
         });
         let file = opened.map_err(|e| failure(path, "/", explain(&e)))?;
         let store = Store { open: Some(file), path: path.to_path_buf() };
-        let mut history = Vec::new();
-        for quantity in HISTORY {
-            history.push(store.grown(&format!("history/{}", quantity.name))?);
-        }
+        let history = store.grown_columns("history", HISTORY)?;
         let length = lock.file.metadata().map_err(|e| Error::io("read", path, e))?.len();
         let mut writer = Self::over(store, lock, owner, history);
         writer.committed_length = length;
@@ -72,14 +78,7 @@ impl Writer {
     /// Forgets what a continued run writes again when it comes to the end of `stage` and of those behind
     /// it, the profile and the breakage. Right after [`Writer::resume`].
     pub fn drop_summaries(&mut self, stage: usize) -> Result<()> {
-        if self.store.has("stages")? {
-            let stages = self.store.group("stages")?;
-            for name in self.store.hdf5("stages", stages.member_names())? {
-                if name.parse::<usize>().is_ok_and(|index| index >= stage) {
-                    self.store.hdf5(&format!("stages/{name}"), stages.unlink(&name))?;
-                }
-            }
-        }
+        self.drop_tables("stages", stage)?;
         for name in ["profile", "breakage", "pieces"] {
             if self.store.has(name)? {
                 self.store.unlink(name)?;
@@ -88,21 +87,36 @@ impl Writer {
         self.commit()
     }
 
-    fn drop_after(&mut self, restart: &Restart) -> Result<()> {
-        for column in &self.history {
-            if column.rows() < restart.rows {
+    /// Takes away the tables of a group whose numbers are `first` and larger.
+    fn drop_tables(&self, group: &str, first: usize) -> Result<()> {
+        if !self.store.has(group)? {
+            return Ok(());
+        }
+        let tables = self.store.group(group)?;
+        for name in self.store.hdf5(group, tables.member_names())? {
+            if name.parse::<usize>().is_ok_and(|number| number >= first) {
+                self.store.hdf5(&format!("{group}/{name}"), tables.unlink(&name))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn cut(&self, columns: &[Growing], rows: usize) -> Result<()> {
+        for column in columns {
+            if column.rows() < rows {
                 return Err(self.store.fail(&column.name, "is shorter than the restart point says"));
             }
-            column.resize(&self.store, restart.rows)?;
+            column.resize(&self.store, rows)?;
         }
+        Ok(())
+    }
+
+    fn drop_after(&mut self, restart: &Restart) -> Result<()> {
+        self.cut(&self.history, restart.rows)?;
         if self.store.has("bodies")? {
             for body in self.body_names()? {
-                let mut columns = Vec::new();
-                for quantity in &BODY_QUANTITIES {
-                    let column = self.store.grown(&format!("bodies/{body}/{}", quantity.name))?;
-                    column.resize(&self.store, restart.rows)?;
-                    columns.push(column);
-                }
+                let columns = self.store.grown_columns(&format!("bodies/{body}"), BODY_QUANTITIES)?;
+                self.cut(&columns, restart.rows)?;
                 self.bodies.push(columns);
             }
         }
@@ -114,26 +128,15 @@ impl Writer {
             }
         }
         if self.store.has("grains")? && self.store.has("grains/position")? {
-            for quantity in &GRAIN_QUANTITIES {
-                let column = self.store.grown(&format!("grains/{}", quantity.name))?;
-                column.resize(&self.store, restart.states)?;
-                self.grains.push(column);
-            }
+            self.grains = self.store.grown_columns("grains", GRAIN_QUANTITIES)?;
+            self.cut(&self.grains, restart.states)?;
             if self.store.has("grains/state")? {
                 let states = self.store.grown("grains/state")?;
                 states.resize(&self.store, restart.states)?;
                 self.grain_states = Some(states);
             }
         }
-        if self.store.has("contacts")? {
-            let contacts = self.store.group("contacts")?;
-            for name in self.store.hdf5("contacts", contacts.member_names())? {
-                if name.parse::<usize>().is_ok_and(|state| state >= restart.states) {
-                    self.store.hdf5(&format!("contacts/{name}"), contacts.unlink(&name))?;
-                }
-            }
-        }
-        Ok(())
+        self.drop_tables("contacts", restart.states)
     }
 
     /// Notes where the datasets in a group lie that were written whole, mesh and tables; those that grow note themselves.

@@ -15,8 +15,7 @@ use hdf5_sys::h5t::{H5Tclose, H5Tcopy, H5Tset_size};
 
 use crate::error::Result;
 
-use super::grains::GRAIN_QUANTITIES;
-use super::history::HISTORY;
+use super::history::{GRAIN_QUANTITIES, HISTORY};
 use super::store::{Growing, Layout, Store};
 use super::writer::{HISTORY_ROWS, Writer};
 
@@ -154,7 +153,7 @@ impl Writer {
         let [grain, axis] = [self.store.open("grains/grain")?, self.store.open("grains/axis")?];
         let what = "components of a symmetric tensor: 0 xx, 1 yy, 2 zz, 3 xy, 4 yz, 5 xz";
         let component = self.store.count_scale("grains/component", 6, what)?;
-        for (column, quantity) in self.grains.iter().zip(&GRAIN_QUANTITIES) {
+        for (column, quantity) in self.grains.iter().zip(GRAIN_QUANTITIES) {
             let last = if quantity.width == 6 { &component } else { &axis };
             self.store.measure_by(&[&states.dataset, &grain, last], &[&column.dataset])?;
         }

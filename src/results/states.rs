@@ -1,8 +1,5 @@
 //! Reads the saved states of `/VTKHDF`: what a picture needs.
 
-use hdf5::{Hyperslab, SliceOrIndex};
-use ndarray::IxDyn;
-
 use crate::error::Result;
 use crate::tensor::Vec3;
 
@@ -66,6 +63,40 @@ impl SavedCells {
             _ => &[],
         }
     }
+
+    /// A number for each node, the same for nodes at the same place: cells of grains that can break share none. Numbers grow along x.
+    pub fn places(&self) -> Vec<usize> {
+        let size = self.points.iter().map(|p| p.amax()).fold(0.0, f64::max).max(1e-30);
+        let place = |p: &Vec3| [0, 1, 2].map(|k| (p[k] / size * 1e7).round() as i64);
+        let places: Vec<[i64; 3]> = self.points.iter().map(place).collect();
+        let mut order: Vec<usize> = (0..places.len()).collect();
+        order.sort_by_key(|&node| places[node]);
+        let mut numbers = vec![0; places.len()];
+        for pair in order.windows(2) {
+            numbers[pair[1]] = numbers[pair[0]] + usize::from(places[pair[0]] != places[pair[1]]);
+        }
+        numbers
+    }
+
+    /// The facets that one cell of an owner alone has, by their nodes, each with its cell; in the order of owners and places. What has
+    /// no owner is left out.
+    pub fn outside(&self, owner: impl Fn(usize) -> Option<i64>) -> Vec<([usize; 3], usize)> {
+        let places = self.places();
+        let mut facets = Vec::new();
+        for cell in 0..self.cells() {
+            let Some(owner) = owner(cell) else { continue };
+            let nodes = self.nodes(cell);
+            for facet in self.facets(cell) {
+                let corners = facet.map(|k| nodes[k]);
+                let mut key = corners.map(|node| places[node]);
+                key.sort_unstable();
+                facets.push((owner, key, corners, cell));
+            }
+        }
+        facets.sort_unstable();
+        let alike = facets.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+        alike.filter(|facets| facets.len() == 1).map(|facets| (facets[0].2, facets[0].3)).collect()
+    }
 }
 
 impl Reader {
@@ -118,19 +149,21 @@ impl Reader {
 
     /// A field of a saved state, row after row: `on` is `PointData` or `CellData`.
     pub fn saved_field(&self, on: &str, name: &str, state: usize) -> Result<Vec<f64>> {
-        let path = format!("VTKHDF/{on}/{name}");
-        let starts = self.integers(&format!("VTKHDF/Steps/{on}Offsets/{name}"))?;
+        let (path, offsets) = (format!("VTKHDF/{on}/{name}"), format!("VTKHDF/Steps/{on}Offsets/{name}"));
         let counted = if on == "PointData" { "VTKHDF/NumberOfPoints" } else { "VTKHDF/NumberOfCells" };
         let rows = self.integers(counted)?.first().copied().unwrap_or(0).max(0) as usize;
-        let dataset = self.dataset(&path)?;
-        let shape = dataset.shape();
-        let start = starts.get(state).and_then(|&start| usize::try_from(start).ok());
-        let Some(start) = start.filter(|start| shape.first().is_some_and(|&all| start + rows <= all)) else {
-            return Err(failure(self.path(), &path, format!("has no state {state}")));
-        };
-        let mut selection = vec![SliceOrIndex::from(start..start + rows)];
-        selection.extend(shape[1..].iter().map(|&n| SliceOrIndex::from(0..n)));
-        let block = self.named(&path, dataset.read_slice::<f64, _, IxDyn>(Hyperslab::from(selection)))?;
-        Ok(block.into_iter().collect())
+        let start = self.integers(&offsets)?.get(state).and_then(|&start| usize::try_from(start).ok());
+        let start = start.ok_or_else(|| failure(self.path(), &offsets, format!("lacks state {state}")))?;
+        self.floats_in(&path, start, rows)
+    }
+
+    /// Where the nodes of the mesh are in a saved state [m].
+    pub fn saved_points(&self, cells: &SavedCells, state: usize) -> Result<Vec<Vec3>> {
+        let displacement = self.saved_field("PointData", "displacement", state)?;
+        if displacement.len() != 3 * cells.points.len() {
+            return Err(failure(self.path(), "VTKHDF", "displacements and points do not match"));
+        }
+        let moved = cells.points.iter().zip(displacement.chunks_exact(3));
+        Ok(moved.map(|(x, u)| x + Vec3::from_column_slice(u)).collect())
     }
 }

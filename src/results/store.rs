@@ -14,7 +14,7 @@ use ndarray::{ArrayViewD, IxDyn};
 use crate::error::{Error, Result};
 
 use super::checksum::crc32;
-use super::history::Quantity;
+use super::history::{Quantity, Value};
 
 /// Uncompressed bytes of a chunk of the large arrays: big enough to compress well, small enough to read alone.
 const CHUNK_BYTES: usize = 1 << 20;
@@ -200,23 +200,57 @@ impl Store {
         Ok(Growing { dataset: self.hdf5(name, made)?, name: name.to_string(), width: width.to_vec() })
     }
 
-    /// As [`Store::growing`], of the values of a quantity in `group`, in each row those of so many `items`, with what they are.
-    pub fn column(
+    /// As [`Store::growing`], of the values of each quantity in `group`, in each row those of so many `items`, with what they are.
+    pub fn columns(
         &self,
         group: &str,
-        quantity: &Quantity,
+        quantities: &[Quantity],
         items: Option<usize>,
         layout: Layout,
-    ) -> Result<Growing> {
-        let name = format!("{group}/{}", quantity.name);
-        let width = (quantity.width > 1).then_some(quantity.width);
-        let width: Vec<usize> = items.into_iter().chain(width).collect();
-        let column = match quantity.integer {
-            true => self.growing::<i64>(&name, &width, layout)?,
-            false => self.growing::<f64>(&name, &width, layout)?,
+    ) -> Result<Vec<Growing>> {
+        let column = |quantity: &Quantity| -> Result<Growing> {
+            let name = format!("{group}/{}", quantity.name);
+            let width = (quantity.width > 1).then_some(quantity.width);
+            let width: Vec<usize> = items.into_iter().chain(width).collect();
+            let column = match quantity.integer {
+                true => self.growing::<i64>(&name, &width, layout)?,
+                false => self.growing::<f64>(&name, &width, layout)?,
+            };
+            self.describe(&column.dataset, quantity.units, quantity.long_name)?;
+            Ok(column)
         };
-        self.describe(&column.dataset, quantity.units, quantity.long_name)?;
-        Ok(column)
+        quantities.iter().map(column).collect()
+    }
+
+    /// Opens what [`Store::columns`] made.
+    pub fn grown_columns(&self, group: &str, quantities: &[Quantity]) -> Result<Vec<Growing>> {
+        quantities.iter().map(|quantity| self.grown(&format!("{group}/{}", quantity.name))).collect()
+    }
+
+    /// Writes the numbers of `items` into columns of theirs, at row `start`.
+    pub fn put_values(
+        &self,
+        columns: &[Growing],
+        quantities: &[Quantity],
+        start: usize,
+        items: &[Vec<Value>],
+    ) -> Result<()> {
+        let mut at = 0;
+        for (column, quantity) in columns.iter().zip(quantities) {
+            let (mut floats, mut integers) = (Vec::new(), Vec::new());
+            for value in items.iter().flat_map(|values| &values[at..at + quantity.width]) {
+                match *value {
+                    Value::Float(value) => floats.push(value),
+                    Value::Integer(value) => integers.push(value),
+                }
+            }
+            match quantity.integer {
+                true => column.put(self, start, &integers)?,
+                false => column.put(self, start, &floats)?,
+            }
+            at += quantity.width;
+        }
+        Ok(())
     }
 
     /// Opens a dataset that [`Store::growing`] made.
@@ -246,11 +280,6 @@ impl Store {
 impl Growing {
     pub fn rows(&self) -> usize {
         self.dataset.shape().first().copied().unwrap_or(0)
-    }
-
-    /// Appends rows at the end.
-    pub fn append<T: H5Type>(&self, store: &Store, values: &[T]) -> Result<()> {
-        self.put(store, self.rows(), values)
     }
 
     /// Writes rows from row `start` on, which must not be before the end.

@@ -82,11 +82,6 @@ impl Summary {
             let value = value.transpose()?.flatten();
             last.push(Named { name: quantity.name.into(), value, units: quantity.units.into() });
         }
-        let states = if reader.has("VTKHDF/Steps/Values") {
-            reader.floats("VTKHDF/Steps/Values")?
-        } else {
-            Vec::new()
-        };
         let count = |name: &str| match reader.has(name) {
             true => reader.shape(name).map(|shape| shape.first().copied().unwrap_or(0)),
             false => Ok(0),
@@ -128,7 +123,7 @@ impl Summary {
                 _ => reader.integers("VTKHDF/CellData/grain")?.iter().filter(|&&grain| grain >= 0).count(),
             },
             bodies: reader.members("bodies")?,
-            states,
+            states: reader.saved_states()?.iter().map(|state| state.time).collect(),
             contact_states: in_order(reader.members("contacts")?),
             last,
             peak: peak(reader, increments)?,
@@ -262,7 +257,7 @@ fn size(bytes: u64) -> String {
 }
 
 /// Names that are numbers, in their order.
-fn in_order(mut names: Vec<String>) -> Vec<String> {
+pub(super) fn in_order(mut names: Vec<String>) -> Vec<String> {
     names.sort_by_key(|name| name.parse::<u64>().unwrap_or(u64::MAX));
     names
 }

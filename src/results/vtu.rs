@@ -23,19 +23,16 @@ struct Array {
 /// Writes `<stem>.pvd` and a `<stem>_<state>.vtu` for each saved state into a folder, which is made where it is missing.
 /// Returns the `.pvd`. Errors: no saved states; what cannot be read or written.
 pub fn write_vtu_series(reader: &Reader, folder: &Path, stem: &str) -> Result<PathBuf> {
-    let times = match reader.has("VTKHDF/Steps/Values") {
-        true => reader.floats("VTKHDF/Steps/Values")?,
-        false => Vec::new(),
-    };
-    if times.is_empty() {
+    let states = reader.saved_states()?;
+    if states.is_empty() {
         return Err(failure(reader.path(), "VTKHDF", "has no saved states to export"));
     }
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     let mut list = String::new();
-    for (state, time) in times.iter().enumerate() {
+    for (state, saved) in states.iter().enumerate() {
         let name = format!("{stem}_{state:05}.vtu");
         write_state(reader, state, &folder.join(&name))?;
-        list += &entry(&name, *time);
+        list += &entry(&name, saved.time);
     }
     write_collection(folder.join(format!("{stem}.pvd")), &list)
 }
@@ -64,47 +61,33 @@ fn write_state(reader: &Reader, state: usize, path: &Path) -> Result<()> {
     };
     let (points, cells) = (count("NumberOfPoints")?, count("NumberOfCells")?);
     let mut places = reader.floats_in("VTKHDF/Points", 0, points)?;
-    let mut point_data = Vec::new();
-    for name in reader.members("VTKHDF/PointData")? {
-        let values = field(reader, "Point", &name, state, points)?;
-        if name == "displacement" && values.1.len() == places.len() {
-            places.iter_mut().zip(&values.1).for_each(|(place, shift)| *place += shift);
+    let mut sections = Vec::new();
+    for (on, rows) in [("PointData", points), ("CellData", cells)] {
+        let mut arrays = Vec::new();
+        for name in reader.members(&format!("VTKHDF/{on}"))? {
+            let values = reader.saved_field(on, &name, state)?;
+            if name == "displacement" && values.len() == places.len() {
+                places.iter_mut().zip(&values).for_each(|(place, shift)| *place += shift);
+            }
+            let kind = reader.number_kind(&format!("VTKHDF/{on}/{name}"))?;
+            arrays.push(array(&name, kind, &values, rows));
         }
-        point_data.push(array(&name, values.0, &values.1, points));
-    }
-    let mut cell_data = Vec::new();
-    for name in reader.members("VTKHDF/CellData")? {
-        let values = field(reader, "Cell", &name, state, cells)?;
-        cell_data.push(array(&name, values.0, &values.1, cells));
+        sections.push((on, arrays));
     }
     let whole = |name: &str| reader.floats(&format!("VTKHDF/{name}"));
     let offsets: Vec<f64> = whole("Offsets")?.into_iter().skip(1).collect();
-    let sections = [
-        ("PointData", point_data),
-        ("CellData", cell_data),
-        ("Points", vec![array("points", NumberKind::Float64, &places, points)]),
-        (
-            "Cells",
-            vec![
-                array("connectivity", NumberKind::Int64, &whole("Connectivity")?, 0),
-                array("offsets", NumberKind::Int64, &offsets, 0),
-                array("types", NumberKind::UInt8, &whole("Types")?, 0),
-            ],
-        ),
+    sections.push(("Points", vec![array("points", NumberKind::Float64, &places, points)]));
+    let of_cells = [
+        array("connectivity", NumberKind::Int64, &whole("Connectivity")?, 0),
+        array("offsets", NumberKind::Int64, &offsets, 0),
+        array("types", NumberKind::UInt8, &whole("Types")?, 0),
     ];
+    sections.push(("Cells", of_cells.into()));
     let file = std::fs::File::create(path).map_err(|e| Error::io("write", path, e))?;
     let mut output = BufWriter::new(file);
     write_piece(&mut output, (points, cells), &sections)
         .and_then(|()| output.flush())
         .map_err(|e| Error::io("write", path, e))
-}
-
-/// Kind and numbers of one field in one state.
-fn field(reader: &Reader, on: &str, name: &str, state: usize, rows: usize) -> Result<(NumberKind, Vec<f64>)> {
-    let (path, offsets) = (format!("VTKHDF/{on}Data/{name}"), format!("VTKHDF/Steps/{on}DataOffsets/{name}"));
-    let start = reader.integers(&offsets)?.get(state).and_then(|&start| usize::try_from(start).ok());
-    let start = start.ok_or_else(|| failure(reader.path(), &offsets, format!("lacks state {state}")))?;
-    Ok((reader.number_kind(&path)?, reader.floats_in(&path, start, rows)?))
 }
 
 fn array(name: &str, kind: NumberKind, values: &[f64], rows: usize) -> Array {

@@ -9,12 +9,10 @@ use hdf5::types::VarLenUnicode;
 
 use crate::error::{Error, Result};
 
-use super::bodies::{BODY_QUANTITIES, BodyRow};
 use super::checksum::crc32;
 use super::fields::{FieldMesh, FieldState};
-use super::grains::{GRAIN_QUANTITIES, GrainRow};
 use super::head::{self, FORMAT, HEAD, Head, Identity};
-use super::history::{HISTORY, HistoryRow, Value};
+use super::history::{BODY_QUANTITIES, BodyRow, GRAIN_QUANTITIES, GrainRow, HISTORY, HistoryRow};
 use super::journal::{self, Armed, Owner};
 use super::lock::Lock;
 use super::reader::Reader;
@@ -166,10 +164,7 @@ impl Writer {
         store.text_attribute(&status, "reason", "")?;
         store.number_attribute(&status, "last_good_increment", 0_u64)?;
         store.group("history")?;
-        let mut history = Vec::new();
-        for quantity in HISTORY {
-            history.push(store.column("history", quantity, None, Layout::Rows(HISTORY_ROWS))?);
-        }
+        let history = store.columns("history", HISTORY, None, Layout::Rows(HISTORY_ROWS))?;
         store.scale_history(&history)?;
         Ok(Self::over(store, lock, owner, history))
     }
@@ -253,13 +248,8 @@ impl Writer {
             if name.is_empty() || name.contains(|c: char| c == '/' || c.is_control()) || *name == "." {
                 return Err(self.store.fail("bodies", format!("a body cannot be named {name:?}")));
             }
-            let mut columns = Vec::new();
-            let rows = (BODY_ROWS / names.len()).clamp(8, HISTORY_ROWS / 2);
-            for quantity in &BODY_QUANTITIES {
-                let (group, layout) = (format!("bodies/{name}"), Layout::Rows(rows));
-                columns.push(self.store.column(&group, quantity, None, layout)?);
-            }
-            self.bodies.push(columns);
+            let layout = Layout::Rows((BODY_ROWS / names.len()).clamp(8, HISTORY_ROWS / 2));
+            self.bodies.push(self.store.columns(&format!("bodies/{name}"), BODY_QUANTITIES, None, layout)?);
         }
         if !names.is_empty() {
             self.store.text_attribute(&*self.store.group("bodies")?, "order", &names.join("\n"))?;
@@ -281,16 +271,9 @@ impl Writer {
             let message = format!("{} rows for {} bodies", bodies.len(), self.bodies.len());
             return Err(self.store.fail("bodies", message));
         }
-        for (column, value) in self.history.iter().zip(row.values()) {
-            match value {
-                Value::Float(value) => column.put(&self.store, self.rows, &[value])?,
-                Value::Integer(value) => column.put(&self.store, self.rows, &[value])?,
-            }
-        }
+        self.store.put_values(&self.history, HISTORY, self.rows, &[row.values()])?;
         for (columns, body) in self.bodies.iter().zip(bodies) {
-            for (column, vector) in columns.iter().zip(body.vectors()) {
-                column.put(&self.store, self.rows, vector.as_slice())?;
-            }
+            self.store.put_values(columns, BODY_QUANTITIES, self.rows, &[body.values()])?;
         }
         self.rows += 1;
         let increment = u64::try_from(row.increment).unwrap_or(0);
@@ -317,45 +300,16 @@ impl Writer {
     /// Appends a state of the grains, to go with the last [`Writer::save_state`].
     pub fn save_grains(&mut self, grains: &[GrainRow]) -> Result<()> {
         if self.grains.is_empty() {
-            for quantity in &GRAIN_QUANTITIES {
-                let layout = Layout::Blocks { rows: 1 };
-                self.grains.push(self.store.column("grains", quantity, Some(grains.len()), layout)?);
-            }
+            let layout = Layout::Blocks { rows: 1 };
+            self.grains = self.store.columns("grains", GRAIN_QUANTITIES, Some(grains.len()), layout)?;
             self.scale_grains()?;
         }
+        let start = self.grains.first().map_or(0, Growing::rows);
         if let Some(states) = &self.grain_states {
-            states.append(&self.store, &[states.rows() as i64])?;
+            states.put(&self.store, start, &[start as i64])?;
         }
-        let [
-            position,
-            rotation,
-            stress,
-            damage_mean,
-            damage_max,
-            failed_fraction,
-            fragments,
-            local_shear_strain,
-            local_volumetric_strain,
-            turn,
-            level,
-        ] = &self.grains[..]
-        else {
-            return Err(self.store.fail("grains", "is incomplete"));
-        };
-        let vectors = |of: fn(&GrainRow) -> [f64; 3]| -> Vec<f64> { grains.iter().flat_map(of).collect() };
-        let numbers = |of: fn(&GrainRow) -> f64| -> Vec<f64> { grains.iter().map(of).collect() };
-        position.append(&self.store, &vectors(|g| g.position.into()))?;
-        rotation.append(&self.store, &vectors(|g| g.rotation.into()))?;
-        stress.append(&self.store, &grains.iter().flat_map(|g| g.stress).collect::<Vec<f64>>())?;
-        damage_mean.append(&self.store, &numbers(|g| g.damage_mean))?;
-        damage_max.append(&self.store, &numbers(|g| g.damage_max))?;
-        failed_fraction.append(&self.store, &numbers(|g| g.failed_fraction))?;
-        let counts: Vec<i64> = grains.iter().map(|g| g.fragments).collect();
-        fragments.append(&self.store, &counts)?;
-        local_shear_strain.append(&self.store, &numbers(|g| g.local_shear_strain))?;
-        local_volumetric_strain.append(&self.store, &numbers(|g| g.local_volumetric_strain))?;
-        turn.append(&self.store, &numbers(|g| g.turn))?;
-        level.append(&self.store, &grains.iter().map(|g| g.level).collect::<Vec<i64>>())?;
+        let values: Vec<_> = grains.iter().map(GrainRow::values).collect();
+        self.store.put_values(&self.grains, GRAIN_QUANTITIES, start, &values)?;
         self.fixed_changed = true;
         Ok(())
     }

@@ -83,10 +83,8 @@ pub fn speed_and_accuracy(
     for (at, label) in points {
         panel.layers.push(Layer::Note { at, text: label.into(), colour: BLACK });
     }
-    let mut chart =
-        Chart::new(format!("Speed against accuracy: {heading}"), vec![panel], Arrangement::Stacked);
-    chart.size = [640.0, 420.0];
-    Some(chart)
+    let title = format!("Speed against accuracy: {heading}");
+    Some(Chart::new(title, vec![panel], Arrangement::Stacked, [640.0, 420.0]))
 }
 
 /// Error of each figure over the size that goes to zero: from its value at size zero where an order is observed, else from
@@ -117,9 +115,7 @@ pub fn convergence(heading: &str, settings: &[Setting], compared: &[Figure]) -> 
     if panel.layers.is_empty() {
         return None;
     }
-    let mut chart = Chart::new("Error against what is refined", vec![panel], Arrangement::Stacked);
-    chart.size = [640.0, 420.0];
-    Some(chart)
+    Some(Chart::new("Error against what is refined", vec![panel], Arrangement::Stacked, [640.0, 420.0]))
 }
 
 /// What goes to zero: the value that is varied, its inverse where that is a number of increments, or something that follows from it.
@@ -168,9 +164,7 @@ pub fn curves(settings: &[Setting], all: &[Figures], ensemble: bool) -> Option<C
         }
     }
     let title = if ensemble { format!("{} members", all.len()) } else { "Curves of the study".to_string() };
-    let mut chart = Chart::new(title, vec![top, bottom], Arrangement::Stacked);
-    chart.size = [720.0, 600.0];
-    Some(chart)
+    Some(Chart::new(title, vec![top, bottom], Arrangement::Stacked, [720.0, 600.0]))
 }
 
 type Points = Vec<[f64; 2]>;

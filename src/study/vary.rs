@@ -2,6 +2,7 @@
 
 use std::num::IntErrorKind;
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::case::{Case, Fidelity, Geometry, RawCase, StageCase};
@@ -49,15 +50,8 @@ impl Vary {
     ];
 
     pub fn word(self) -> &'static str {
-        match self {
-            Vary::Increment => "increment",
-            Vary::Mesh => "mesh",
-            Vary::Tolerance => "tolerance",
-            Vary::Stabilisation => "stabilisation",
-            Vary::Fidelity => "fidelity",
-            Vary::Penalty => "penalty",
-            Vary::Seed => "seed",
-        }
+        // All are there.
+        Self::WORDS.into_iter().find(|(_, vary)| *vary == self).map_or("", |(word, _)| word)
     }
 
     /// What the values of this case are called in tables and on axes.
@@ -86,12 +80,8 @@ impl Vary {
             Vary::Tolerance => {
                 let base = case.solver.force_tolerance;
                 let numbers = floats(values, || vec![10.0 * base, base, 0.1 * base])?;
-                let setting = |tolerance: f64| Setting {
-                    label: format!("{tolerance:e}"),
-                    size: Some(tolerance),
-                    overrides: vec![("/solver/force_tolerance".into(), json!(tolerance))],
-                };
-                numbers.into_iter().map(setting).collect()
+                let size = |tolerance: &f64| Some(*tolerance);
+                in_place("/solver/force_tolerance", &numbers, |tolerance| format!("{tolerance:e}"), size)
             }
             Vary::Stabilisation => stabilisations(case, values)?,
             Vary::Fidelity => {
@@ -99,34 +89,20 @@ impl Vary {
                     [] => ["rigid", "condensed", "full"].map(String::from).to_vec(),
                     values => values.to_vec(),
                 };
-                let setting = |word: String| Setting {
-                    overrides: vec![("/solver/fidelity".into(), json!(word))],
-                    size: None,
-                    label: word,
-                };
-                words.into_iter().map(setting).collect()
+                in_place("/solver/fidelity", &words, String::clone, |_| None)
             }
             Vary::Penalty => {
                 if !has_condensed(case) {
                     let reason = "no body of the case is condensed; contacts of others are springs, and no key of the case sets their stiffness";
                     return Err(missing("penalty", reason));
                 }
-                let setting = |factor: f64| Setting {
-                    label: format!("{factor:e}"),
-                    size: None,
-                    overrides: vec![("/solver/first_penalty".into(), json!(factor))],
-                };
-                floats(values, || vec![1e-3, 1.0, 1e3])?.into_iter().map(setting).collect()
+                let numbers = floats(values, || vec![1e-3, 1.0, 1e3])?;
+                in_place("/solver/first_penalty", &numbers, |factor| format!("{factor:e}"), |_| None)
             }
             Vary::Seed => {
                 let base = case.seed as usize;
                 let numbers = whole(values, 0, || (base..base + 5).collect())?;
-                let setting = |seed: usize| Setting {
-                    label: seed.to_string(),
-                    size: None,
-                    overrides: vec![("/seed".into(), json!(seed))],
-                };
-                numbers.into_iter().map(setting).collect()
+                in_place("/seed", &numbers, usize::to_string, |_| None)
             }
         };
         // Stable: what has no size stays as given.
@@ -156,6 +132,18 @@ impl Vary {
     }
 }
 
+/// A setting for each of these values of one place in the case; `label` and `size` are those of a value.
+fn in_place<T: Serialize>(
+    place: &str,
+    values: &[T],
+    label: impl Fn(&T) -> String,
+    size: impl Fn(&T) -> Option<f64>,
+) -> Vec<Setting> {
+    let overrides = |value: &T| vec![(place.to_string(), json!(value))];
+    let setting = |value| Setting { label: label(value), size: size(value), overrides: overrides(value) };
+    values.iter().map(setting).collect()
+}
+
 /// Where a study of a case in strict balance begins: what cases have that say nothing.
 const USUAL_UNREST: f64 = 3e-3;
 
@@ -169,16 +157,12 @@ fn stabilisations(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
         "null" => Ok(None),
         _ => positive(text).map(Some),
     };
-    let unrests = match values {
+    let unrests: Vec<Option<f64>> = match values {
         [] => [1.0, 0.5, 0.25].map(|share| Some(share * base)).to_vec(),
         values => values.iter().map(unrest).collect::<Result<_>>()?,
     };
-    let setting = |unrest: Option<f64>| Setting {
-        label: unrest.map_or("null".into(), |unrest| format!("{unrest:e}")),
-        size: Some(unrest.unwrap_or(0.0)),
-        overrides: vec![("/solver/stabilisation".into(), json!(unrest))],
-    };
-    Ok(unrests.into_iter().map(setting).collect())
+    let label = |unrest: &Option<f64>| unrest.map_or("null".into(), |unrest| format!("{unrest:e}"));
+    Ok(in_place("/solver/stabilisation", &unrests, label, |unrest| Some(unrest.unwrap_or(0.0))))
 }
 
 /// A cell's edge over that of its grain of so many cells.
@@ -218,12 +202,8 @@ fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
             }
             let base = specimen.cells_per_grain;
             let numbers = whole(values, 1, || around(base))?;
-            let setting = |cells: usize| Setting {
-                label: cells.to_string(),
-                size: Some(edge(cells as f64)),
-                overrides: vec![("/specimen/cells_per_grain".into(), json!(cells))],
-            };
-            Ok(numbers.into_iter().map(setting).collect())
+            let size = |cells: &usize| Some(edge(*cells as f64));
+            Ok(in_place("/specimen/cells_per_grain", &numbers, usize::to_string, size))
         }
         Geometry::Scene(scene) => {
             let meshed: Vec<(String, f64)> = scene
@@ -256,14 +236,9 @@ fn meshes(case: &Case, values: &[String]) -> Result<Vec<Setting>> {
 fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Setting>> {
     match &case.geometry {
         Geometry::Specimen(_) => {
-            let driven: Vec<(usize, f64)> = case
-                .stages
-                .iter()
-                .enumerate()
-                .filter_map(|(at, stage)| {
-                    stage.strained().map(|it| it.increment).map(|increment| (at, increment))
-                })
-                .collect();
+            let stages = case.stages.iter().enumerate();
+            let driven: Vec<(usize, f64)> =
+                stages.filter_map(|(at, stage)| Some((at, stage.strained()?.increment))).collect();
             let Some(&(_, base)) = driven.last() else {
                 return Err(missing("increment", "no stage of the case is driven by strain"));
             };
@@ -288,18 +263,11 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
             Ok(numbers.into_iter().map(setting).collect())
         }
         Geometry::Scene(_) => {
-            let loaded: Vec<(usize, usize)> = case
-                .stages
-                .iter()
-                .enumerate()
-                .filter_map(|(at, stage)| {
-                    if let StageCase::Load { increments, .. } = stage {
-                        Some((at, *increments))
-                    } else {
-                        None
-                    }
-                })
-                .collect();
+            let load = |(at, stage): (usize, &StageCase)| {
+                let StageCase::Load { increments, .. } = stage else { return None };
+                Some((at, *increments))
+            };
+            let loaded: Vec<(usize, usize)> = case.stages.iter().enumerate().filter_map(load).collect();
             let Some(&(_, base)) = loaded.last() else {
                 return Err(missing("increment", "the scene has no load stage"));
             };
@@ -404,6 +372,12 @@ mod tests {
         (raw, case)
     }
 
+    fn varied(raw: &RawCase, setting: &Setting) -> Case {
+        let mut other = raw.clone();
+        other.set(&setting.overrides);
+        other.check().unwrap_or_else(|e| panic!("{e}"))
+    }
+
     #[test]
     fn meshes_of_a_scene_are_varied_in_proportion() {
         let (raw, case) = parsed(include_str!("../../cases/scenes/hertz.json"));
@@ -413,9 +387,7 @@ mod tests {
         let of_case = |at: &str| raw.value.pointer(at).is_some();
         assert_eq!(settings[1].overrides.len(), 4);
         assert!(settings[1].overrides.iter().all(|(path, _)| of_case(path)));
-        let mut finer = raw.clone();
-        finer.set(&settings[1].overrides);
-        let Geometry::Scene(scene) = finer.check().unwrap().geometry else { panic!("a scene") };
+        let Geometry::Scene(scene) = varied(&raw, &settings[1]).geometry else { panic!("a scene") };
         assert!(scene.bodies.iter().all(|body| body.mesh_size == Some(2e-3)));
         assert!(scene.bodies.iter().all(|body| body.refine.is_some_and(|refine| refine.mesh_size == 1e-4)));
     }
@@ -425,9 +397,7 @@ mod tests {
         let (raw, case) = parsed(include_str!("../../cases/stages/shear.json"));
         let settings = Vary::Increment.settings(&raw, &case, &["1e-4".into(), "2.5e-5".into()]).unwrap();
         for (setting, increments) in settings.iter().zip([[1e-4, 4e-4], [2.5e-5, 1e-4]]) {
-            let mut other = raw.clone();
-            other.set(&setting.overrides);
-            let StageCase::Shear { increment, increment_max, .. } = other.check().unwrap().stages[1] else {
+            let StageCase::Shear { increment, increment_max, .. } = varied(&raw, setting).stages[1] else {
                 panic!("a shear")
             };
             let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
@@ -452,9 +422,7 @@ mod tests {
             let settings = Vary::Increment.settings(&raw, &case, &[]).unwrap();
             for (setting, factor) in settings.iter().zip(expected) {
                 assert_eq!(setting.size, Some(1e-3 * factor));
-                let mut other = raw.clone();
-                other.set(&setting.overrides);
-                other.check().unwrap_or_else(|e| panic!("{e}"));
+                varied(&raw, setting);
             }
         }
     }
@@ -470,14 +438,12 @@ mod tests {
             ("/solver/accuracy".into(), json!(0.05)),
         ]);
         let case = raw.check().unwrap();
-        let varied = |values: &[String]| Vary::Increment.settings(&raw, &case, values);
-        let error = varied(&["2e-4".into(), "1e-4".into()]).unwrap_err().to_string();
+        let settings = |values: &[String]| Vary::Increment.settings(&raw, &case, values);
+        let error = settings(&["2e-4".into(), "1e-4".into()]).unwrap_err().to_string();
         assert!(error.contains("2e-4 is above 1.25e-4") && error.contains("accuracy is 0.05"), "{error}");
-        assert_eq!(varied(&["1.25e-4".into(), "1e-4".into()]).map(|settings| settings.len()).ok(), Some(2));
-        for setting in varied(&[]).unwrap() {
-            let mut other = raw.clone();
-            other.set(&setting.overrides);
-            let remarks = other.check().unwrap().remarks().join("; ");
+        assert_eq!(settings(&["1.25e-4".into(), "1e-4".into()]).map(|settings| settings.len()).ok(), Some(2));
+        for setting in settings(&[]).unwrap() {
+            let remarks = varied(&raw, &setting).remarks().join("; ");
             assert!(!remarks.contains("is taken as"), "{setting:?}: {remarks}");
         }
     }
@@ -487,11 +453,7 @@ mod tests {
         let (raw, case) = parsed(include_str!("../../cases/stages/shear.json"));
         let values = ["null", "1e-3", "4e-3"].map(String::from);
         let settings = Vary::Stabilisation.settings(&raw, &case, &values).unwrap();
-        let stabilisation = |setting: &Setting| {
-            let mut other = raw.clone();
-            other.set(&setting.overrides);
-            other.check().unwrap().solver.stabilisation
-        };
+        let stabilisation = |setting: &Setting| varied(&raw, setting).solver.stabilisation;
         assert_eq!(settings.iter().map(stabilisation).collect::<Vec<_>>(), [Some(4e-3), Some(1e-3), None]);
         let (raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
         let error = Vary::Stabilisation.settings(&raw, &case, &[]).unwrap_err().to_string();
@@ -502,11 +464,7 @@ mod tests {
     fn penalties_of_a_condensed_scene_are_varied() {
         let (raw, case) = parsed(include_str!("../../cases/scenes/hertz.json"));
         let settings = Vary::Penalty.settings(&raw, &case, &[]).unwrap();
-        let penalty = |setting: &Setting| {
-            let mut other = raw.clone();
-            other.set(&setting.overrides);
-            other.check().unwrap().solver.first_penalty
-        };
+        let penalty = |setting: &Setting| varied(&raw, setting).solver.first_penalty;
         assert_eq!(settings.iter().map(penalty).collect::<Vec<_>>(), [1e-3, 1.0, 1e3]);
     }
 
