@@ -300,16 +300,16 @@ fn bodies_beside_the_plates_of_a_press_are_refused() {
 /// What would be left unused without a word.
 #[test]
 fn scenes_refuse_what_they_have_no_use_for() {
-    let [strong, weak] = [("/rock/compressive_strength", json!(2e8)), ("/rock/tensile_strength", json!(2e7))];
     let set = [
-        strong,
-        weak,
+        ("/rock/compressive_strength", json!(2e8)),
+        ("/rock/tensile_strength", json!(2e7)),
         ("/rock/damage", json!({"exponent": 3})),
+        ("/scene/bodies/1/rock", json!({"damage": {"exponent": 2}})),
         ("/scene/bodies/2/fidelity", json!("full")),
         ("/scene/bodies/3/fidelity", json!("condensed")),
         ("/solver/energy_gate", json!("cut")),
     ];
-    let refused = ["$.scene.bodies[2].fidelity", "$.solver.energy_gate"];
+    let refused = ["$.scene.bodies[1].rock.damage", "$.scene.bodies[2].fidelity", "$.solver.energy_gate"];
     assert_eq!(not_yet(SCENE, &set), refused);
     // A block that would fill the memory.
     let fine =

@@ -408,6 +408,24 @@ fn a_journal_is_found_through_a_link_and_missed_where_it_is_gone() {
     assert_same_bits(&reference, &place.open("moved.h5"));
 }
 
+/// Nothing tells a reader then whether the writer lives, who would go on with what was put back.
+#[test]
+fn without_locks_a_reader_puts_nothing_back() {
+    let place = Place::new();
+    place.reference("scene");
+    let path = killed_in_commit(&place);
+    let torn = bytes(&path);
+    let look = place.command(&["info", "x.h5"]).env("HDF5_USE_FILE_LOCKING", "FALSE").output();
+    let look = look.expect("riprap starts");
+    let told = String::from_utf8_lossy(&look.stderr);
+    assert!(look.status.code() == Some(4) && told.contains("within a commit"), "{told}");
+    assert!(bytes(&path) == torn, "it was changed");
+    let onwards = ["run", "scene.json", "--out", "x.h5", "--resume", "--quiet"];
+    let ended = place.command(&onwards).env("HDF5_USE_FILE_LOCKING", "FALSE").output();
+    assert_eq!(ended.expect("riprap starts").status.code(), Some(0));
+    assert_same_bits(&place.reference("scene"), &place.open("x.h5"));
+}
+
 #[test]
 fn planted_links_are_not_followed() {
     let place = Place::new();

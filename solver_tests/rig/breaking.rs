@@ -291,6 +291,11 @@ fn weak_grains_break_on_in_rubber_and_a_stored_state_goes_on_to_the_same_bits() 
 
 /// The rig where the rock of `body` in `is_lost` cells has failed and is broken up.
 fn without(rig: &Rig, body: usize, is_lost: impl Fn(CellId) -> bool) -> (Rig, Fracture) {
+    cut(rig, body, is_lost, false)
+}
+
+/// The same of a body that `keeps` its reference point.
+fn cut(rig: &Rig, body: usize, is_lost: impl Fn(CellId) -> bool, keeps: bool) -> (Rig, Fracture) {
     let mut rig = rig.clone();
     let whole = rig.model.bodies[body].damaged().cloned().expect("breakable");
     let mesh = whole.mesh();
@@ -299,12 +304,58 @@ fn without(rig: &Rig, body: usize, is_lost: impl Fn(CellId) -> bool) -> (Rig, Fr
     let states = mesh.cell_ids().map(|cell| [state(cell); 4]).collect();
     let laws = mesh.cell_ids().map(|cell| *whole.law(cell)).collect();
     let origin = Ancestry::of_grain(body as u32);
-    let cut = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, origin).expect("a grain");
+    let cut = DamagedGrain::with_states(mesh.clone(), laws, 2700.0, states, origin);
+    let cut = cut.expect("a grain").losing_below(1e-9);
     rig.model.bodies[body].breakage = rig.model.bodies[body].breakage.of(Arc::new(cut));
     let mut displacements = vec![Vec::new(); rig.model.bodies.len()];
     displacements[body] = vec![Vec3::zeros(); mesh.nodes.len()];
-    let mut fractures = rig.model.break_up(&mut rig.committed, &displacements, 1e-9).expect("parts");
+    let mut fractures = rig.model.break_up(&mut rig.committed, &displacements, |_| keeps).expect("parts");
     (rig, fractures.remove(0))
+}
+
+/// Cells across a grain fail; most are too coarse for that to leave two parts that are thick enough.
+fn halved(rig: &Rig, keeps: bool) -> (Rig, Fracture) {
+    let across = |(body, axis, off): (usize, usize, f64)| {
+        let whole = rig.model.bodies[body].damaged().cloned().expect("breakable");
+        let mesh = whole.mesh();
+        let is_across = |cell: CellId| {
+            let heights = mesh.corners(cell).map(|p| p[axis] - mesh.centroid()[axis] - off);
+            heights.iter().any(|z| *z <= 0.0) && heights.iter().any(|z| *z >= 0.0)
+        };
+        let (rig, fracture) = cut(rig, body, is_across, keeps);
+        (fracture.parts.len() > 1).then_some((rig, fracture))
+    };
+    let planes = || (0..3).flat_map(|axis| [-6e-3, -3e-3, 0.0, 3e-3, 6e-3].map(|off| (axis, off)));
+    let mut cuts =
+        (0..specimen().grains.len()).flat_map(|body| planes().map(move |(axis, off)| (body, axis, off)));
+    cuts.find_map(across).expect("two parts")
+}
+
+/// What stages say of a driven body is of its reference point, and nothing holds what comes off a fixed one. Reference: nothing has moved.
+#[test]
+fn a_named_body_keeps_its_frame_and_a_fixed_one_lets_go_of_parts() {
+    let whole = breakable(1e12, RIGID);
+    for keeps in [true, false] {
+        let (_, of_grain) = halved(&whole, keeps);
+        let mut fixed = whole.clone();
+        fixed.model.bodies[of_grain.body].kind = BodyKind::Fixed;
+        let (rig, fracture) = halved(&fixed, keeps);
+        let [first, others @ ..] = &fracture.parts[..] else { panic!("no parts") };
+        assert_eq!((*first, rig.model.bodies[*first].kind), (fracture.body, BodyKind::Fixed));
+        assert!(others.iter().all(|part| rig.model.bodies[*part].kind == BodyKind::Placed));
+        let [before, after] = [&whole, &rig].map(|rig| rig.committed.poses[*first]);
+        let moved = (after.position - before.position).norm();
+        assert!(if keeps { moved < 1e-12 } else { moved > 1e-4 }, "{keeps}: {moved}");
+        // The rock itself is where it was.
+        let at = |rig: &Rig| {
+            let grain = rig.model.bodies[*first].damaged().expect("rock");
+            rig.committed.poses[*first].to_space(&grain.mesh().nodes[0])
+        };
+        let whole_grain = whole.model.bodies[*first].damaged().expect("rock");
+        let nodes = whole_grain.mesh().nodes.iter().map(|node| before.to_space(node));
+        let nearest = nodes.map(|node| (node - at(&rig)).norm()).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-12, "{keeps}: {nearest}");
+    }
 }
 
 /// A grain that comes apart puts bodies in front of the sheet's nodes. Reference: nothing but their numbers changes. Then the specimen finds a balance.
@@ -318,22 +369,9 @@ fn a_grain_in_rubber_comes_apart() {
         positions
     };
     let before = (rig.model.bodies.len(), sheet(&rig), rig.volume(&rig.committed.poses));
-    // Cells across a grain fail; most are too coarse for that to leave two parts that are thick enough.
-    let halved = |body: usize, axis: usize, off: f64| {
-        let whole = rig.model.bodies[body].damaged().cloned().expect("breakable");
-        let mesh = whole.mesh();
-        let is_across = |cell: CellId| {
-            let heights = mesh.corners(cell).map(|p| p[axis] - mesh.centroid()[axis] - off);
-            heights.iter().any(|z| *z <= 0.0) && heights.iter().any(|z| *z >= 0.0)
-        };
-        let (rig, fracture) = without(&rig, body, is_across);
-        let more = fracture.parts.len().saturating_sub(1);
-        (more > 0).then_some((rig, more))
-    };
-    let planes = || (0..3).flat_map(|axis| [-6e-3, -3e-3, 0.0, 3e-3, 6e-3].map(|off| (axis, off)));
-    let mut cuts =
-        (0..specimen().grains.len()).flat_map(|body| planes().map(move |(axis, off)| (body, axis, off)));
-    let (mut rig, more) = cuts.find_map(|(body, axis, off)| halved(body, axis, off)).expect("two parts");
+    let (halves, fracture) = halved(&rig, false);
+    let more = fracture.parts.len() - 1;
+    rig = halves;
     assert_eq!(rig.model.bodies.len(), before.0 + more);
     assert_eq!(rig.committed.poses.len(), rig.model.carriers());
     assert!(sheet(&rig) == before.1 && rig.volume(&rig.committed.poses) == before.2);

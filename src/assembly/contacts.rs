@@ -84,7 +84,6 @@ pub struct Contacts {
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
     /// How far around bodies the search looks.
-    #[serde(skip)]
     pub step_length: StepLength,
     /// What presses a contact by all that its two bodies may yield ([`ContactShape::yielding`]), unless it is softer itself [N]. Infinite but in a dwell.
     #[serde(skip, default = "unlimited")]

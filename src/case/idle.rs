@@ -27,6 +27,9 @@ impl Case {
                 "solver.accuracy {accuracy} decides nothing: the fidelity is given; \"auto\" is chosen by accuracy"
             ));
         }
+        if self.contact.limit_pressure.is_some() && self.contact.normal == NormalLaw::Spring {
+            idle.push("contact.limit_pressure decides nothing: contact.normal is \"spring\"".into());
+        }
         idle.extend(self.outdated());
         idle.extend(self.idle_strength("rock", &self.rock));
         idle.extend(self.idle_weakening());

@@ -51,6 +51,13 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                     let accepted = "\"condensed\", or a rock of its own with \"damage\": null";
                     refuse(&format!("{path}.fidelity"), "\"full\"", problem, accepted);
                 }
+                // What it does not say is the case's.
+                let own = body.rock.as_ref().and_then(|rock| rock.damage);
+                if own.is_some() && own != case.rock.damage && case.fidelity_of(body) == Fidelity::Rigid {
+                    let problem = "damage needs a body that deforms, and this one is rigid";
+                    let accepted = "fidelity \"condensed\", or null";
+                    refuse(&format!("{path}.rock.damage"), "damage parameters", problem, accepted);
+                }
                 let cells = case.cells_of(body);
                 if cells > MOST_CELLS as f64 {
                     let problem = format!("makes about {cells:.0e} cells (a plain number is in m)");

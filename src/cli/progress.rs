@@ -45,6 +45,8 @@ pub struct Progress {
     begun: Instant,
     /// Energy error of an increment over its work from which on it is counted.
     energy_tolerance: f64,
+    /// Whether no increment has been accepted yet.
+    is_first: bool,
 }
 
 impl Progress {
@@ -58,7 +60,14 @@ impl Progress {
             None if on_terminal => Display::Bar(bar()),
             None => Display::Plain,
         };
-        Progress { display, told: Instant::now(), phase: None, begun: Instant::now(), energy_tolerance: 0.0 }
+        Progress {
+            display,
+            told: Instant::now(),
+            phase: None,
+            begun: Instant::now(),
+            energy_tolerance: 0.0,
+            is_first: true,
+        }
     }
 
     /// `folder` is where the case's mesh files are relative to.
@@ -229,6 +238,10 @@ impl Observer for Progress {
             Display::Bar(bar) => {
                 bar.set_length((BAR_STEPS * step.total) as u64);
                 bar.set_position((BAR_STEPS * step.done) as u64);
+                if std::mem::take(&mut self.is_first) {
+                    // What was done before says nothing of the speed.
+                    bar.reset_eta();
+                }
                 bar.set_message(bar_message(step.row));
             }
             Display::Json => say(&step_json(step, seconds).to_string()),

@@ -16,6 +16,8 @@ const SHARP_EDGE: f64 = 1e-2;
 /// [`LONG_EDGE`] on they count in full. Over a shorter edge the weight of a deep contact would change faster than any drag can follow.
 const SHORT_EDGE: f64 = 0.5;
 const LONG_EDGE: f64 = 2.0;
+/// What rounding may take off a distance, over the lengths that it is of.
+const ROUNDING: f64 = 1e-9;
 
 /// A body as the search sees it: its rounded shape and the weights of its edges.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +33,8 @@ pub struct ContactShape {
     pub edge_spread: Vec<f64>,
     /// Faces that may share a patch with another body's; none unless asked for.
     pub faces: Vec<Face>,
+    /// A ball around each facet of the core: its centre and its radius [m].
+    pub(super) facet_balls: Vec<(Vec3, f64)>,
     /// Distance of the farthest core vertex from the reference point [m].
     pub bounding_radius: f64,
 }
@@ -57,8 +61,23 @@ impl ContactShape {
         let bounding_radius = core.bounding_radius();
         let corners = Corner::of(core);
         let (corner_spread, edge_spread) = section_spreads(core);
+        let ball = |facet: &[usize; 3]| {
+            let corners = facet.map(|v| core.vertices[v]);
+            let centre = corners.iter().sum::<Vec3>() / 3.0;
+            (centre, corners.iter().map(|corner| (corner - centre).norm()).fold(0.0, f64::max))
+        };
+        let facet_balls = core.facets.iter().map(ball).collect();
         let faces = Vec::new();
-        ContactShape { rounded, edge_weight, corners, corner_spread, edge_spread, faces, bounding_radius }
+        ContactShape {
+            rounded,
+            edge_weight,
+            corners,
+            corner_spread,
+            edge_spread,
+            faces,
+            facet_balls,
+            bounding_radius,
+        }
     }
 
     /// Distance of the farthest point of its rounded surface from the reference point [m].
@@ -246,7 +265,8 @@ fn features_within_reach(
     }
     let both = [(a, b), (b, a)].map(|(own, other)| {
         if shapes[own].is_point() || !shapes[other].is_point() {
-            vertices_within_reach(&shapes[other], &corners[own], &corners[other], reach, skin)
+            let placed = (&shapes[other], &reference[usize::from(other == b)]);
+            vertices_within_reach(placed, &corners[own], &corners[other], reach, skin)
         } else {
             Vec::new() // the point's own distance to the core is the whole contact
         }
@@ -311,7 +331,7 @@ fn bounds(points: &[Vec3], margin: f64) -> (Vec3, Vec3) {
 }
 
 fn vertices_within_reach(
-    other: &ContactShape,
+    (other, pose): (&ContactShape, &Pose),
     own_corners: &[Vec3],
     other_corners: &[Vec3],
     reach: f64,
@@ -319,6 +339,7 @@ fn vertices_within_reach(
 ) -> Vec<VertexReach> {
     let (low, high) = bounds(other_corners, reach);
     let mut found = Vec::new();
+    let (mut least, mut distances) = (Vec::new(), Vec::new());
     for (vertex, p) in own_corners.iter().enumerate() {
         if (0..3).any(|k| p[k] < low[k] || p[k] > high[k]) {
             continue;
@@ -330,19 +351,84 @@ fn vertices_within_reach(
             }
             continue;
         }
-        let distances: Vec<f64> = core
-            .facets
-            .iter()
-            .map(|f| (closest_on_triangle(p, f.map(|v| &other_corners[v])).0 - p).norm())
-            .collect();
-        let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        // No point of a facet is nearer than its ball, but for rounding.
+        let seen = pose.to_body(p);
+        least.clear();
+        least.extend(other.facet_balls.iter().map(|(centre, radius)| {
+            let away = (seen - centre).norm();
+            away - radius - ROUNDING * (away + radius)
+        }));
+        let distance = |facet: usize| {
+            (closest_on_triangle(p, core.facets[facet].map(|v| &other_corners[v])).0 - p).norm()
+        };
+        let first = (0..least.len()).min_by(|&i, &j| least[i].total_cmp(&least[j])).map(distance);
+        let mut nearest = first.unwrap_or(f64::INFINITY).min(reach);
+        distances.clear();
+        for (facet, &least) in least.iter().enumerate() {
+            if least <= nearest + 2.0 * skin {
+                distances.push((facet as u32, distance(facet)));
+                nearest = nearest.min(distances[distances.len() - 1].1);
+            }
+        }
         if nearest < reach {
-            let facets = (0..distances.len())
-                .filter(|&i| distances[i] <= nearest + 2.0 * skin)
-                .map(|i| i as u32)
-                .collect();
+            let is_near = |(_, distance): &&(u32, f64)| *distance <= nearest + 2.0 * skin;
+            let facets = distances.iter().filter(is_near).map(|(facet, _)| *facet).collect();
             found.push(VertexReach { vertex: vertex as u32, facets });
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Polyhedron;
+
+    /// Reference: the distances of each vertex from all facets of the other body.
+    #[test]
+    fn listed_facets_are_the_nearest_of_all() {
+        let scattered = |k: usize| (12.9898 * k as f64).sin().fract() * 20e-3;
+        let shape = |seed: usize, stretch: f64| {
+            let corner = |k: usize| {
+                let [x, y, z] = [0, 1, 2].map(|axis| scattered(97 * seed + 3 * k + axis));
+                Vec3::new(stretch * x, y, z)
+            };
+            let corners: Vec<Vec3> = (0..14).map(corner).collect();
+            let core = Polyhedron::convex_hull(&corners).expect("a hull");
+            ContactShape::new(RoundedBody { core, radius: 1e-3 })
+        };
+        let (mut listed, mut passed_over) = (0, 0);
+        for seed in 0..40 {
+            let shapes = [shape(seed, 1.0), shape(seed + 400, 3.0)];
+            let share = |speed: f64| (speed * seed as f64).sin();
+            let turn = Vec3::new(share(1.1), share(2.3), share(3.7));
+            let away = Vec3::new(share(0.7), share(1.9), share(2.9)).normalize() * 25e-3;
+            let poses = [Pose::identity(), Pose::identity().moved(&away, &turn)];
+            let corners = [0, 1].map(|k: usize| {
+                let vertices = &shapes[k].rounded.core.vertices;
+                vertices.iter().map(|v| poses[k].to_space(v)).collect::<Vec<_>>()
+            });
+            let skin = 2e-3;
+            let list = PairFeatures::list(&shapes, &corners, &poses, (0, 1), [skin, 0.0]);
+            for (own, found) in [&list.vertices_of_a, &list.vertices_of_b].into_iter().enumerate() {
+                let (core, others) = (&shapes[1 - own].rounded.core, &corners[1 - own]);
+                for (vertex, p) in corners[own].iter().enumerate() {
+                    let to =
+                        |facet: &[usize; 3]| (closest_on_triangle(p, facet.map(|v| &others[v])).0 - p).norm();
+                    let distances: Vec<f64> = core.facets.iter().map(to).collect();
+                    let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+                    let is_near = |facet: &u32| distances[*facet as usize] <= nearest + 2.0 * skin;
+                    let near: Vec<u32> = (0..distances.len() as u32).filter(is_near).collect();
+                    let known = found.iter().find(|reach| reach.vertex as usize == vertex);
+                    assert_eq!(known.is_some(), nearest < 2e-3 + skin, "{seed} {own} {vertex}");
+                    if let Some(known) = known {
+                        assert_eq!(known.facets, near, "{seed} {own} {vertex}");
+                        listed += near.len();
+                        passed_over += distances.len() - near.len();
+                    }
+                }
+            }
+        }
+        assert!(listed > 200 && passed_over > 200, "{listed} {passed_over}");
+    }
 }

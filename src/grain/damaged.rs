@@ -28,6 +28,8 @@ use crate::tensor::Vec3;
 
 /// Part of the stiffness of a failed point that stays in the factor while its cell lives.
 pub const HELD: f64 = 1e-6;
+/// Parts below this share of the grain as generated are given up, unless the rock says otherwise.
+pub const LEAST_SHARE: f64 = 0.02;
 
 /// Where a grain comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,6 +101,7 @@ pub(super) struct Past {
     pub origin: Arc<Mesh>,
     pub offset: Vec3,
     pub lasting: bool,
+    pub least_share: f64,
     pub rubble: Option<Arc<Vec<CellId>>>,
 }
 
@@ -138,6 +141,8 @@ pub struct DamagedGrain {
     pub(super) offset: Vec3,
     /// Whether points that fail keep what the threshold leaves them until the commit.
     pub(super) lasting: bool,
+    /// Parts below this share of the grain as generated are given up.
+    pub(super) least_share: f64,
     /// Failed cells that this body goes on taking room with ([`Self::keeping_rubble`]), as [`Self::origin_cells`]; `None` where they leave.
     pub(super) rubble: Option<Arc<Vec<CellId>>>,
     /// Displacement of the nodes in the last committed state, before points that failed in it were taken out [m].
@@ -242,7 +247,9 @@ impl DamagedGrain {
         let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
         let origin = Arc::new(mesh.clone());
         let offset = Vec3::zeros();
-        let past = Past { origin_cells, exposed, ancestry, origin, offset, lasting, rubble: None };
+        let least_share = LEAST_SHARE;
+        let past =
+            Past { origin_cells, exposed, ancestry, origin, offset, lasting, least_share, rubble: None };
         Self::assemble(laws, density, condition, past)
     }
 
@@ -252,7 +259,7 @@ impl DamagedGrain {
         committed: Condition,
         past: Past,
     ) -> Result<Self> {
-        let Past { origin_cells, exposed, ancestry, origin, offset, lasting, rubble } = past;
+        let Past { origin_cells, exposed, ancestry, origin, offset, lasting, least_share, rubble } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
             pace: vec![[Pace::default(); POINT_COUNT]; laws.len()],
@@ -270,6 +277,7 @@ impl DamagedGrain {
             origin,
             offset,
             lasting,
+            least_share,
             rubble,
             displaced: Vec::new(),
         })
@@ -279,6 +287,17 @@ impl DamagedGrain {
     pub fn failing_at_once(mut self) -> Self {
         self.lasting = false;
         self
+    }
+
+    /// The same of which parts below this share of the grain as generated are given up.
+    pub fn losing_below(mut self, share: f64) -> Self {
+        self.least_share = share;
+        self
+    }
+
+    /// Volume of the smallest part that goes on as a body [m^3].
+    pub fn least_volume(&self) -> f64 {
+        self.least_share * self.origin_volume()
     }
 
     /// The same with failed cells that stay where they are as rubble: they carry no stress in the mesh any more, but go on taking their room

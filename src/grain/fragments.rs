@@ -249,6 +249,7 @@ impl DamagedGrain {
             origin: self.origin.clone(),
             offset: self.offset,
             lasting: self.lasting,
+            least_share: self.least_share,
             rubble: self.rubble.clone(),
         };
         let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;

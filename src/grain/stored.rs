@@ -122,6 +122,7 @@ impl DamagedGrain {
             origin: self.origin.clone(),
             offset: stored.offset,
             lasting: self.lasting,
+            least_share: self.least_share,
             rubble: stored.rubble.is_some().then(|| Arc::new(rubble.collect())),
         };
         let mut grain = Self::assemble(laws, self.density, condition, past)?;
@@ -142,6 +143,7 @@ impl DamagedGrain {
             origin: self.origin.clone(),
             offset,
             lasting: self.lasting,
+            least_share: self.least_share,
             rubble: self.rubble.clone(),
         };
         let condition = Condition { states, intact, condensed, sound: false };

@@ -28,6 +28,15 @@ impl BodyKind {
     pub fn is_support(self) -> bool {
         matches!(self, BodyKind::Fixed | BodyKind::Plate)
     }
+
+    /// Of a part that came off such a body: nothing holds it any more.
+    #[must_use]
+    pub fn of_part(self) -> Self {
+        match self {
+            BodyKind::Fixed => BodyKind::Placed,
+            BodyKind::Grain | BodyKind::Plate | BodyKind::Placed | BodyKind::Gone => self,
+        }
+    }
 }
 
 /// How a body deforms.

@@ -1,7 +1,7 @@
 //! Takes failed cells out of the model: a grain that loses cells gets a smaller body, one that comes apart becomes several.
 //!
 //! The largest part keeps the number of the body that broke, the others go behind all bodies, each with its reference point at its own
-//! centroid and its frame at its mean motion. Surfaces keep their place in space (to second order in the displacements), and a
+//! centroid (the largest of a body that stages name at the whole's) and its frame at its mean motion. Surfaces keep their place in space (to second order in the displacements), and a
 //! cover's nodes stay at their material points, so nothing does work here. What is too small to be a
 //! body, or leaves nothing to touch, is given up and counted. Brittle bodies are rigid meanwhile (they have to rest), and what bends of their parts later are
 //! the cells that are left, as sound rock. Where failed cells stay as rubble
@@ -47,6 +47,17 @@ pub struct Fracture {
     pub lost_energy: f64,
     /// What its contacts remembered, where its shape has changed and with it the features that they are known by: taken out of the committed memory.
     pub former: Vec<(PairKey, PairMemory)>,
+}
+
+/// How a fragment goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum GoesOn {
+    /// As the body that it was part of, of which it is all that is left.
+    Alone,
+    /// As that body, with its reference point.
+    InPlace,
+    /// With its centroid as reference point.
+    Apart,
 }
 
 /// A part ready to be a body.
@@ -141,7 +152,7 @@ impl Model {
     }
 
     /// Deletes the cells all of whose points have failed. `displacements` are those of the nodes of each body to be broken up [m], in its
-    /// own frame; parts below `least_share` of the grain as generated are given up.
+    /// own frame. The largest part of a body that `keeps` its reference point has that of the whole, the others their centroids.
     ///
     /// # Errors
     /// [`crate::error::Error::Mesh`] where a part cannot be made.
@@ -149,12 +160,12 @@ impl Model {
         &mut self,
         committed: &mut Committed,
         displacements: &[Vec<Vec3>],
-        least_share: f64,
+        keeps: impl Fn(usize) -> bool,
     ) -> Result<Vec<Fracture>> {
         let mut fractures = Vec::new();
         for index in 0..self.bodies.len() {
             let Some(displacements) = displacements.get(index).filter(|u| !u.is_empty()) else { continue };
-            fractures.extend(self.break_body(index, committed, displacements, least_share)?);
+            fractures.extend(self.break_body(index, committed, displacements, keeps(index))?);
         }
         Ok(fractures)
     }
@@ -165,12 +176,12 @@ impl Model {
         index: usize,
         committed: &mut Committed,
         displacements: &[Vec3],
-        least_share: f64,
+        keeps: bool,
     ) -> Result<Option<Fracture>> {
         let Some(grain) = self.bodies[index].damaged().cloned() else { return Ok(None) };
         let brittle = self.bodies[index].is_brittle();
-        let least = least_share * grain.origin_volume();
-        let Some(broken) = grain.break_up_from(displacements, index as u32, least)? else { return Ok(None) };
+        let broken = grain.break_up_from(displacements, index as u32, grain.least_volume())?;
+        let Some(broken) = broken else { return Ok(None) };
         let mut fracture = Fracture {
             body: index,
             parts: vec![],
@@ -180,7 +191,8 @@ impl Model {
             lost_energy: broken.lost_energy,
             former: vec![],
         };
-        let parts = self.parts_of(index, &broken, displacements, &committed.poses, &mut fracture)?;
+        let poses = &committed.poses[..];
+        let parts = self.parts_of(index, &broken, displacements, (poses, keeps), &mut fracture)?;
         let bodies = self.bodies.len();
         let mut points: Vec<Vec3> = parts.iter().map(|part| part.point).collect();
         let stays = parts.is_empty() && grain.keeps_rubble();
@@ -239,7 +251,7 @@ impl Model {
         index: usize,
         broken: &BreakUp,
         displacements: &[Vec3],
-        poses: &[Pose],
+        (poses, keeps): (&[Pose], bool),
         fracture: &mut Fracture,
     ) -> Result<Vec<Part>> {
         let mut parts = Vec::new();
@@ -248,7 +260,13 @@ impl Model {
         let meshes: Vec<&Mesh> = meshes.iter().map(|mesh| &**mesh).collect();
         let alone = meshes.len() == 1;
         for (shape, fragment) in contact_shapes(&meshes).into_iter().zip(&broken.fragments) {
-            let made = shape.and_then(|shape| self.part(index, fragment, shape, displacements, poses, alone));
+            let goes_on = match alone {
+                true => GoesOn::Alone,
+                false if keeps && parts.is_empty() => GoesOn::InPlace,
+                false => GoesOn::Apart,
+            };
+            let made =
+                shape.and_then(|shape| self.part(index, fragment, shape, displacements, poses, goes_on));
             match made {
                 Ok(part) => parts.push(part),
                 // A body that contact cannot handle (too thin, say) is debris.
@@ -263,7 +281,7 @@ impl Model {
         Ok(parts)
     }
 
-    /// A fragment of body `index`, the only one where it is `alone`.
+    /// A fragment of body `index`.
     fn part(
         &self,
         index: usize,
@@ -271,11 +289,12 @@ impl Model {
         shape: hulls::ContactShape,
         displacements: &[Vec3],
         poses: &[Pose],
-        alone: bool,
+        goes_on: GoesOn,
     ) -> Result<Part> {
         let (old, pose) = (&self.bodies[index].nominal, &poses[index]);
         let centroid = fragment.grain.condensed().mass_properties().centroid;
-        let point = if alone { Vec3::zeros() } else { centroid };
+        let (alone, apart) = (goes_on == GoesOn::Alone, goes_on == GoesOn::Apart);
+        let point = if apart { centroid } else { Vec3::zeros() };
         // What was cut off before stays off.
         let mut nominal = match intersection(&shape.nominal, &facet_planes(old)) {
             Ok(nominal) => nominal,
@@ -307,7 +326,7 @@ impl Model {
                 Err(error) => return Err(error),
             }
         };
-        let grain = if alone { fragment.grain.clone() } else { fragment.grain.moved_to(&point)? };
+        let grain = if apart { fragment.grain.moved_to(&point)? } else { fragment.grain.clone() };
         let turn = Rotation::from_scaled_axis(fragment.rotation);
         let moved = centroid + fragment.translation + turn * (point - centroid);
         let back = turn.inverse();
@@ -434,7 +453,7 @@ impl Model {
         let size = (6.0 * room / std::f64::consts::PI).cbrt();
         Body {
             name: if number == 0 { old.name.clone() } else { format!("{}.{}", old.name, self.bodies.len()) },
-            kind: old.kind,
+            kind: if number == 0 { old.kind } else { old.kind.of_part() },
             // The stiffness of a contact goes with the size.
             stiffness: old.stiffness * (0.5 * size / old.rotation_scale),
             limit_pressure: old.limit_pressure,

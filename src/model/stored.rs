@@ -110,7 +110,8 @@ impl Model {
             let Some(stored) = stored else { continue };
             if index >= self.bodies.len() {
                 let origin = grain.as_ref().map_or(0, |grain| grain.ancestry().origin as usize);
-                self.bodies.push(first[origin].clone());
+                let kind = first[origin].kind.of_part();
+                self.bodies.push(Body { kind, ..first[origin].clone() });
                 self.shapes.push(self.shapes[origin].clone());
             }
             let body = &mut self.bodies[index];

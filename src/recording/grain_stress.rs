@@ -17,9 +17,14 @@ pub fn mean_stresses(model: &Model, contacts: &Contacts, poses: &[Pose], pressur
     let moments = body_moments(&pair_forces(contacts), &outside, &positions(model, poses));
     let mean = |(moment, body): (&Mat3, &Body)| {
         // Symmetric in balance; what is left of the moments' tolerance is averaged out.
-        0.5 * (moment + moment.transpose()) / body.nominal.volume()
+        0.5 * (moment + moment.transpose()) / left_of(body).unwrap_or_else(|| body.nominal.volume())
     };
     moments.iter().zip(&model.bodies).map(mean).collect()
+}
+
+/// Volume of what is left of a grain that lost cells [m^3], which is less than its contact shape.
+fn left_of(body: &Body) -> Option<f64> {
+    body.damaged().filter(|grain| grain.is_parted()).map(|grain| grain.room())
 }
 
 /// Mean Cauchy stress of each body of a scene [Pa], its weight included: gravity acts in its volume. Not a
@@ -32,7 +37,7 @@ pub fn body_stresses(scene: &Scene, parameters: &SceneParameters, gravity: Vec3)
         let weight = gravity * body.mass;
         *moment += (poses[i].rotation * body.centre_of_mass) * weight.transpose();
         let origin = body.damaged().map_or(i, |grain| grain.ancestry().origin as usize);
-        let volume = body.mass / parameters.bodies[origin].density;
+        let volume = left_of(body).unwrap_or(body.mass / parameters.bodies[origin].density);
         *moment = match scene.is_free(i) {
             true => 0.5 * (*moment + moment.transpose()) / volume,
             false => Mat3::repeat(f64::NAN),

@@ -42,10 +42,15 @@ pub fn grains(case: &Case, generated: &Generated<'_>) -> Vec<Column> {
         Column::floats(
             "sieve_size",
             "m",
-            "sieve size: intermediate diameter of the generating ellipsoid",
+            "sieve size: intermediate diameter of the generating ellipsoid; of a given grain the smallest square hole that it passes",
             grains.iter().map(|g| g.sieve_size),
         ),
-        Column::vectors("semi_axes", "m", "semi-axes of the generating ellipsoid, largest first", semi_axes),
+        Column::vectors(
+            "semi_axes",
+            "m",
+            "semi-axes of the generating ellipsoid, largest first; of a given grain its half extents along its principal axes",
+            semi_axes,
+        ),
         Column::floats(
             "rounding",
             "m",

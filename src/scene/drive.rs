@@ -47,10 +47,13 @@ impl StageState {
 }
 
 impl Drive {
-    /// Takes in bodies behind those it knows, free, and reference points that moved from `before` to `poses`.
+    /// Takes in bodies behind those it knows, free, and frames that breaking moved from `before` to `poses`.
     pub(super) fn grow(&mut self, before: &[Pose], poses: &[Pose]) {
-        for ((from, old), new) in self.from.iter_mut().zip(before).zip(poses) {
+        let moved = self.from.iter_mut().zip(before).zip(poses).filter(|((_, old), new)| old != new);
+        for ((from, old), new) in moved {
             from.position += new.position - old.position;
+            // What a turn made of the old rotation it makes of the new one.
+            from.rotation *= old.rotation.inverse() * new.rotation;
         }
         self.from.extend(&poses[self.from.len()..]);
         self.held.resize(poses.len(), [false; 6]);
@@ -95,5 +98,31 @@ impl Drive {
                 Pose::new(position, rotation)
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Breaking shifts and turns the frame of a held body. Reference: it stays where breaking left it.
+    #[test]
+    fn a_frame_that_breaking_moved_stays_there() {
+        let turn = |x: f64, y: f64, z: f64| Rotation::from_scaled_axis(Vec3::new(x, y, z));
+        let start = vec![Pose::new(Vec3::new(0.1, 0.2, 0.3), turn(0.4, -0.2, 0.1))];
+        let mut drive = Drive {
+            held: vec![[true; 6]],
+            travel: vec![Vector6::new(0.0, 0.0, 1e-3, 0.2, 0.1, 0.3)],
+            from: start.clone(),
+            applied: [vec![Vector6::zeros()], vec![Vector6::zeros()]],
+            gravity: [Vec3::zeros(); 2],
+        };
+        let now = drive.driven(&start, &start, 0.5, 0.5);
+        let shift = Vec3::new(1e-3, 2e-3, -1e-3);
+        let broken = vec![Pose::new(now[0].position + shift, now[0].rotation * turn(1e-3, 0.0, -2e-3))];
+        drive.grow(&now, &broken);
+        let held = drive.driven(&broken, &broken, 0.0, 0.5);
+        assert!((held[0].position - broken[0].position).norm() < 1e-15);
+        assert!(held[0].rotation.angle_to(&broken[0].rotation) < 1e-7, "{:?}", held[0].rotation);
     }
 }

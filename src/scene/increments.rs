@@ -32,11 +32,11 @@ impl Loaded for Scene {
         }
         let failing = std::mem::take(&mut self.failing);
         let before = self.committed.poses.clone();
-        let fractures = self.model.break_up(
-            &mut self.committed,
-            &failing.displacements(before.len()),
-            self.settings.damage.least_share,
-        )?;
+        let displacements = failing.displacements(before.len());
+        // What stages say of a body is of its reference point.
+        let named: Vec<usize> = self.named().collect();
+        let fractures =
+            self.model.break_up(&mut self.committed, &displacements, |body| named.contains(&body))?;
         let lost: f64 = fractures.iter().map(|fracture| fracture.lost_energy).sum();
         self.ledger.damage += lost;
         self.ledger.elastic -= lost;

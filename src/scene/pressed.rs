@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::loading::{Attempt, FidelityCounts, Portion};
 use crate::model::{Counters, Deformation};
 use crate::scene::drive::Progress;
-use crate::scene::press::{MOST_ROUNDS, PressParameters, Pressed, Pressing, SETTLED};
+use crate::scene::press::{MOST_ROUNDS, Pressed, Pressing, SETTLED};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::run::Scene;
 use crate::solver::{Balance, ContactMeasures, motion_vector};
@@ -85,7 +85,8 @@ impl Scene {
         let mut counters = stage.take_spent(&counters);
         let rebalanced = stage.own.rebalances;
         if !rebalanced {
-            counters.cuts = stage.pace.accept(portion.share, counters.augmentations <= SNAP_ROUNDS);
+            let easy = settled.iter().all(|settled| settled.rounds <= SNAP_ROUNDS);
+            counters.cuts = stage.pace.accept(portion.share, easy);
         }
         let error_before = self.ledger.error();
         let before = self.committed.poses.clone();
@@ -98,7 +99,9 @@ impl Scene {
         let hesitated = settled.iter().any(|settled| settled.rounds > SNAP_ROUNDS);
         let [_, top] = pressing.plates();
         let force = -self.reaction[top][2];
-        let fell = force.abs() < self.last_push.abs();
+        let way = before[top].position.z - poses[top].position.z;
+        // A load that is taken back falls, too.
+        let fell = force.abs() < self.last_push.abs() && force * way >= 0.0;
         self.last_push = force;
         if !rebalanced {
             self.stabilised = self.ledger.stabilisation;
@@ -146,12 +149,10 @@ impl Scene {
 
     /// Keeps the damage of all parts; those that came apart are bodies of their own from here on.
     fn keep(&mut self, pressing: &mut Pressing, settled: &[Settled]) -> Result<Freed> {
-        let PressParameters { body, .. } = pressing.parameters;
-        let origin = self.model.bodies[body].damaged().map_or(0.0, |grain| grain.origin_volume());
-        let least = self.settings.damage.least_share * origin;
         let mut all = Freed { elastic: 0.0, freed: 0.0, failed: 0, broke: false };
         let mut parts = Vec::with_capacity(pressing.parts.len());
         for ((number, mut part), settled) in std::mem::take(&mut pressing.parts).into_iter().zip(settled) {
+            let least = part.grain.least_volume();
             let Kept { commit, broken } = part.keep(settled, pressing.bench.grip, number as u32, least)?;
             all.elastic += commit.elastic + settled.contact.patch_energy;
             all.freed += commit.dissipated;

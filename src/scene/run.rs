@@ -280,6 +280,12 @@ impl Scene {
         StageProgress::new(pace, StageState::new(self.drive(stage)))
     }
 
+    /// The bodies that stages drive or load.
+    pub(super) fn named(&self) -> impl Iterator<Item = usize> + '_ {
+        let bodies = self.stages.iter().flat_map(|stage| &stage.bodies);
+        bodies.filter_map(|(name, _)| self.names.get(name).copied())
+    }
+
     fn drive(&self, stage: &LoadStage) -> Drive {
         let mut drive = Drive {
             held: self.loads.prescribed.clone(),
@@ -290,6 +296,9 @@ impl Scene {
         };
         for (name, load) in &stage.bodies {
             let Some(&body) = self.names.get(name) else { continue };
+            if self.model.bodies[body].kind == BodyKind::Gone {
+                continue;
+            }
             let fixed = self.model.bodies[body].kind == BodyKind::Fixed;
             for (first, motion) in [(0, load.displacement), (3, load.rotation)] {
                 let Some(motion) = motion.filter(|_| !fixed) else { continue };

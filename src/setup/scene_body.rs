@@ -29,14 +29,24 @@ pub fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> 
         Fidelity::Rigid => None,
         Fidelity::Auto | Fidelity::Condensed | Fidelity::Full => Some(body_mesh(case, index, body, folder)?),
     };
+    // A rigid body from a file has its shape from there, too.
+    let file_mesh = match &body.shape {
+        ShapeCase::Mesh(file) if mesh.is_none() => Some(read_mesh(&folder.join(file))?),
+        _ => None,
+    };
+    let solid = mesh.as_ref().or(file_mesh.as_ref());
     let mut density = rock.density;
+    if let (ShapeCase::Mesh(_), Some(mesh)) = (&body.shape, solid) {
+        // It weighs what its cells do, not what its hull would.
+        density *= mesh.volume() / mesh.convex_hull()?.volume();
+    }
     if let (ShapeCase::Sphere(radius), Some(mesh)) = (&body.shape, &mesh) {
         // A mesh lies within its ball: it is given the ball's mass.
         let ball = 4.0 / 3.0 * PI * radius.powi(3);
         density *= ball / mesh.convex_hull()?.volume();
         rock.density *= ball / mesh.volume();
     }
-    let shape = shape_of(case, index, body, mesh.as_ref(), folder)?;
+    let shape = shape_of(case, index, body, solid)?;
     let (shape, mesh, offset) = about_own_middle(case, body, shape, mesh);
     let Inner { grain, full, damaged } = inner(case, &rock, index, body, mesh)?;
     let mut pose =
@@ -63,13 +73,7 @@ pub fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> 
 }
 
 /// The surface by which body number `index` touches others.
-fn shape_of(
-    case: &Case,
-    index: usize,
-    body: &BodyCase,
-    mesh: Option<&Mesh>,
-    folder: &Path,
-) -> Result<SceneShape> {
+fn shape_of(case: &Case, index: usize, body: &BodyCase, mesh: Option<&Mesh>) -> Result<SceneShape> {
     match &body.shape {
         ShapeCase::Box(_) | ShapeCase::Polyhedron(_) | ShapeCase::Cylinder { .. } | ShapeCase::Grain(_) => {
             let hull = polyhedron(case, index, body)?;
@@ -80,10 +84,9 @@ fn shape_of(
             Some(mesh) => meshed_sphere(case, body, *radius, mesh),
             None => Ok(SceneShape::Sphere(*radius)),
         },
-        ShapeCase::Mesh(file) => {
-            let mesh = read_mesh(&folder.join(file))?;
-            let hull = mesh.convex_hull()?;
-            Ok(rounded(case, body, hull))
+        ShapeCase::Mesh(_) => {
+            let mesh = mesh.ok_or_else(|| Error::Usage(format!("{:?} has no shape", body.name)))?;
+            Ok(rounded(case, body, mesh.convex_hull()?))
         }
     }
 }

@@ -38,18 +38,7 @@ fn settings_of_all(case: &Case) -> Settings {
         max_newton: solver.max_newton_iterations,
         first_penalty: solver.first_penalty,
         accuracy: solver.chosen_accuracy(),
-        damage: damage_settings(case),
+        damage: DamageSettings { max_change: solver.damage_change, ..DamageSettings::default() },
         ..Settings::default()
-    }
-}
-
-/// How damage is followed in a case.
-fn damage_settings(case: &Case) -> DamageSettings {
-    let usual = DamageSettings::default();
-    let asked = case.rock.damage.as_ref();
-    DamageSettings {
-        max_change: case.solver.damage_change,
-        least_share: asked.map_or(usual.least_share, |damage| damage.least_fragment),
-        ..usual
     }
 }

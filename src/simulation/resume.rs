@@ -63,6 +63,7 @@ pub fn look(case: &Case, source: &RawCase, out: &Path) -> Result<Found> {
     if !out.exists() {
         return Ok(Found::NoFile);
     }
+    results::put_back(out)?;
     let reader = Reader::open(out)?;
     if reader.is_live() {
         return Err(fault(out, "in use by another process (it is locked); wait for that run to end"));
@@ -100,7 +101,15 @@ pub fn kept_case(reader: &Reader, file: &Path) -> Result<Value> {
 
 /// A case completed by an older version, with this one's defaults for what that did not know. What this one
 /// refuses stays as it is.
-fn completed_anew(kept: Value, file: &Path) -> Value {
+fn completed_anew(mut kept: Value, file: &Path) -> Value {
+    if let Some(membrane) = kept.get_mut("membrane").and_then(Value::as_object_mut) {
+        // What is gone, as it was by default.
+        for (key, usual) in [("thickness_law", Value::from("constant")), ("refinement", Value::from(0))] {
+            if membrane.get(key) == Some(&usual) {
+                membrane.remove(key);
+            }
+        }
+    }
     let raw =
         RawCase { file: file.to_path_buf(), text: String::new(), value: kept.clone(), faults: Vec::new() };
     raw.check().map_or(kept, |case| case.completed())

@@ -53,13 +53,11 @@ pub struct DamageSettings {
     pub tolerance: f64,
     /// Damage moves where forces and gaps miss their tolerances by no more than this factor.
     pub readiness: f64,
-    /// Parts below this share of the grain as generated are given up.
-    pub least_share: f64,
 }
 
 impl Default for DamageSettings {
     fn default() -> Self {
-        DamageSettings { moves: true, max_change: 0.2, tolerance: 1e-3, readiness: 10.0, least_share: 0.02 }
+        DamageSettings { moves: true, max_change: 0.2, tolerance: 1e-3, readiness: 10.0 }
     }
 }
 

@@ -180,8 +180,7 @@ impl Rig {
             .collect();
         self.change_fidelity([&[], &bending]);
         let displacements = failing.displacements(self.model.bodies.len());
-        let least_share = self.settings.damage.least_share;
-        let fractures = self.model.break_up(&mut self.committed, &displacements, least_share)?;
+        let fractures = self.model.break_up(&mut self.committed, &displacements, |_| false)?;
         if !fractures.is_empty() {
             self.contacts.forget_bodies();
         }

@@ -32,7 +32,8 @@ pub(super) fn starts(
     plain[rig.top].position.z += lift.unwrap_or(0.0);
     let mut squeezed = plain.clone();
     if let Some(lift) = lift.filter(|lift| *lift != 0.0) {
-        let base = now[rig.bottom].position.z;
+        let bottom = &rig.model.bodies[rig.bottom].nominal.vertices;
+        let base = now[rig.bottom].position.z + bottom.iter().map(|v| v.z).fold(f64::NEG_INFINITY, f64::max);
         for (i, pose) in squeezed.iter_mut().enumerate() {
             let is_wall = i >= rig.model.bodies.len() && !rig.model.is_node(i);
             if i != rig.top && i != rig.bottom && !is_wall {

@@ -17,6 +17,8 @@ impl Test {
             return Ok(false);
         }
         let fractures = rig.break_up()?;
+        // The forces that are kept are of the cover that goes on.
+        self.mend_cover(rig, drive);
         let after = self.forces_now(rig, drive, done);
         if let StepStatus::TooClose(pair) = after.status {
             return Err(Error::Specimen(TooClose::described(pair, &rig.model)));
@@ -51,7 +53,7 @@ impl Test {
     }
 
     /// Has a folded cover laid anew where that is free to change the volume.
-    pub(super) fn mend_cover(&mut self, rig: &mut Rig, drive: &Drive) {
+    fn mend_cover(&mut self, rig: &mut Rig, drive: &Drive) {
         if !drive.prescribes_volume() {
             self.zero.mend(rig);
         }

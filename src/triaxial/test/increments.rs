@@ -84,7 +84,6 @@ impl Loaded for UnderTest<'_> {
         if self.test.break_up(self.rig, &stage.own.drive, stage.pace.done())? {
             stage.own.broke = true;
             stage.own.last = None;
-            self.test.mend_cover(self.rig, &stage.own.drive);
         }
         Ok(())
     }
@@ -178,6 +177,8 @@ impl UnderTest<'_> {
     fn balance(&mut self, stage: &Progress, next: Portion) -> std::result::Result<IncrementReport, Miss> {
         let comes_to_rest = self.comes_to_rest(stage, next);
         let (test, rig) = (&*self.test, &mut *self.rig);
+        // That of an attempt before says nothing of how this one ends.
+        rig.dossier = None;
         let (drive, last) = (&stage.own.drive, stage.own.last.as_ref());
         let now = test.state(rig, &rig.committed.poses, rig.pressure, test.ram);
         let continued = |now: f64, before: fn(&Last) -> f64| {
