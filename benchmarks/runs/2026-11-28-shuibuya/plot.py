@@ -1,4 +1,4 @@
-"""Draws stress_strain.png and energy.png beside itself from p*.csv, with the runs over 10 mm of an earlier record; scripts/python_env names a Python that has matplotlib."""
+"""Draws stress_strain.png, energy.png and full_size.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
 
 import csv
 import pathlib
@@ -14,7 +14,6 @@ HERE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(HERE.parents[2] / "scripts"))
 from chart_style import COLOURS, STYLE, energy_bars  # noqa: E402
 
-LONGER = HERE.parent / "2026-11-26-shuibuya"
 PRESSURES = {400: COLOURS[0], 800: COLOURS[1], 1600: COLOURS[2], 2500: COLOURS[3]}
 SOURCE = {800: (11.64, 3.52), 1600: (15.40, 7.04)}
 
@@ -33,19 +32,19 @@ plt.rcParams.update(STYLE)
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
 for pressure, colour in PRESSURES.items():
     name = f"p{pressure:04d}"
-    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (LONGER / f"{name}.csv", ":", 1.0)]:
+    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (HERE / f"{name}_short.csv", ":", 1.0)]:
         if path.exists():
             draw(axes, path, colour, line, width)
     if pressure in SOURCE:
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
     axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa")
-for label, line in [("a quarter of a grain", "-"), ("a tenth", "--"), ("10 mm, of earlier", ":")]:
+for label, line in [("as the cases are", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("the same, weakening over a tenth", "--")]:
     axes[0].plot([], [], line, color="#555555", label=label)
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
 axes[0].legend(loc="upper left", ncol=2)
 axes[0].set_ylim(0, 15)
 axes[0].set_ylabel("deviatoric stress [MPa]")
-axes[0].set_title("300 grains that break: the slip over which friction weakens", loc="left")
+axes[0].set_title("300 grains that break, weakening over a quarter of a grain", loc="left")
 axes[1].set_xlabel("axial strain [%]")
 axes[1].set_ylabel("volume strain [%], contraction positive")
 axes[1].axhline(0, color="#888888", lw=0.8)
@@ -60,3 +59,18 @@ for pressure in PRESSURES:
 figure, axes = plt.subplots(figsize=(6.4, 3.2))
 energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
+
+figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
+for path, colour, label in [(HERE / "p0800_full.csv", COLOURS[1], "3643 grains, 9.0 mm"), (HERE.parent / "2026-11-26-shuibuya" / "p0800_3643.csv", COLOURS[3], "3643 grains, 10 mm, 4 steps an increment"), (HERE / "p0800.csv", COLOURS[0], "300 grains, 9.0 mm")]:
+    if path.exists():
+        draw(axes, path, colour, "-", 1.4)
+        axes[0].plot([], [], color=colour, label=label)
+axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak")
+axes[0].set_title("Breaking grains at 0.8 MPa", loc="left")
+axes[0].set_ylabel("deviatoric stress [MPa]")
+axes[0].legend(loc="lower right")
+axes[1].set_xlabel("axial strain [%]")
+axes[1].set_ylabel("volume strain [%]")
+axes[1].axhline(0, color="#888888", lw=0.8)
+figure.tight_layout()
+figure.savefig(HERE / "full_size.png", dpi=150)
