@@ -150,6 +150,11 @@ fn wrench<T: Real>(
     let (xa, xb) = closest_points(site, a, b);
     let difference = xb - xa;
     let distance = difference.norm();
+    if distance.value().is_nan() {
+        // Edges that are parallel to the last bit have no nearest points, and no weight.
+        let none = Evaluation::new(state, 0.0, Vec3::zeros(), Vec3::zeros(), 0.0);
+        return (none, [zero; 12], Vector::zero());
+    }
     let normal = difference.times(T::constant(1.0) / distance);
     let elastic = Vector::constant(&state.elastic) + *displaced;
     let undeformed = T::constant(state.radii) - distance;

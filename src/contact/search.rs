@@ -309,8 +309,8 @@ fn faces_within_reach(shapes: [&ContactShape; 2], poses: &[Pose; 2], skin: f64) 
     if shapes.iter().any(|shape| shape.faces.is_empty()) {
         return found;
     }
-    // What both bodies together may turn by before the list is made anew (`motion`).
-    let turn = skin / (2.1 * shapes[0].bounding_radius.min(shapes[1].bounding_radius));
+    // What both bodies together may turn by before the list is made anew: `motion` takes 2.1 chords, and a chord turns by two of them.
+    let turn = skin / shapes[0].bounding_radius.min(shapes[1].bounding_radius);
     let seen = poses[1].rotation.inverse() * poses[0].rotation;
     for (i, a) in shapes[0].faces.iter().enumerate() {
         let normal = seen * a.normal;
