@@ -29,7 +29,7 @@ use crate::tensor::Vec3;
 /// Part of the stiffness of a failed point that stays in the factor while its cell lives.
 pub const HELD: f64 = 1e-6;
 /// Parts below this share of the grain as generated are given up, unless the rock says otherwise.
-pub const LEAST_SHARE: f64 = 0.02;
+const LEAST_SHARE: f64 = 0.02;
 
 /// Where a grain comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! Takes failed cells out of the model: a grain that loses cells gets a smaller body, one that comes apart becomes several.
 //!
-//! The largest part keeps the number of the body that broke, the others go behind all bodies, each with its reference point at its own
-//! centroid (the largest of a body that stages name at the whole's) and its frame at its mean motion. Surfaces keep their place in space (to second order in the displacements), and a
-//! cover's nodes stay at their material points, so nothing does work here. What is too small to be a
-//! body, or leaves nothing to touch, is given up and counted. Brittle bodies are rigid meanwhile (they have to rest), and what bends of their parts later are
-//! the cells that are left, as sound rock. Where failed cells stay as rubble
-//! ([`DamagedGrain::keeping_rubble`]) a grain in one part keeps its shape, and several share it. What contacts of a body remember whose shape changed goes with
-//! its features; [`crate::assembly::Contacts::inherit`] puts it into those of the new shape.
+//! The largest part keeps the number of the body that broke, the others go behind all bodies, each with its reference point at its own centroid
+//! (the largest of a body that stages name at the whole's) and its frame at its mean motion. Surfaces keep their place in space (to second order
+//! in the displacements), and a cover's nodes stay at their material points, so nothing does work here. What is too small to be a body, or
+//! leaves nothing to touch, is given up and counted. Brittle bodies are rigid meanwhile (they have to rest), and what bends of their parts later
+//! are the cells that are left, as sound rock. Where failed cells stay as rubble ([`DamagedGrain::keeping_rubble`]) a grain in one part keeps
+//! its shape, and several share it. What contacts of a body remember whose shape changed goes with its features;
+//! [`crate::assembly::Contacts::inherit`] puts it into those of the new shape.
 
 use std::sync::Arc;
 
