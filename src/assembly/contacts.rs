@@ -175,26 +175,33 @@ impl Contacts {
 
     /// Evaluates every contact at `poses`, searching anew where bodies have moved far enough.
     pub fn evaluate(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) -> Result<(), TooClose> {
-        self.evaluate_pairs(model, committed, poses, |_| true)?;
+        self.look_around(model, committed, poses);
+        self.place(model, committed, poses, |_| true);
+        self.evaluate_pairs(model, committed, poses, |_, _| true)?;
         self.evaluate_skin(model, poses)
     }
 
-    /// Evaluates the contacts between bodies of those pairs that `counts` holds for; what others have is not to be used before they are evaluated again.
+    /// Searches anew where bodies have moved far enough at `poses`; the list of pairs is another one then.
+    pub(crate) fn look_around(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
+        if self.neighbours.is_valid(&model.shapes, poses) {
+            return;
+        }
+        let start = Instant::now();
+        self.place(model, committed, poses, |_| true);
+        self.search(model, committed, poses);
+        self.timings.book(Kernel::Search, start);
+    }
+
+    /// Evaluates the contacts between bodies of those pairs that `counts` holds for, by number in the list, whose bodies were placed at `poses`. What
+    /// other pairs have is of where they were evaluated last.
     pub(crate) fn evaluate_pairs(
         &mut self,
         model: &Model,
         committed: &Committed,
         poses: &[Pose],
-        counts: impl Fn(&PairWork) -> bool + Sync,
+        counts: impl Fn(usize, &PairWork) -> bool + Sync,
     ) -> Result<(), TooClose> {
-        let mut start = Instant::now();
-        self.place(model, committed, poses);
-        if !self.neighbours.is_valid(&model.shapes, poses) {
-            let begun = Instant::now();
-            self.search(model, committed, poses);
-            self.timings.book(Kernel::Search, begun);
-            start += begun.elapsed();
-        }
+        let start = Instant::now();
         let (corners, reach) = (&self.corners, &self.reach);
         let view = View {
             kinematics: &self.kinematics,
@@ -209,13 +216,14 @@ impl Contacts {
             crushed: &self.crushed,
             yields: self.yields,
         };
-        self.pairs.par_iter_mut().filter(|pair| counts(pair)).for_each(|pair| {
+        let counted = self.pairs.par_iter_mut().enumerate().filter(|(number, pair)| counts(*number, pair));
+        counted.for_each(|(_, pair)| {
             let needed = pair.elastic_reach(reach);
             pair.renew_list(model, corners, poses, needed, margin(model, pair.key(), needed));
             pair.evaluate(model, &view);
         });
         self.timings.book(Kernel::Contacts, start);
-        for pair in self.pairs.iter().filter(|pair| counts(pair)) {
+        for (_, pair) in self.pairs.iter().enumerate().filter(|(number, pair)| counts(*number, pair)) {
             let (a, b) = (pair.a(), pair.b());
             let floor = CORE_FLOOR * (model.shapes[a].rounded.radius + model.shapes[b].rounded.radius);
             if pair.nearest < floor {
@@ -225,7 +233,7 @@ impl Contacts {
         Ok(())
     }
 
-    /// Evaluates the contacts of the wall and the membrane, bodies being where [`Self::evaluate_pairs`] had them last.
+    /// Evaluates the contacts of the wall and the membrane with all bodies, which were placed at `poses`.
     pub(crate) fn evaluate_skin(&mut self, model: &Model, poses: &[Pose]) -> Result<(), TooClose> {
         if let Some(wall) = &model.wall {
             touch_wall_into(&mut self.wall, model, wall, &self.corners, poses);
@@ -237,27 +245,50 @@ impl Contacts {
         met
     }
 
-    /// Moves the bodies' frames and corners.
-    fn place(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
-        self.kinematics.clear();
-        self.kinematics
-            .extend(committed.poses.iter().zip(poses).map(|(old, now)| Kinematics::between(old, now)));
-        self.corners.resize(model.shapes.len(), Vec::new());
-        for ((corners, pose), shape) in self.corners.iter_mut().zip(poses).zip(&model.shapes) {
-            let turn = pose.rotation.to_rotation_matrix();
+    /// Moves the frames and corners of those bodies that `moves` holds for; of all where none was placed before.
+    pub(crate) fn place(
+        &mut self,
+        model: &Model,
+        committed: &Committed,
+        poses: &[Pose],
+        moves: impl Fn(usize) -> bool,
+    ) {
+        let frames = committed.poses.iter().zip(poses);
+        let is_first = self.kinematics.len() != frames.len() || self.corners.len() != model.shapes.len();
+        if is_first {
+            self.kinematics.clear();
+            self.kinematics.extend(frames.clone().map(|(old, now)| Kinematics::between(old, now)));
+            self.corners.resize(model.shapes.len(), Vec::new());
+        }
+        for (body, (old, now)) in frames.enumerate().filter(|(body, _)| is_first || moves(*body)) {
+            self.kinematics[body] = Kinematics::between(old, now);
+            let (Some(corners), Some(shape)) = (self.corners.get_mut(body), model.shapes.get(body)) else {
+                continue;
+            };
+            let turn = now.rotation.to_rotation_matrix();
             corners.clear();
-            corners.extend(shape.rounded.core.vertices.iter().map(|v| pose.position + turn * v));
+            corners.extend(shape.rounded.core.vertices.iter().map(|v| now.position + turn * v));
         }
     }
 
     /// Tangents of all active points in the configuration last evaluated.
     pub fn update_tangents(&mut self, model: &Model, poses: &[Pose]) {
+        self.update_tangents_of(model, poses, |_| true);
+    }
+
+    /// The same of those pairs that `counts` holds for.
+    pub(crate) fn update_tangents_of(
+        &mut self,
+        model: &Model,
+        poses: &[Pose],
+        counts: impl Fn(&PairWork) -> bool + Sync,
+    ) {
         let start = Instant::now();
         if let Some(membrane) = &model.membrane {
             self.membrane.update_tangents(membrane, &self.corners, poses);
         }
         let kinematics = &self.kinematics;
-        self.pairs.par_iter_mut().for_each(|pair| {
+        self.pairs.par_iter_mut().filter(|pair| counts(pair)).for_each(|pair| {
             pair.update_tangents(model, kinematics, poses);
         });
         self.combine_tangents(poses);
@@ -275,13 +306,12 @@ impl Contacts {
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =
             std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
-        self.pairs = self
-            .neighbours
-            .pairs
-            .par_iter()
-            .map(|key| {
-                if let Some(pair) = old.get(key) {
-                    return pair.clone();
+        let kept: Vec<Option<PairWork>> = self.neighbours.pairs.iter().map(|key| old.remove(key)).collect();
+        let listed = self.neighbours.pairs.par_iter().zip(kept);
+        self.pairs = listed
+            .map(|(key, kept)| {
+                if let Some(pair) = kept {
+                    return pair;
                 }
                 let (a, b) = (key.0 as usize, key.1 as usize);
                 let skin = SKIN * (0.5 * (lengths[a] + lengths[b]));
@@ -291,7 +321,6 @@ impl Contacts {
                 pair
             })
             .collect();
-        old.clear();
     }
 
     /// Forgets all lists, as bodies have changed; what was counted and timed stays.

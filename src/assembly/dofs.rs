@@ -49,6 +49,33 @@ impl Dofs {
         self.scale.resize(self.index.len(), 1.0);
     }
 
+    /// The same of these carriers alone, in the same order; the others are held. There are no forces of contacts among them.
+    pub fn only(&self, counts: impl Fn(usize) -> bool) -> Self {
+        let mut count = 0;
+        let mut number = |carrier: usize| {
+            self.index[carrier].map(|index| {
+                index.filter(|_| counts(carrier)).map(|_| {
+                    count += 1;
+                    count as u32 - 1
+                })
+            })
+        };
+        let index = (0..self.carriers).map(&mut number).collect();
+        let scale = self.scale[..self.carriers].to_vec();
+        Dofs { carriers: self.carriers, index, owner: Vec::new(), scale, count }
+    }
+
+    /// Copies the values of all unknowns that `to` has as well.
+    pub fn copy_common(&self, values: &[f64], to: &Dofs, into: &mut [f64]) {
+        for (own, others) in self.index.iter().zip(&to.index) {
+            for (own, other) in own.iter().zip(others) {
+                if let (Some(own), Some(other)) = (own, other) {
+                    into[*other as usize] = values[*own as usize];
+                }
+            }
+        }
+    }
+
     /// The same without the forces of contacts, whose unknowns come last.
     pub fn without_contacts(&self) -> Self {
         let mut bodies = self.clone();

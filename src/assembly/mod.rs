@@ -62,13 +62,13 @@ pub fn carrier_forces_into(
     add_other_forces(wrenches, model, contacts, weighing, poses);
 }
 
-/// The part of [`carrier_forces_into`] that is of contacts between bodies, of those pairs that `counts` holds for.
+/// The part of [`carrier_forces_into`] that is of contacts between bodies, of those pairs that `counts` holds for, by number in their list.
 pub fn add_contact_forces(
     wrenches: &mut [Vector6<f64>],
     contacts: &Contacts,
-    counts: impl Fn(&PairWork) -> bool,
+    counts: impl Fn(usize) -> bool,
 ) {
-    for pair in contacts.pairs.iter().filter(|pair| counts(pair)) {
+    for (_, pair) in contacts.pairs.iter().enumerate().filter(|(number, _)| counts(*number)) {
         for point in pair.active() {
             let wrench = &point.evaluation.wrench;
             for k in 0..6 {

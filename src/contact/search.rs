@@ -137,7 +137,7 @@ impl PairFeatures {
     pub fn room(&self, shapes: &[ContactShape], poses: &[Pose]) -> f64 {
         let (a, b) = (self.a as usize, self.b as usize);
         let [old_a, old_b] = &self.reference;
-        let moved = motion(&shapes[a], old_a, &poses[a]) + motion(&shapes[b], old_b, &poses[b]);
+        let moved = approach([&shapes[a], &shapes[b]], [old_a, old_b], [&poses[a], &poses[b]], 0.0);
         (self.skin - moved).max(0.0)
     }
 
@@ -163,7 +163,7 @@ impl PairFeatures {
     pub fn is_valid(&self, shapes: &[ContactShape], poses: &[Pose]) -> bool {
         let (a, b) = (self.a as usize, self.b as usize);
         let [old_a, old_b] = &self.reference;
-        motion(&shapes[a], old_a, &poses[a]) + motion(&shapes[b], old_b, &poses[b]) <= self.skin
+        approach([&shapes[a], &shapes[b]], [old_a, old_b], [&poses[a], &poses[b]], self.skin) <= self.skin
     }
 }
 
@@ -177,8 +177,24 @@ pub struct Neighbours {
     reference: Vec<Pose>,
 }
 
+/// An upper bound on by how much the distance between any two core points of two bodies changes as they go from two poses to two others [m]; how far both
+/// go in space where that is `enough`, what they go against each other else.
+pub(super) fn approach(shapes: [&ContactShape; 2], from: [&Pose; 2], to: [&Pose; 2], enough: f64) -> f64 {
+    let in_space = motion(shapes[0], from[0], to[0]) + motion(shapes[1], from[1], to[1]);
+    if in_space <= enough {
+        return in_space;
+    }
+    // Seen from the larger one.
+    let (small, large) = if shapes[0].bounding_radius <= shapes[1].bounding_radius { (0, 1) } else { (1, 0) };
+    let seen = |poses: [&Pose; 2]| Pose {
+        position: poses[large].to_body(&poses[small].position),
+        rotation: poses[large].rotation.inverse() * poses[small].rotation,
+    };
+    in_space.min(motion(shapes[small], &seen(from), &seen(to)))
+}
+
 /// An upper bound on how far any core point of `shape` moves between two poses [m].
-pub(super) fn motion(shape: &ContactShape, from: &Pose, to: &Pose) -> f64 {
+fn motion(shape: &ContactShape, from: &Pose, to: &Pose) -> f64 {
     let turn = (to.rotation.coords - from.rotation.coords)
         .norm()
         .min((to.rotation.coords + from.rotation.coords).norm());

@@ -1,11 +1,13 @@
 //! The features of a pair that are in reach of each other in one configuration.
 
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
-use crate::contact::search::{ContactShape, PairFeatures, VertexReach, motion};
+use crate::contact::search::{ContactShape, PairFeatures, VertexReach, approach};
 use crate::tensor::{Pose, Vec3};
 
 /// Clearances are measured anew where the two bodies have come this share of their list's skin.
 const MEASURED_ANEW: f64 = 0.2;
+/// A way in space of this share of the skin is taken for the way against each other.
+const UNSEEN: f64 = 0.02;
 
 /// How far the listed features of a pair were apart in a configuration: what cannot have come near since needs no look.
 #[derive(Debug, Clone, Default)]
@@ -23,7 +25,8 @@ impl Clearances {
 
     /// By how much features may have come nearer at most [m]; `None` where all are to be measured.
     fn closer(&mut self, pair: &PairFeatures, Placed { shapes, poses, .. }: &Placed<'_>) -> Option<f64> {
-        let way = |at: &[Pose; 2]| (0..2).map(|side| motion(shapes[side], &at[side], poses[side])).sum();
+        let enough = UNSEEN * pair.skin;
+        let way = |at: &[Pose; 2]| approach(*shapes, [&at[0], &at[1]], *poses, enough);
         let known = self.at.as_ref().map(way).filter(|way: &f64| *way < MEASURED_ANEW * pair.skin);
         if known.is_none() {
             self.at = Some(poses.map(Pose::clone));

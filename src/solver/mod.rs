@@ -11,6 +11,7 @@ mod dynamic_relaxation;
 pub mod equilibrium;
 pub mod fidelity;
 pub mod increment;
+mod few;
 mod motion;
 pub mod newton;
 mod path;

@@ -41,6 +41,8 @@ pub struct Newton<'a> {
     /// Largest force out of balance on a body at rest, over the mean contact force.
     pub(super) tolerance: f64,
     pub(super) system: Option<System>,
+    /// The bodies that are solved for while all others rest; `None` where all are.
+    pub(super) few: Option<Vec<bool>>,
     /// Generation of contact forces that could not be iterated: all unknowns are factorised together for these.
     pub(super) together_for: Option<u64>,
     pub(super) values: Vec<f64>,
@@ -95,6 +97,7 @@ impl<'a> Newton<'a> {
             typical_stiffness,
             tolerance: settings.force_tolerance,
             system: None,
+            few: None,
             together_for: None,
             values: Vec::new(),
             weights: vec![0.0],
@@ -169,7 +172,18 @@ impl<'a> Newton<'a> {
     }
 
     pub(super) fn evaluate(&mut self) -> bool {
-        let fine = self.contacts.evaluate(self.model, &self.committed, &self.poses).is_ok();
+        let fine = match &self.few {
+            None => self.contacts.evaluate(self.model, &self.committed, &self.poses).is_ok(),
+            Some(few) => {
+                let (contacts, model, committed) = (&mut self.contacts, self.model, &self.committed);
+                let searches = contacts.searches;
+                contacts.look_around(model, committed, &self.poses);
+                contacts.place(model, committed, &self.poses, |body| few[body]);
+                let is_new = contacts.searches > searches;
+                let counts = |_, pair: &PairWork| is_new || few[pair.a()] || few[pair.b()];
+                contacts.evaluate_pairs(model, committed, &self.poses, counts).is_ok()
+            }
+        };
         if fine {
             self.update_residual();
         }

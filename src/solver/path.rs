@@ -9,7 +9,7 @@
 //! only, the mean of the forces at both ends of the increment stands in, and tells nothing of what snaps in it.
 
 use crate::assembly::place::SurfaceField;
-use crate::assembly::{self, PairWork};
+use crate::assembly::{self, Contacts};
 use crate::contact::memory::PairKey;
 use crate::solver::motion::{motion_between, motion_vector};
 use crate::solver::newton::Newton;
@@ -161,13 +161,15 @@ impl Newton<'_> {
         let fields = self.contacts.fields.clone();
         let mut mean = vec![Vector6::zeros(); start.poses.len()];
         let mut known = true;
-        let of_pair = |pair: &PairWork| pieces.get(&pair.key()).copied().unwrap_or(least);
+        let of_pairs = |contacts: &Contacts| -> Vec<usize> {
+            contacts.pairs.iter().map(|pair| pieces.get(&pair.key()).copied().unwrap_or(least)).collect()
+        };
+        let mut of_pair = of_pairs(&self.contacts);
         let most = pieces.values().copied().max().unwrap_or(least);
         // Contacts of a skin are looked at as often as any.
         let of_others = if model.wall.is_some() || model.membrane.is_some() { most } else { least };
         let counts: BTreeSet<usize> = pieces.values().copied().chain([least, of_others]).collect();
         for count in counts {
-            let counted = |pair: &PairWork| of_pair(pair) == count;
             for (share, weight) in places(count) {
                 let there = |(from, to): (&Pose, &Pose)| {
                     let (shift, turn) = motion_between(from, to);
@@ -177,7 +179,23 @@ impl Newton<'_> {
                 if follows {
                     self.contacts.displace(between(&start.fields, &fields, share), false);
                 }
-                known &= self.contacts.evaluate_pairs(model, &self.committed, &poses, counted).is_ok();
+                let searches = self.contacts.searches;
+                self.contacts.look_around(model, &self.committed, &poses);
+                if self.contacts.searches > searches {
+                    of_pair = of_pairs(&self.contacts);
+                }
+                let mut meets = vec![count == of_others; model.bodies.len()];
+                for (pair, _) in self.contacts.pairs.iter().zip(&of_pair).filter(|(_, of)| **of == count) {
+                    meets[pair.a()] = true;
+                    meets[pair.b()] = true;
+                }
+                self.contacts
+                    .place(model, &self.committed, &poses, |body| meets.get(body).is_none_or(|meets| *meets));
+                let counted = |number: usize| of_pair[number] == count;
+                known &= self
+                    .contacts
+                    .evaluate_pairs(model, &self.committed, &poses, |number, _| counted(number))
+                    .is_ok();
                 let mut forces = vec![Vector6::zeros(); start.poses.len()];
                 assembly::add_contact_forces(&mut forces, &self.contacts, counted);
                 if count == of_others {

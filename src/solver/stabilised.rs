@@ -27,6 +27,9 @@ const SHARE_OF_UNREST: f64 = 0.2;
 const LOCALLY: f64 = 10.0;
 /// Or these shares of what the drag holds up, on one body and in the mean.
 const SHARES_OF_DRAG: [f64; 2] = [1.0, 0.1];
+/// The same where a step begins with so many times the unrest that is asked for: the next ones go on from what it comes to.
+const EARLY: f64 = 5.0;
+const EARLY_SHARES_OF_DRAG: [f64; 2] = [1.0, 0.3];
 /// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
@@ -272,7 +275,12 @@ impl Newton<'_> {
         let yardsticks = self.yardsticks();
         let ([largest, mean], shares_of_drag) = match until {
             Stabilisation::Unrest(unrest) => {
-                let shares = if until.goes_on(self.model) { SHARES_OF_DRAG } else { [0.0; 2] };
+                let is_early = self.mean_imbalance() > EARLY * unrest * yardsticks.mean;
+                let shares = match until.goes_on(self.model) {
+                    true if is_early => EARLY_SHARES_OF_DRAG,
+                    true => SHARES_OF_DRAG,
+                    false => [0.0; 2],
+                };
                 ([LOCALLY * unrest, SHARE_OF_UNREST * unrest], shares)
             }
             Stabilisation::Rest => {
@@ -316,8 +324,7 @@ impl Newton<'_> {
         let (settings, balance) = (self.settings, self.balance());
         let mut settled = Settled { fully: true, nearly: true, energy: 0.0 };
         let mut off = match until {
-            // What drives rock to fail is not at rest.
-            Stabilisation::Unrest(_) => 1.0,
+            Stabilisation::Unrest(unrest) => balance.unrest / unrest,
             Stabilisation::Rest => balance.out_of_balance / self.tolerance,
         };
         if self.model.has_elastic() {

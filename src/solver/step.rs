@@ -15,7 +15,7 @@ const STRONGEST: f64 = 30.0;
 /// Bodies whose held force is this share of the largest get more drag, and what touches them.
 const STUCK_SHARE: f64 = 0.2;
 /// Decrease of the merit that a step of full length has to bring; of its share, where a plate, or anything in a scene, goes a shorter way.
-const DECREASE: f64 = 0.1;
+pub(super) const DECREASE: f64 = 0.1;
 /// Drag of a body without a stiffness of its own, a plate: it moves with what it touches, and only just has a position where that is nothing.
 const PLATE_DRAG: f64 = 1e-6;
 
@@ -66,6 +66,11 @@ pub(super) struct Drag {
     weights: Vec<f64>,
 }
 
+/// What a step makes less of: the sum of squares.
+pub(super) fn merit(forces: &[f64]) -> f64 {
+    forces.iter().map(|force| force * force).sum()
+}
+
 impl Newton<'_> {
     /// The same drag on all bodies, but for plates.
     pub(super) fn uniform_drag(&self, weight: f64) -> Drag {
@@ -76,30 +81,46 @@ impl Newton<'_> {
 
     /// Takes an implicit step from the present configuration, to where forces balance the drag but for what may be left.
     pub(super) fn implicit_step(&mut self, drag: &mut Drag, leave: &Leave, room: Room) -> StepEnd {
-        let merit = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
         self.recentre();
         drag.weights.resize(self.dofs.bodies(), drag.weights.last().copied().unwrap_or(0.0));
         self.weights.clone_from(&drag.weights);
         let mut held = self.held_residual();
-        let (mut now, mut raises, mut gained) = (merit(&held), 0, false);
+        let (mut raises, mut gained) = (0, false);
         for iteration in 0..self.settings.max_newton {
-            if iteration >= leave.least_iterations && self.leaves_little(&held, leave) {
+            let is_enough = |newton: &Self, held: &[f64]| {
+                iteration >= leave.least_iterations && newton.leaves_little(held, leave)
+            };
+            if is_enough(self, &held) {
                 return StepEnd::Solved;
             }
             if self.settings.stop.is_raised() {
                 break;
             }
+            if let Some(less) = self.settle_few(&held, room) {
+                held = less;
+                if is_enough(self, &held) {
+                    return StepEnd::Solved;
+                }
+            }
+            let now = merit(&held);
             self.counters.newton_iterations += 1;
             let Some(mut step) = self.step(&held) else { break };
             let shortened = self.clip(&mut step, room);
             let from = (self.poses.clone(), self.away.clone());
             let (mut factor, mut refused) = (self.largest_factor(&step), None);
             let mut least = (f64::INFINITY, 0.0);
-            let accepted = (0..leave.most_trials).find_map(|_| {
+            let accepted = (0..leave.most_trials).find_map(|number| {
+                let bound = now * (1.0 - DECREASE * factor * shortened);
                 let trial = self.try_step(&from, &step, factor);
                 let value = trial.as_deref().map_or(f64::INFINITY, merit);
-                if value < now * (1.0 - DECREASE * factor * shortened) {
+                if value < bound {
                     return trial;
+                }
+                // The whole length may be wrong for few alone.
+                let first = trial.as_deref().filter(|_| number == 0);
+                let settled = first.and_then(|held| self.settle_few(held, room));
+                if settled.as_deref().is_some_and(|held| merit(held) < bound) {
+                    return settled;
                 }
                 if value < least.0 {
                     least = (value, factor);
@@ -116,7 +137,7 @@ impl Newton<'_> {
                 "iteration"
             );
             if let Some(new) = accepted {
-                (now, held, gained) = (merit(&new), new, true);
+                (held, gained) = (new, true);
                 if self.has_gone_far(leave.farthest) {
                     return StepEnd::Reduced;
                 }
@@ -135,7 +156,6 @@ impl Newton<'_> {
             self.raise(drag, &held, refused.as_deref().unwrap_or(&held));
             self.weights.clone_from(&drag.weights);
             held = self.held_residual();
-            now = merit(&held);
         }
         if self.leaves_little(&held, leave) {
             StepEnd::Solved
@@ -190,7 +210,7 @@ impl Newton<'_> {
 
     /// Shortens the motion of each body to what it may go at once, and by the room that it has itself. Gives the least share that is left
     /// of any plate, which no drag holds back, in a scene of any body.
-    fn clip(&self, step: &mut [f64], room: Room) -> f64 {
+    pub(super) fn clip(&self, step: &mut [f64], room: Room) -> f64 {
         let lengths = self.settings.step_length.lengths(self.model);
         let bodies = self.model.bodies.len();
         let mut reach: Vec<f64> = (0..bodies).map(|body| self.reach(step, body)).collect();

@@ -13,6 +13,7 @@ use crate::mesh::grain_mesh;
 use crate::model::{Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Model};
 use crate::solver::balance::Yardsticks;
 use crate::solver::newton::Newton;
+use crate::solver::step::Room;
 use crate::tensor::{Pose, Vec3, Vector6};
 
 const ROUNDING: f64 = 1e-3;
@@ -87,25 +88,67 @@ fn steps_come_to_the_same_rest() {
     assert!(apart < 1e-9 && late.augmentations > soon.augmentations, "{apart:e}");
 }
 
-/// Where one body of many is stuck, its drag rises and that of what touches it; the others' stays.
-#[test]
-fn drag_rises_where_a_body_is_stuck() {
+/// A plate with towers of two cubes, which overlap by 10 um where they touch.
+fn towers(count: usize) -> (Model, Committed, Loads) {
     let (model, committed, _) = block_on_plate(0.65);
     let (mut bodies, mut shapes) = (vec![model.bodies[0].clone()], vec![model.shapes[0].clone()]);
     let mut poses = vec![committed.poses[0]];
-    for place in 0..6 {
-        bodies.push(Body { name: format!("cube {place}"), ..model.bodies[1].clone() });
+    for (tower, storey) in (0..count).flat_map(|tower| [(tower, 0), (tower, 1)]) {
+        bodies.push(Body { name: format!("cube {storey} of {tower}"), ..model.bodies[1].clone() });
         shapes.push(model.shapes[1].clone());
-        let x = 0.15 * f64::from(place / 2) - 0.15;
-        // Three towers of two, which overlap by 10 um where they touch.
-        let z = 0.05 + 0.1 * f64::from(place % 2) - 1e-5 * f64::from(1 + place % 2);
-        poses.push(Pose::new(Vec3::new(x, 0.0, z), crate::tensor::Rotation::identity()));
+        let place = Vec3::new(0.15 * (tower % 5) as f64 - 0.3, 0.15 * (tower / 5) as f64 - 0.3, 0.05);
+        let height = 0.1 * f64::from(storey) - 1e-5 * f64::from(1 + storey);
+        poses.push(Pose::new(place + Vec3::z() * height, crate::tensor::Rotation::identity()));
     }
-    let model = Model::new(bodies, shapes, model.law, model.friction);
-    let mut loads = Loads::none(7);
+    let mut loads = Loads::none(bodies.len());
     loads.prescribed[0] = [true; 6];
-    let (committed, settings) = (Committed::new(poses.clone()), Settings::default());
-    let newton = Newton::new(&model, &committed, &loads, &settings, Contacts::default(), poses);
+    (Model::new(bodies, shapes, model.law, model.friction), Committed::new(poses), loads)
+}
+
+/// One of twenty towers is pressed: it is solved for by itself, and all others stay where they are.
+#[test]
+fn few_bodies_out_of_balance_are_solved_for_alone() {
+    let (model, committed, mut loads) = towers(20);
+    loads.applied[8] = Vector6::new(0.0, 0.0, -1e5, 0.0, 0.0, 0.0);
+    let settings = Settings::default();
+    let begun = |poses: &[Pose]| {
+        let contacts = Contacts::default();
+        let newton = Newton::new(&model, &committed, &loads, &settings, contacts, poses.to_vec());
+        let Ok(mut newton) = newton else { panic!("bodies overlap") };
+        newton.weights = vec![1e-4];
+        newton
+    };
+    let mut newton = begun(&committed.poses);
+    let held = newton.held_residual();
+    let left = newton.settle_few(&held, Room::OfEach).expect("few leave most");
+    assert!(newton.dofs.force_on(&left, 8) < 0.1 * newton.dofs.force_on(&held, 8));
+    let moved: Vec<usize> =
+        (0..model.bodies.len()).filter(|body| newton.poses[*body] != committed.poses[*body]).collect();
+    assert_eq!(moved, [7, 8]);
+    // The forces are those of the place that it came to, and so is how far it is away.
+    let mut there = begun(&newton.poses);
+    there.away.clone_from(&newton.away);
+    let off = there.held_residual().iter().zip(&left).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-6, "{off:e} N");
+    let (shift, _) = newton.dofs.motion(&newton.away, 1.0, 8);
+    assert!((committed.poses[8].position + shift - newton.poses[8].position).norm() < 1e-15);
+    assert_eq!(newton.counters.factorisations, 0);
+    // Where all are pressed alike they are not few.
+    (2..41).step_by(2).for_each(|body| loads.applied[body][2] = -1e5);
+    let contacts = Contacts::default();
+    let newton = Newton::new(&model, &committed, &loads, &settings, contacts, committed.poses.clone());
+    let Ok(mut newton) = newton else { panic!("bodies overlap") };
+    let held = newton.held_residual();
+    assert!(newton.settle_few(&held, Room::OfEach).is_none() && newton.poses == committed.poses);
+}
+
+/// Where one body of many is stuck, its drag rises and that of what touches it; the others' stays.
+#[test]
+fn drag_rises_where_a_body_is_stuck() {
+    let (model, committed, loads) = towers(3);
+    let settings = Settings::default();
+    let newton =
+        Newton::new(&model, &committed, &loads, &settings, Contacts::default(), committed.poses.clone());
     let Ok(newton) = newton else { panic!("bodies overlap") };
     let mut drag = newton.uniform_drag(0.01);
     let mut held = vec![1.0; newton.dofs.count()];

@@ -96,6 +96,11 @@ impl Drive {
         }
     }
 
+    /// Whether the stage says what the pressure is.
+    pub fn prescribes_pressure(&self) -> bool {
+        self.is_loaded() || matches!(self.kind, Kind::Driven { lateral: Lateral::Pressure, .. })
+    }
+
     /// Whether the pressure follows from the volume under the cover.
     pub fn prescribes_volume(&self) -> bool {
         matches!(self.kind, Kind::Driven { lateral: Lateral::Volume | Lateral::Area, .. })

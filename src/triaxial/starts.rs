@@ -1,6 +1,7 @@
 //! Where an increment of a test starts from, and what is said of one that found no balance.
 
 use crate::assembly::TooClose;
+use crate::model::Fracture;
 use crate::solver::{IncrementReport, StepStatus, continued_poses};
 use crate::tensor::{Pose, Vec3};
 use crate::triaxial::rig::Rig;
@@ -17,6 +18,20 @@ pub(super) struct Last {
     pub(super) area: f64,
     pub(super) pressure: f64,
     pub(super) deviatoric_stress: f64,
+}
+
+impl Last {
+    /// The same where bodies broke: they and their parts begin at rest. `None` where nodes of a membrane have other numbers now.
+    pub(super) fn behind(mut self, fractures: &[Fracture], rig: &Rig) -> Option<Self> {
+        let now = &rig.committed.poses;
+        if now.len() != self.poses.len() && rig.model.membrane.is_some() {
+            return None;
+        }
+        self.poses.extend(now.iter().skip(self.poses.len()).cloned().collect::<Vec<_>>());
+        let broken = fractures.iter().flat_map(|fracture| fracture.parts.iter().chain([&fracture.body]));
+        broken.for_each(|body| self.poses[*body] = now[*body]);
+        Some(self)
+    }
 }
 
 /// Starting configurations in order of preference: the last motion continued, an affine

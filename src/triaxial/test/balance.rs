@@ -54,7 +54,7 @@ impl Test {
         // Where bodies bend, the forces between the ends of an increment are not known, nor what snaps in it loses.
         let snaps = report.restless || report.is_snap();
         let known = !(rig.model.has_elastic() && snaps);
-        ledger.stabilisation += if known { drag_work } else { created };
+        ledger.stabilisation += if known { drag_work } else { created.max(0.0) };
         let gap = ledger.error() - self.ledger.error();
         let worked = ram_work.abs() + pressure_work.abs();
         let lost = report.energy.friction + report.damage.dissipated + drag_work.abs();

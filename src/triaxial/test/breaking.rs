@@ -3,6 +3,7 @@
 use crate::assembly::TooClose;
 use crate::error::{Error, Result};
 use crate::loading::Portion;
+use crate::model::Fracture;
 use crate::solver::{DamageSettings, Increment, IncrementReport, Settings, StepStatus, advance};
 use crate::triaxial::drive::{Drive, Guess};
 use crate::triaxial::rig::Rig;
@@ -10,11 +11,16 @@ use crate::triaxial::test::Test;
 use crate::triaxial::test::increments::REST_SHARE;
 
 impl Test {
-    /// Breaks up what the last increment left to, `done` of the stage behind it; whether anything did. Contacts on failed rock and on new shapes store other energy: what they
+    /// Breaks up what the last increment left to, `done` of the stage behind it; which bodies broke, `None` where no rock failed. Contacts on failed rock and on new shapes store other energy: what they
     /// lose is crushing, what they gain came from nowhere and is told as such.
-    pub(super) fn break_up(&mut self, rig: &mut Rig, drive: &Drive, done: f64) -> Result<bool> {
+    pub(super) fn break_up(
+        &mut self,
+        rig: &mut Rig,
+        drive: &Drive,
+        done: f64,
+    ) -> Result<Option<Vec<Fracture>>> {
         if rig.failing.is_empty() {
-            return Ok(false);
+            return Ok(None);
         }
         let fractures = rig.break_up()?;
         // The forces that are kept are of the cover that goes on.
@@ -35,7 +41,7 @@ impl Test {
         self.ledger.damage += released;
         self.ledger.reshaped += gained;
         self.ledger.elastic += change;
-        Ok(true)
+        Ok(Some(fractures))
     }
 
     /// Forces and elastic energy of the committed state, in balance or not.

@@ -81,9 +81,10 @@ impl Loaded for UnderTest<'_> {
     type Row = Accepted;
 
     fn break_up(&mut self, stage: &mut Progress) -> Result<()> {
-        if self.test.break_up(self.rig, &stage.own.drive, stage.pace.done())? {
+        if let Some(fractures) = self.test.break_up(self.rig, &stage.own.drive, stage.pace.done())? {
             stage.own.broke = true;
-            stage.own.last = None;
+            let last = stage.own.last.take();
+            stage.own.last = last.and_then(|last| last.behind(&fractures, self.rig));
         }
         Ok(())
     }
@@ -118,7 +119,7 @@ impl Loaded for UnderTest<'_> {
         if stage.repeats(&verdict, condense) {
             return Attempt::Again(report.counters);
         }
-        let balance = self.test.balance_energy(self.rig, &stage.own.drive, &report, next);
+        let mut balance = self.test.balance_energy(self.rig, &stage.own.drive, &report, next);
         let rests = self.comes_to_rest(stage, next);
         if is_on_path && stage.own.watch.overshoots(next.share, &balance.measures, rests) {
             return Attempt::Again(report.counters);
@@ -129,6 +130,8 @@ impl Loaded for UnderTest<'_> {
             stage.own.watch.limit = None;
             return Attempt::Again(report.counters);
         }
+        // One that cannot be cut any more is taken, and told of.
+        balance.poorly_closed |= balance.creates_energy;
         Attempt::Balanced(Balanced { report, balance, verdict })
     }
 
@@ -216,7 +219,8 @@ impl UnderTest<'_> {
             let reason = describe(rig, &report, pressure);
             return Err(Miss { reason, counters: report.counters });
         }
-        match falls_apart(&report, pressure, drive.origin.pressure) {
+        let least = if drive.prescribes_pressure() { 0.0 } else { LEAST_PRESSURE * drive.origin.pressure };
+        match falls_apart(&report, pressure, least) {
             Some(reason) => Err(Miss { reason, counters: report.counters }),
             None => Ok(report),
         }
@@ -307,15 +311,15 @@ impl UnderTest<'_> {
     }
 }
 
-/// Why a balanced increment is none of a quasi-static test, if so: under its `pressure` [Pa], in a stage that began under `origin` [Pa].
-fn falls_apart(report: &IncrementReport, pressure: f64, origin: f64) -> Option<String> {
+/// Why a balanced increment is none of a quasi-static test, if so: under its `pressure` [Pa], which may not follow to less than `least` [Pa].
+fn falls_apart(report: &IncrementReport, pressure: f64, least: f64) -> Option<String> {
     let unrest = report.balance.unrest;
     if unrest > MOST_UNREST {
         return Some(format!(
             "grains fly apart: the mean force out of balance on one is {unrest:.1} times the mean contact force"
         ));
     }
-    (pressure < LEAST_PRESSURE * origin).then(|| {
+    (pressure < least).then(|| {
         format!(
             "the confining pressure would have to fall to {pressure:.3e} Pa: nothing left holds the specimen"
         )
