@@ -48,6 +48,21 @@ fn block_carries_its_strength_over_its_face() {
     }
 }
 
+/// Plates push nodes, whatever contacts of bodies would go by: the same bits, and a remark that the key decides nothing.
+#[test]
+fn asperities_change_nothing_in_a_press() {
+    let text = include_str!("../../cases/crushing/grain_between_plates.json");
+    let first_rows = |changes: &[(&str, Value)]| {
+        let case = case(text, changes);
+        let told = case.remarks().iter().any(|remark| remark.contains("contact.normal \"asperity\" decides"));
+        (rows(&mut scene(&case), 3).0, told)
+    };
+    let (by_springs, silent) = first_rows(&[]);
+    let (by_asperities, told) = first_rows(&[("/contact/normal", json!("asperity"))]);
+    assert!(force(&by_springs[2]) > 0.0 && by_springs == by_asperities);
+    assert!(!silent && told);
+}
+
 #[test]
 fn small_faces_meet_what_they_cover() {
     let changes =
