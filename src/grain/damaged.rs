@@ -96,7 +96,6 @@ pub struct DamageSummary {
 #[derive(Debug, Clone)]
 pub(super) struct Past {
     pub origin_cells: Vec<CellId>,
-    pub exposed: Vec<bool>,
     pub ancestry: Ancestry,
     pub origin: Arc<Mesh>,
     pub offset: Vec3,
@@ -132,8 +131,6 @@ pub struct DamagedGrain {
     pub(super) dissipated: f64,
     /// For each cell, its number in the mesh of the grain as generated.
     pub(super) origin_cells: Arc<Vec<CellId>>,
-    /// For each facet of the surface, whether breaking exposed it.
-    pub(super) exposed: Arc<Vec<bool>>,
     pub(super) ancestry: Ancestry,
     /// The mesh of the grain as generated.
     pub(super) origin: Arc<Mesh>,
@@ -244,12 +241,11 @@ impl DamagedGrain {
         lasting: bool,
     ) -> Result<Self> {
         let mesh = condition.condensed.mesh();
-        let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
+        let origin_cells = mesh.cell_ids().collect();
         let origin = Arc::new(mesh.clone());
         let offset = Vec3::zeros();
         let least_share = LEAST_SHARE;
-        let past =
-            Past { origin_cells, exposed, ancestry, origin, offset, lasting, least_share, rubble: None };
+        let past = Past { origin_cells, ancestry, origin, offset, lasting, least_share, rubble: None };
         Self::assemble(laws, density, condition, past)
     }
 
@@ -259,7 +255,7 @@ impl DamagedGrain {
         committed: Condition,
         past: Past,
     ) -> Result<Self> {
-        let Past { origin_cells, exposed, ancestry, origin, offset, lasting, least_share, rubble } = past;
+        let Past { origin_cells, ancestry, origin, offset, lasting, least_share, rubble } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
             pace: vec![[Pace::default(); POINT_COUNT]; laws.len()],
@@ -272,7 +268,6 @@ impl DamagedGrain {
             freed: 0.0,
             dissipated: 0.0,
             origin_cells: Arc::new(origin_cells),
-            exposed: Arc::new(exposed),
             ancestry,
             origin,
             offset,
@@ -394,11 +389,6 @@ impl DamagedGrain {
     /// Whether it has lost cells.
     pub fn is_parted(&self) -> bool {
         self.origin_cells.len() < self.origin.cells.len()
-    }
-
-    /// For each facet of the mesh's surface, whether breaking exposed it.
-    pub fn exposed_facets(&self) -> &[bool] {
-        &self.exposed
     }
 
     pub const fn ancestry(&self) -> &Ancestry {
