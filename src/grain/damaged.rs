@@ -161,7 +161,8 @@ fn held(intact: &[[f64; POINT_COUNT]]) -> Vec<[f64; POINT_COUNT]> {
     intact.iter().map(|points| points.map(|share| share.max(HELD))).collect()
 }
 
-fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {
+/// The kernel of each cell.
+pub(super) fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {
     mesh.cell_ids()
         .map(|cell| {
             StraightTet10::new(&mesh.corners(cell)).ok_or_else(|| Error::Mesh {

@@ -124,7 +124,7 @@ fn about_own_middle(
             if nominal.far_middle().is_some() && is_left_alone(case, body) =>
         {
             let offset = nominal.centroid();
-            let shape = SceneShape::Polyhedron { nominal: nominal.moved(&-offset), rounding };
+            let shape = SceneShape::Polyhedron { nominal: nominal.translated(&-offset), rounding };
             (shape, mesh.map(|mesh| mesh.moved(&-offset)), offset)
         }
         shape @ (SceneShape::Polyhedron { .. } | SceneShape::Rounded { .. } | SceneShape::Sphere(_)) => {

@@ -6,7 +6,8 @@
 pub mod dual;
 pub mod stored;
 
-pub use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
+pub use nalgebra::Vector6;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// A position, displacement or force in space [m or N].
 pub type Vec3 = Vector3<f64>;

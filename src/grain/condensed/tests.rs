@@ -317,7 +317,7 @@ fn unusable_grains_are_refused() {
     assert!(CondensedGrain::new(mesh.clone(), &rock[1..], DENSITY).is_err());
     assert!(CondensedGrain::new(mesh.clone(), &rock, 0.0).is_err());
     let gone = vec![[0.0; POINT_COUNT]; rock.len()];
-    assert!(CondensedGrain::with_damage(mesh, &rock, DENSITY, &gone).is_err());
+    assert!(CondensedGrain::with_damage_on_demand(mesh, &rock, DENSITY, &gone).is_err());
 }
 
 /// Between points and forces that are spread, at once and one by one, kept or not.
