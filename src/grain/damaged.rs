@@ -279,6 +279,19 @@ impl DamagedGrain {
         })
     }
 
+    /// What a body of these of its cells takes over from it.
+    pub(super) fn past(&self, origin_cells: Vec<CellId>) -> Past {
+        Past {
+            origin_cells,
+            ancestry: self.ancestry,
+            origin: self.origin.clone(),
+            offset: self.offset,
+            lasting: self.lasting,
+            least_share: self.least_share,
+            rubble: self.rubble.clone(),
+        }
+    }
+
     /// The same with points that carry nothing from the moment they fail, for nodal contact, which does not mind how far a surface gives way.
     pub fn failing_at_once(mut self) -> Self {
         self.lasting = false;

@@ -216,15 +216,7 @@ impl DamagedGrain {
         let origin_cells = cells.iter().map(|cell| self.origin_cells()[cell.index()]).collect();
         let condensed = Arc::new(self.condensed_alike(mesh, &laws, &intact)?);
         let condition = Condition { states, intact, condensed, sound: false };
-        let past = Past {
-            origin_cells,
-            ancestry,
-            origin: self.origin.clone(),
-            offset: self.offset,
-            lasting: self.lasting,
-            least_share: self.least_share,
-            rubble: self.rubble.clone(),
-        };
+        let past = Past { ancestry, ..self.past(origin_cells) };
         let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;
         Ok((grain, nodes))
     }

@@ -166,6 +166,7 @@ fn best_offset(a: &[(Vec3, f64)], b: &[(Vec3, f64)], normal: &Vec3) -> (f64, f64
 mod tests {
     use super::*;
     use crate::mesh::{CellId, cuboid_mesh, grain_mesh};
+    use crate::tensor::draws;
 
     fn overlap(a: &ContactShape, b: &ContactShape) -> f64 {
         separating_axis(&a.nominal, &Pose::identity(), &b.nominal, &Pose::identity()).gap
@@ -233,8 +234,7 @@ mod tests {
     /// centroid outside.
     #[test]
     fn hulls_of_crumbled_grains_hold_their_corners_and_their_cores() {
-        let mut random = rand_mt::Mt64::new(5);
-        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let mut draw = draws(5);
         for _ in 0..10 {
             let points: Vec<Vec3> =
                 (0..14).map(|_| Vec3::new(draw(), draw(), draw()).normalize() * 0.02).collect();
@@ -266,8 +266,7 @@ mod tests {
 
     #[test]
     fn random_parts_never_overlap_nor_leave_the_grain() {
-        let mut random = rand_mt::Mt64::new(11);
-        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let mut draw = draws(11);
         let mut shapes_made = 0;
         for _ in 0..12 {
             let points: Vec<Vec3> =

@@ -113,17 +113,14 @@ impl DamagedGrain {
         };
         let condition = Condition { states, intact, condensed, sound: stored.sound };
         let past = Past {
-            origin_cells: cells,
             ancestry: Ancestry {
                 origin: stored.origin,
                 parent: stored.parent,
                 generation: stored.generation,
             },
-            origin: self.origin.clone(),
             offset: stored.offset,
-            lasting: self.lasting,
-            least_share: self.least_share,
             rubble: stored.rubble.is_some().then(|| Arc::new(rubble.collect())),
+            ..self.past(cells)
         };
         let mut grain = Self::assemble(laws, self.density, condition, past)?;
         grain.dissipated = stored.dissipated;
@@ -136,15 +133,7 @@ impl DamagedGrain {
         let mesh = placed(&self.origin, &self.origin_cells, &offset)?;
         let condensed = Arc::new(self.condensed_alike(mesh, &self.laws, &self.committed.intact)?);
         let (states, intact) = (self.committed.states.clone(), self.committed.intact.clone());
-        let past = Past {
-            origin_cells: self.origin_cells.to_vec(),
-            ancestry: self.ancestry,
-            origin: self.origin.clone(),
-            offset,
-            lasting: self.lasting,
-            least_share: self.least_share,
-            rubble: self.rubble.clone(),
-        };
+        let past = Past { offset, ..self.past(self.origin_cells.to_vec()) };
         let condition = Condition { states, intact, condensed, sound: false };
         let mut grain = Self::assemble(self.laws.to_vec(), self.density, condition, past)?;
         grain.dissipated = self.dissipated;

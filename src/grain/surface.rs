@@ -297,10 +297,10 @@ fn box_distance(branch: &Branch, x: &Vec3) -> f64 {
 mod tests {
     use super::*;
     use crate::mesh::{cuboid_mesh, sphere_mesh};
+    use crate::tensor::draws;
 
     fn points(count: usize) -> impl Iterator<Item = Vec3> {
-        let mut random = rand_mt::Mt64::new(9);
-        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let mut draw = draws(9);
         (0..count).map(move |_| Vec3::new(draw(), draw(), draw()) * 3.0)
     }
 

@@ -69,6 +69,13 @@ pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     sorted.get(sorted.len() / 2).copied()
 }
 
+/// Numbers of a seed, evenly from -0.5 to 0.5: for tests.
+#[cfg(test)]
+pub(crate) fn draws(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = rand_mt::Mt64::new(seed);
+    move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,6 +5,7 @@ use super::*;
 use crate::element::tet10::mass_share;
 use crate::geometry::Polyhedron;
 use crate::mesh::{cuboid_mesh, grain_mesh};
+use crate::tensor::draws;
 
 const DENSITY: f64 = 2700.0;
 
@@ -39,8 +40,7 @@ fn grain() -> CondensedGrain {
 }
 
 fn loads(grain: &CondensedGrain) -> Vec<(SurfacePoint, Vec3)> {
-    let mut random = rand_mt::Mt64::new(3);
-    let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+    let mut draw = draws(3);
     (0..9)
         .map(|_| {
             let place = Vec3::new(draw(), draw(), draw()) * 0.04;

@@ -1,6 +1,7 @@
 //! Tests of the damage law at a point.
 
 use super::*;
+use crate::tensor::draws;
 
 const E: f64 = 30e9;
 const NU: f64 = 0.2;
@@ -18,9 +19,8 @@ fn with_exponent(n: f64) -> DamageParameters {
 }
 
 fn random_strains(count: usize, size: f64) -> Vec<Vector6<f64>> {
-    let mut random = rand_mt::Mt64::new(5);
-    let mut draw = move || 2.0 * ((random.next_u64() >> 11) as f64 / (1u64 << 53) as f64) - 1.0;
-    (0..count).map(|_| Vector6::from_fn(|_, _| draw()) * size).collect()
+    let mut draw = draws(5);
+    (0..count).map(|_| Vector6::from_fn(|_, _| 2.0 * draw()) * size).collect()
 }
 
 #[test]
