@@ -370,11 +370,7 @@ impl DamagedGrain {
     ///
     /// Errors ([`Error::Mesh`]) as [`CondensedGrain::new`].
     pub fn as_sound(&self) -> Result<CondensedGrain> {
-        let elastic: Vec<Elastic> = self.laws.iter().map(|law| *law.elastic()).collect();
-        let intact = vec![[1.0; POINT_COUNT]; elastic.len()];
-        let on_points =
-            CondensedGrain::with_damage_on_demand(self.mesh().clone(), &elastic, self.density, &intact)?;
-        Ok(if self.is_on_patches() { on_points.on_patches() } else { on_points })
+        self.condensed_alike(self.mesh().clone(), &self.laws, &vec![[1.0; POINT_COUNT]; self.laws.len()])
     }
 
     pub fn mesh(&self) -> &Mesh {
@@ -627,13 +623,7 @@ impl DamagedGrain {
 
     /// Elastic energy of the committed state [J], from the strains and `1 - d` at the points.
     pub fn elastic_energy(&self) -> f64 {
-        let point = |cell: usize, point: usize| {
-            let strain = &self.committed.states[cell][point].strain;
-            self.committed.intact[cell][point] * self.laws[cell].elastic().energy_density(strain)
-        };
-        let cell =
-            |k: usize| self.elements[k].point_volume() * (0..POINT_COUNT).map(|p| point(k, p)).sum::<f64>();
-        (0..self.laws.len()).map(cell).sum()
+        self.energy_of(&self.mesh().cell_ids().collect::<Vec<_>>())
     }
 
     /// Stresses [Pa] at the integration points of the committed state; zero at failed ones.

@@ -221,7 +221,8 @@ impl DamagedGrain {
         Ok((grain, nodes))
     }
 
-    fn energy_of(&self, cells: &[CellId]) -> f64 {
+    /// Elastic energy of some of the cells [J].
+    pub(super) fn energy_of(&self, cells: &[CellId]) -> f64 {
         let point = |cell: usize, point: usize| {
             let strain = &self.states()[cell][point].strain;
             self.intact()[cell][point] * self.laws[cell].elastic().energy_density(strain)
