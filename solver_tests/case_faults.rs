@@ -415,7 +415,6 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/contact/faces", "\"edges\"", "$.contact.faces", "\"edges\"", &["is not one of the choices"]),
     (SPECIMEN, "/contact/normal", "\"hertz\"", "$.contact.normal", "\"hertz\"", &["is not one of the choices"]),
     (SPECIMEN, "/contact/limit_pressure", "0", "$.contact.limit_pressure", "0", &["must be positive"]),
-    (SPECIMEN, "/solver/damage_change", "5e-4", "$.solver.damage_change", "0.0005", &["must be at least 0.001"]),
     (SPECIMEN, "/solver/first_penalty", "1e4", "$.solver.first_penalty", "10000.0", &["must be at most 1000"]),
     (SPECIMEN, "/contact/rounding", "0.5", "$.contact.rounding", "0.5", &["must be at most 0.1"]),
     (SPECIMEN, "/stages/1/axial_strain", "15", "$.stages[1].axial_strain", "15", &["must be at most 0.5"]),

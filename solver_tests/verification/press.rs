@@ -124,6 +124,8 @@ fn what_does_not_go_with_a_press_is_refused() {
         ("/scene/bodies/2/shape", json!({"sphere": "5 mm"}), "$.scene.bodies[2].shape"),
         ("/scene/gravity", json!([0, 0, -9.81]), "$.scene.gravity"),
         ("/rock/damage", json!(null), "$.rock.damage"),
+        // So small that all points would seem to flip.
+        ("/solver/damage_change", json!(5e-4), "$.solver.damage_change"),
         ("/stages/0/bodies/top/displacement/0", json!("1 mm"), "$.stages[0].bodies.top.displacement"),
         ("/stages/0/bodies/block", json!({"displacement": [0, 0, "1 mm"]}), "$.stages[0].bodies.block"),
     ] {
