@@ -44,13 +44,10 @@ fn tell(name: &str, record: &Record) {
                 .iter()
                 .zip(&meshes)
                 .map(|(shape, mesh)| match shape {
-                    Ok(shape) => format!(
-                        "{} cells: hull {:.2}, body {:.2}, cut off {:.2}",
-                        mesh.cells.len(),
-                        shape.hull_over_own,
-                        shape.nominal_over_own,
-                        shape.cut_off
-                    ),
+                    Ok(shape) => {
+                        let over_own = shape.nominal.volume() / mesh.volume();
+                        format!("{} cells: body {over_own:.2}", mesh.cells.len())
+                    }
                     Err(error) => format!("{} cells: {error}", mesh.cells.len()),
                 })
                 .collect();

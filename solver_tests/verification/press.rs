@@ -48,6 +48,21 @@ fn block_carries_its_strength_over_its_face() {
     }
 }
 
+/// Plates push nodes, whatever contacts of bodies would go by: the same bits, and a remark that the key decides nothing.
+#[test]
+fn asperities_change_nothing_in_a_press() {
+    let text = include_str!("../../cases/crushing/grain_between_plates.json");
+    let first_rows = |changes: &[(&str, Value)]| {
+        let case = case(text, changes);
+        let told = case.remarks().iter().any(|remark| remark.contains("contact.normal \"asperity\" decides"));
+        (rows(&mut scene(&case), 3).0, told)
+    };
+    let (by_springs, silent) = first_rows(&[]);
+    let (by_asperities, told) = first_rows(&[("/contact/normal", json!("asperity"))]);
+    assert!(force(&by_springs[2]) > 0.0 && by_springs == by_asperities);
+    assert!(!silent && told);
+}
+
 #[test]
 fn small_faces_meet_what_they_cover() {
     let changes =
@@ -109,6 +124,8 @@ fn what_does_not_go_with_a_press_is_refused() {
         ("/scene/bodies/2/shape", json!({"sphere": "5 mm"}), "$.scene.bodies[2].shape"),
         ("/scene/gravity", json!([0, 0, -9.81]), "$.scene.gravity"),
         ("/rock/damage", json!(null), "$.rock.damage"),
+        // So small that all points would seem to flip.
+        ("/solver/damage_change", json!(5e-4), "$.solver.damage_change"),
         ("/stages/0/bodies/top/displacement/0", json!("1 mm"), "$.stages[0].bodies.top.displacement"),
         ("/stages/0/bodies/block", json!({"displacement": [0, 0, "1 mm"]}), "$.stages[0].bodies.block"),
     ] {

@@ -10,11 +10,11 @@
 //!
 //! Bazant & Oh (1983), "Crack band theory for fracture of concrete", Mater. Struct. 16:155-177.
 
-use crate::crush::{Ending, Press, Record, crush};
-use riprap::crushing::Grip;
+use crate::crush::{Ending, Press, Record, bench, crush};
+use riprap::crushing::{Grip, Memory, Patches};
 use riprap::grain::{Ancestry, DamagedGrain};
 use riprap::material::{DamageLaw, DamageParameters, Elastic, Softening, crack_band_size};
-use riprap::mesh::cuboid_mesh;
+use riprap::mesh::{CellId, Mesh, cuboid_mesh};
 use riprap::verification::damage::{E, F_BAR as F_T, G_F, LENGTH, chain};
 
 fn pull(bricks: usize, softening: Softening, recovery: f64) -> Record {
@@ -90,4 +90,28 @@ fn meshed_bars_take_the_same_share_on_every_mesh() {
     for found in shares {
         assert!((found / shares[0] - 1.0).abs() < 0.02 && found < 1.02, "{shares:?}");
     }
+}
+
+/// The middle of a bar that lost both its ends: no plate ties its own highest and lowest nodes.
+#[test]
+fn a_loose_middle_is_tied_to_no_plate() {
+    let edge = LENGTH / 3.0;
+    let mesh = cuboid_mesh([edge, edge, LENGTH], edge).expect("a mesh");
+    let elastic = Elastic::new(E, 0.0).expect("allowed");
+    let law = DamageLaw::new(elastic, F_T, 20.0 * F_T, &DamageParameters::default(), edge).expect("a law");
+    let grain = |mesh: Mesh| {
+        let laws = vec![law; mesh.cells.len()];
+        DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(0)).expect("a grain")
+    };
+    let height = |cell: CellId| mesh.corners(cell).iter().map(|p| p.z / 4.0).sum::<f64>();
+    let cells: Vec<CellId> = mesh.cell_ids().filter(|cell| height(*cell).abs() < 0.5 * edge).collect();
+    let (middle, nodes) = mesh.part(&cells).expect("a part");
+    let (whole, middle) = (grain(mesh.clone()), grain(middle));
+    let mut bench = bench(&whole, Grip::Tied);
+    bench.plates[1].height += 1e-6;
+    let pulled = bench.contact(&whole, &Patches::of(&whole, None), &Memory::default()).expect("a state");
+    assert!(pulled.force() < 0.0);
+    let memory = pulled.memory.carried_over(&whole, &middle, &nodes);
+    let loose = bench.contact(&middle, &Patches::of(&middle, None), &memory).expect("a state");
+    assert!(loose.pushes.is_empty(), "{:?}", loose.pushes);
 }

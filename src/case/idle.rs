@@ -46,6 +46,11 @@ impl Case {
                     let why = "the bodies that are of it are rigid";
                     idle.extend(idle_scatter("rock", &self.rock, why));
                 }
+                if scene.press.is_some() && self.contact.normal == NormalLaw::Asperity {
+                    idle.push(
+                        "contact.normal \"asperity\" decides nothing: plates of a press meet nodes".into(),
+                    );
+                }
                 for (k, body) in scene.bodies.iter().enumerate() {
                     let path = format!("scene.bodies[{k}]");
                     idle.extend(self.idle_rock(&path, body));

@@ -143,7 +143,7 @@ static PRESS: &[Key] = &[
     Key::optional(
         "patch",
         LENGTH,
-        "Radius of the patch of surface by which a node meets a plate, its force spread over it; specimens take a tenth of a grain's diameter. Without it a node stands alone, and tips crush cell by cell.",
+        "Radius of the patch of surface by which a node meets a plate, its force spread over it; contacts of asperities take a fifth of a grain's diameter. Without it a node stands alone, and tips crush cell by cell.",
     ),
 ];
 
@@ -631,7 +631,7 @@ static SOLVER: &[Key] = &[
     Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in a step."),
     Key::default(
         "damage_change",
-        Quantity(Dimension::None, positive(1.0)),
+        Quantity(Dimension::None, within(1e-3, 1.0)),
         "0.2",
         "Largest change of damage at an integration point at once: between two augmentations, or in a step that a brittle grain takes by itself.",
     ),

@@ -16,6 +16,18 @@ const BLUNT: f64 = 0.1;
 /// The most by which a section grows per depth: what is flatter counts as this flat.
 const FLATTEST: f64 = 20.0;
 
+/// The sum of the normals at each vertex, by the facets' angles there, so that the cut of a face into facets does not matter.
+fn axes(core: &Polyhedron) -> Vec<Vec3> {
+    let mut axes = vec![Vec3::zeros(); core.vertices.len()];
+    for (facet, normal) in core.facets.iter().zip(&core.normals) {
+        for k in 0..3 {
+            let [a, b, c] = [0, 1, 2].map(|i| core.vertices[facet[(k + i) % 3]]);
+            axes[facet[k]] += normal * (b - a).angle(&(c - a));
+        }
+    }
+    axes
+}
+
 /// Of each vertex of a convex polyhedron the radius of a circle with the area of the vertex's section, over its depth below the vertex; and of each edge the
 /// tangent of half the angle between its facets. A core that is a point is a ball's: there the tangent plays no part.
 pub fn section_spreads(core: &Polyhedron) -> (Vec<f64>, Vec<f64>) {
@@ -24,13 +36,7 @@ pub fn section_spreads(core: &Polyhedron) -> (Vec<f64>, Vec<f64>) {
         let (sine, cosine) = (f.cross(&g).norm(), f.dot(&g));
         ((1.0 + cosine) / sine.max(f64::MIN_POSITIVE)).min(FLATTEST)
     });
-    let mut axes = vec![Vec3::zeros(); core.vertices.len()];
-    for (facet, normal) in core.facets.iter().zip(&core.normals) {
-        for k in 0..3 {
-            let [a, b, c] = [0, 1, 2].map(|i| core.vertices[facet[(k + i) % 3]]);
-            axes[facet[k]] += normal * (b - a).angle(&(c - a));
-        }
-    }
+    let axes = axes(core);
     // Each facet at a vertex is a triangle of the section, whose corners are where its two edges come to the unit depth.
     let mut areas = vec![0.0; core.vertices.len()];
     for facet in &core.facets {
@@ -66,14 +72,7 @@ pub struct Corner {
 impl Corner {
     /// The corner at each vertex of a convex polyhedron; `None` where it is blunt.
     pub fn of(core: &Polyhedron) -> Vec<Option<Corner>> {
-        let mut axes = vec![Vec3::zeros(); core.vertices.len()];
-        for (facet, normal) in core.facets.iter().zip(&core.normals) {
-            for k in 0..3 {
-                let [a, b, c] = [0, 1, 2].map(|i| core.vertices[facet[(k + i) % 3]]);
-                // By the facet's angle here, so that the cut of a face into facets does not matter.
-                axes[facet[k]] += normal * (b - a).angle(&(c - a));
-            }
-        }
+        let axes = axes(core);
         let mut depth = vec![f64::INFINITY; core.vertices.len()];
         for edge in &core.edges {
             let [a, b] = edge.vertices;

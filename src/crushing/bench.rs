@@ -163,6 +163,8 @@ pub struct Contact {
     pub motion: [Vec3; 3],
     /// Stored in the patches' own compliance [J].
     pub patch_energy: f64,
+    /// Nodes that stay behind a plate: they joined too often in this solution.
+    pub left_behind: usize,
     /// Solutions that it took.
     pub solutions: usize,
 }
@@ -209,7 +211,8 @@ impl Bench {
         let places: Vec<Vec3> = points.iter().map(|point| self.frame.to_space(&point.position)).collect();
         let centre = self.frame.to_space(&condensed.mass_properties().centroid);
         let mut touching = memory.touching.clone();
-        if touching.is_empty() {
+        // What has lost both its end faces is tied to nothing any more.
+        if touching.is_empty() && (self.grip != Grip::Tied || memory.displacements.is_empty()) {
             self.first_touches(&mut touching, &places, memory);
         }
         let anchor = |k: usize| memory.displacements.get(k).copied().unwrap_or_default();
@@ -233,7 +236,9 @@ impl Bench {
             if !displacements.iter().all(|u| u.iter().all(|c| c.is_finite())) {
                 return Err("the displacements are not finite".into());
             }
-            if !self.change(&mut touching, &forces, &places, &displacements, (&anchor, solution), &mut joins)
+            let at = (&anchor, solution);
+            if let Some(left_behind) =
+                self.change(&mut touching, &forces, &places, &displacements, at, &mut joins)
             {
                 let push = |((k, touch), force): ((&u32, &Touch), &Vec3)| Push {
                     upper: touch.upper,
@@ -257,6 +262,7 @@ impl Bench {
                     patch_energy: 0.5
                         * self.compliance()
                         * forces.iter().map(Vec3::norm_squared).sum::<f64>(),
+                    left_behind,
                     solutions: solution,
                 });
             }
@@ -319,7 +325,8 @@ impl Bench {
         }
     }
 
-    /// Lets go of nodes that pull and takes those behind a plate: all of them, or the worst one; whether there were any.
+    /// Lets go of nodes that pull and takes those behind a plate: all of them, or the worst one. Where there were none: how many nodes are left
+    /// behind a plate.
     fn change(
         &self,
         touching: &mut BTreeMap<u32, Touch>,
@@ -328,9 +335,9 @@ impl Bench {
         displacements: &[Vec3],
         (anchor, solution): (&impl Fn(usize) -> Vec3, usize),
         joins: &mut BTreeMap<u32, u32>,
-    ) -> bool {
+    ) -> Option<usize> {
         if self.grip == Grip::Tied {
-            return false;
+            return Some(0);
         }
         let largest = forces.iter().map(|f| f.norm()).fold(0.0, f64::max);
         let one_by_one = solution >= ONE_BY_ONE;
@@ -343,16 +350,23 @@ impl Bench {
         let slack = 1e-10 * self.length;
         let [lower, upper] = &self.plates;
         let mut behind: Vec<(f64, u32, bool)> = Vec::new();
+        let mut left_behind = 0;
         for (k, (x, u)) in places.iter().zip(displacements).enumerate() {
             let (k, z) = (k as u32, x.z + u.z);
-            let weary = solution >= INDULGENT && joins.get(&k).is_some_and(|joins| *joins >= MOST_JOINS);
-            if weary || touching.contains_key(&k) {
+            if touching.contains_key(&k) {
                 continue;
             }
-            if z < lower.height - slack && lower.covers(x) {
-                behind.push((lower.height - z, k, false));
+            let found = if z < lower.height - slack && lower.covers(x) {
+                (lower.height - z, k, false)
             } else if z > upper.height + slack && upper.covers(x) {
-                behind.push((z - upper.height, k, true));
+                (z - upper.height, k, true)
+            } else {
+                continue;
+            };
+            if solution >= INDULGENT && joins.get(&k).is_some_and(|joins| *joins >= MOST_JOINS) {
+                left_behind += 1;
+            } else {
+                behind.push(found);
             }
         }
         if one_by_one {
@@ -368,7 +382,7 @@ impl Bench {
             *joins.entry(*k).or_default() += 1;
             touching.insert(*k, Touch { upper: *upper, anchor: anchor(*k as usize), sticks: !one_by_one });
         }
-        !pulling.is_empty() || !behind.is_empty()
+        (pulling.is_empty() && behind.is_empty()).then_some(left_behind)
     }
 
     /// Forces on the touching nodes, and the rigid motion (translation, rotation).

@@ -88,12 +88,11 @@ impl StraightTet10 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tensor::Rotation;
-
-    const CORNERS: [[f64; 3]; 4] = [[0.1, -0.2, 0.05], [1.3, 0.2, -0.1], [0.4, 1.1, 0.3], [-0.2, 0.3, 0.9]];
+    use crate::element::tet10::{LOPSIDED, nodes_of};
+    use crate::tensor::{Rotation, draws};
 
     fn cell() -> StraightTet10 {
-        StraightTet10::new(&CORNERS.map(Vec3::from)).expect("a cell")
+        StraightTet10::new(&LOPSIDED).expect("a cell")
     }
 
     fn rock() -> Elastic {
@@ -102,8 +101,7 @@ mod tests {
 
     /// Displacements with strains of about `size`.
     fn displacements(size: f64) -> [Vec3; 10] {
-        let mut random = rand_mt::Mt64::new(11);
-        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let mut draw = draws(11);
         std::array::from_fn(|_| Vec3::new(draw(), draw(), draw()) * size)
     }
 
@@ -162,11 +160,7 @@ mod tests {
     #[test]
     fn turning_costs_nothing_at_any_angle() {
         // A stressed cell turned by any angle keeps its energy, and its forces turn with it.
-        let mut x = [Vec3::zeros(); 10];
-        x[..4].copy_from_slice(&CORNERS.map(Vec3::from));
-        for (k, &[i, j]) in crate::mesh::tet10::EDGES.iter().enumerate() {
-            x[4 + k] = (x[i] + x[j]) * 0.5;
-        }
+        let x = nodes_of(&LOPSIDED);
         let u = displacements(0.02);
         let energy = cell().strain_energy(&rock(), Strains::Finite, &u);
         let mut force = [Vec3::zeros(); 10];

@@ -26,7 +26,7 @@ impl Polyhedron {
 
     /// Whether no vertex lies in front of a facet, but for rounding.
     fn is_convex(&self) -> bool {
-        let size = self.vertices.iter().map(|v| (v - self.vertices[0]).norm()).fold(0.0, f64::max);
+        let size = self.size();
         self.facets.iter().zip(&self.normals).all(|(facet, normal)| {
             let level = normal.dot(&self.vertices[facet[0]]);
             self.vertices.iter().all(|v| normal.dot(v) - level < FLAT * size)

@@ -29,14 +29,14 @@ pub struct Polyhedron {
 }
 
 impl Polyhedron {
-    /// The same shifted by `way` [m].
-    pub fn moved(&self, way: &Vec3) -> Self {
-        Polyhedron { vertices: self.vertices.iter().map(|v| v + way).collect(), ..self.clone() }
-    }
-
     /// Largest distance of a vertex from `point` [m].
     pub fn bounding_radius_about(&self, point: &Vec3) -> f64 {
         self.vertices.iter().map(|v| (v - point).norm()).fold(0.0, f64::max)
+    }
+
+    /// Its size: the largest distance of a vertex from the first one [m].
+    pub fn size(&self) -> f64 {
+        self.vertices.first().map_or(0.0, |first| self.bounding_radius_about(first))
     }
 
     /// A point at the origin.
@@ -110,7 +110,7 @@ impl Polyhedron {
     /// Enclosed volume [m^3].
     pub fn volume(&self) -> f64 {
         match self.far_middle() {
-            Some(middle) => self.moved(&-middle).volume(),
+            Some(middle) => self.translated(&-middle).volume(),
             None => self.facets.iter().map(|f| self.signed_tetrahedron(f)).sum(),
         }
     }
@@ -142,7 +142,7 @@ impl Polyhedron {
             return self.vertices[0];
         }
         if let Some(middle) = self.far_middle() {
-            return middle + self.moved(&-middle).centroid();
+            return middle + self.translated(&-middle).centroid();
         }
         let mut moment = Vec3::zeros();
         for facet in &self.facets {
@@ -192,7 +192,7 @@ mod tests {
             [[0.0, 0.0, 0.0], [0.07, 0.01, 0.0], [0.0, 0.05, 0.01], [0.02, 0.01, 0.06], [0.05, 0.06, 0.04]];
         let near = Polyhedron::convex_hull(&points.map(Vec3::from)).expect("a hull");
         let way = Vec3::new(2137.3, -1911.7, 633.9);
-        let far = near.moved(&way);
+        let far = near.translated(&way);
         assert!(near.far_middle().is_none() && far.far_middle().is_some());
         assert!((far.volume() / near.volume() - 1.0).abs() < 1e-9, "{} {}", far.volume(), near.volume());
         assert!((far.centroid() - way - near.centroid()).norm() < 1e-11);

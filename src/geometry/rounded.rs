@@ -49,7 +49,7 @@ impl RoundedBody {
         }
         let mut planes = facet_planes(nominal);
         planes.iter_mut().for_each(|plane| plane.offset -= radius);
-        let size = nominal.vertices.iter().map(|v| (v - nominal.vertices[0]).norm()).fold(0.0, f64::max);
+        let size = nominal.size();
         let core = polytope(&planes, nominal.vertices[0], size).map_err(|reason| {
             fault(format!(
                 "a rounding radius of {radius} m does not fit into a body of size {size} m: {reason}"
@@ -100,7 +100,7 @@ const COLLINEAR: f64 = 1e-6;
 /// # Errors
 /// `Error::Mesh` where nothing is left that has volume.
 pub fn intersection(shape: &Polyhedron, planes: &[HalfSpace]) -> Result<Polyhedron> {
-    let size = shape.vertices.iter().map(|v| (v - shape.vertices[0]).norm()).fold(0.0, f64::max);
+    let size = shape.size();
     let mut all = facet_planes(shape);
     for plane in planes {
         let outside = |v: &Vec3| plane.normal.dot(v) - plane.offset > SAME_PLANE * size;

@@ -115,38 +115,48 @@ pub fn feature_distance(a: &Polyhedron, pose_a: &Pose, b: &Polyhedron, pose_b: &
     least
 }
 
-/// Distance [m] of a point from a triangle (Ericson 2005, section 5.1.5).
-pub fn point_triangle_distance(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> f64 {
+/// Distance [m] of a point from a triangle.
+pub fn point_triangle_distance(p: &Vec3, corners: &[Vec3; 3]) -> f64 {
+    let l = closest_on_triangle(corners, p);
+    let [a, b, c] = corners;
+    (p - a - (b - a) * l[1] - (c - a) * l[2]).norm()
+}
+
+/// Area coordinates of the point of a triangle that is closest to `p`. Source: Ericson (2005), "Real-Time Collision Detection", 5.1.5.
+pub fn closest_on_triangle([a, b, c]: &[Vec3; 3], p: &Vec3) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return ap.norm();
+        return [1.0, 0.0, 0.0];
     }
     let bp = p - b;
     let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
     if d3 >= 0.0 && d4 <= d3 {
-        return bp.norm();
+        return [0.0, 1.0, 0.0];
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return (ap - ab * (d1 / (d1 - d3))).norm();
+        let v = d1 / (d1 - d3);
+        return [1.0 - v, v, 0.0];
     }
     let cp = p - c;
     let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
     if d6 >= 0.0 && d5 <= d6 {
-        return cp.norm();
+        return [0.0, 0.0, 1.0];
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return (ap - ac * (d2 / (d2 - d6))).norm();
+        let w = d2 / (d2 - d6);
+        return [1.0 - w, 0.0, w];
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
         let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return (bp - (c - b) * w).norm();
+        return [0.0, 1.0 - w, w];
     }
-    let total = va + vb + vc;
-    (ap - ab * (vb / total) - ac * (vc / total)).norm()
+    let sum = va + vb + vc;
+    let (v, w) = (vb / sum, vc / sum);
+    [1.0 - v - w, v, w]
 }
 
 /// Distance [m] between the segments `p q` and `r s` (Ericson 2005, section 5.1.9).

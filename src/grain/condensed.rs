@@ -69,23 +69,13 @@ impl CondensedGrain {
     /// density, or a stiffness that cannot be factored.
     pub fn new(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
         let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
-        Self::with_damage(mesh, cell_elasticity, density, &intact)
-    }
-
-    /// As [`Self::new`], each integration point keeping only the part `intact` of its stiffness (1:
-    /// sound). Errors also where too little is left to carry load.
-    pub fn with_damage(
-        mesh: Mesh,
-        cell_elasticity: &[Elastic],
-        density: f64,
-        intact: &[[f64; POINT_COUNT]],
-    ) -> Result<Self> {
         let surface = Surface::new(&mesh);
-        Self::build(mesh, surface, cell_elasticity, density, intact, DENSE_SURFACE_NODES)
+        Self::build(mesh, surface, cell_elasticity, density, &intact, DENSE_SURFACE_NODES)
     }
 
-    /// As [`Self::with_damage`], with a factor only: columns of the flexibility are solved for when asked for. For grains whose damage
-    /// moves, most of whose columns nobody asks for before the next factor.
+    /// As [`Self::new`], each integration point keeping only the part `intact` of its stiffness (1: sound), with a factor only: columns of the
+    /// flexibility are solved for when asked for. For grains whose damage moves, most of whose columns nobody asks for before the next factor.
+    /// Errors also where too little is left to carry load.
     pub fn with_damage_on_demand(
         mesh: Mesh,
         cell_elasticity: &[Elastic],
@@ -118,7 +108,7 @@ impl CondensedGrain {
             return Err(fail(format!("has {parts} parts; each must be a grain of its own")));
         }
         let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
-        let mut held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
+        let held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
             .map_err(|fault| fail(fault.to_string()))?;
         let count = surface.nodes().len();
         let flexibility = if count <= dense_nodes {

@@ -96,7 +96,6 @@ pub struct DamageSummary {
 #[derive(Debug, Clone)]
 pub(super) struct Past {
     pub origin_cells: Vec<CellId>,
-    pub exposed: Vec<bool>,
     pub ancestry: Ancestry,
     pub origin: Arc<Mesh>,
     pub offset: Vec3,
@@ -132,8 +131,6 @@ pub struct DamagedGrain {
     pub(super) dissipated: f64,
     /// For each cell, its number in the mesh of the grain as generated.
     pub(super) origin_cells: Arc<Vec<CellId>>,
-    /// For each facet of the surface, whether breaking exposed it.
-    pub(super) exposed: Arc<Vec<bool>>,
     pub(super) ancestry: Ancestry,
     /// The mesh of the grain as generated.
     pub(super) origin: Arc<Mesh>,
@@ -164,7 +161,8 @@ fn held(intact: &[[f64; POINT_COUNT]]) -> Vec<[f64; POINT_COUNT]> {
     intact.iter().map(|points| points.map(|share| share.max(HELD))).collect()
 }
 
-fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {
+/// The kernel of each cell.
+pub(super) fn elements_of(mesh: &Mesh) -> Result<Vec<StraightTet10>> {
     mesh.cell_ids()
         .map(|cell| {
             StraightTet10::new(&mesh.corners(cell)).ok_or_else(|| Error::Mesh {
@@ -244,12 +242,11 @@ impl DamagedGrain {
         lasting: bool,
     ) -> Result<Self> {
         let mesh = condition.condensed.mesh();
-        let (origin_cells, exposed) = (mesh.cell_ids().collect(), vec![false; mesh.surface.len()]);
+        let origin_cells = mesh.cell_ids().collect();
         let origin = Arc::new(mesh.clone());
         let offset = Vec3::zeros();
         let least_share = LEAST_SHARE;
-        let past =
-            Past { origin_cells, exposed, ancestry, origin, offset, lasting, least_share, rubble: None };
+        let past = Past { origin_cells, ancestry, origin, offset, lasting, least_share, rubble: None };
         Self::assemble(laws, density, condition, past)
     }
 
@@ -259,7 +256,7 @@ impl DamagedGrain {
         committed: Condition,
         past: Past,
     ) -> Result<Self> {
-        let Past { origin_cells, exposed, ancestry, origin, offset, lasting, least_share, rubble } = past;
+        let Past { origin_cells, ancestry, origin, offset, lasting, least_share, rubble } = past;
         let elements = elements_of(committed.condensed.mesh())?;
         Ok(DamagedGrain {
             pace: vec![[Pace::default(); POINT_COUNT]; laws.len()],
@@ -272,7 +269,6 @@ impl DamagedGrain {
             freed: 0.0,
             dissipated: 0.0,
             origin_cells: Arc::new(origin_cells),
-            exposed: Arc::new(exposed),
             ancestry,
             origin,
             offset,
@@ -281,6 +277,19 @@ impl DamagedGrain {
             rubble,
             displaced: Vec::new(),
         })
+    }
+
+    /// What a body of these of its cells takes over from it.
+    pub(super) fn past(&self, origin_cells: Vec<CellId>) -> Past {
+        Past {
+            origin_cells,
+            ancestry: self.ancestry,
+            origin: self.origin.clone(),
+            offset: self.offset,
+            lasting: self.lasting,
+            least_share: self.least_share,
+            rubble: self.rubble.clone(),
+        }
     }
 
     /// The same with points that carry nothing from the moment they fail, for nodal contact, which does not mind how far a surface gives way.
@@ -361,11 +370,7 @@ impl DamagedGrain {
     ///
     /// Errors ([`Error::Mesh`]) as [`CondensedGrain::new`].
     pub fn as_sound(&self) -> Result<CondensedGrain> {
-        let elastic: Vec<Elastic> = self.laws.iter().map(|law| *law.elastic()).collect();
-        let intact = vec![[1.0; POINT_COUNT]; elastic.len()];
-        let on_points =
-            CondensedGrain::with_damage_on_demand(self.mesh().clone(), &elastic, self.density, &intact)?;
-        Ok(if self.is_on_patches() { on_points.on_patches() } else { on_points })
+        self.condensed_alike(self.mesh().clone(), &self.laws, &vec![[1.0; POINT_COUNT]; self.laws.len()])
     }
 
     pub fn mesh(&self) -> &Mesh {
@@ -394,11 +399,6 @@ impl DamagedGrain {
     /// Whether it has lost cells.
     pub fn is_parted(&self) -> bool {
         self.origin_cells.len() < self.origin.cells.len()
-    }
-
-    /// For each facet of the mesh's surface, whether breaking exposed it.
-    pub fn exposed_facets(&self) -> &[bool] {
-        &self.exposed
     }
 
     pub const fn ancestry(&self) -> &Ancestry {
@@ -623,13 +623,7 @@ impl DamagedGrain {
 
     /// Elastic energy of the committed state [J], from the strains and `1 - d` at the points.
     pub fn elastic_energy(&self) -> f64 {
-        let point = |cell: usize, point: usize| {
-            let strain = &self.committed.states[cell][point].strain;
-            self.committed.intact[cell][point] * self.laws[cell].elastic().energy_density(strain)
-        };
-        let cell =
-            |k: usize| self.elements[k].point_volume() * (0..POINT_COUNT).map(|p| point(k, p)).sum::<f64>();
-        (0..self.laws.len()).map(cell).sum()
+        self.energy_of(&self.mesh().cell_ids().collect::<Vec<_>>())
     }
 
     /// Stresses [Pa] at the integration points of the committed state; zero at failed ones.

@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past};
 use crate::grain::mass::mean_motion;
 use crate::grain::surface::SurfacePoint;
-use crate::mesh::{CellId, Mesh, NodeId, SurfaceFacet};
+use crate::mesh::{CellId, NodeId};
 use crate::tensor::Vec3;
 
 /// A part of a grain, itself a grain.
@@ -31,15 +31,6 @@ pub struct Fragment {
     pub rotation: Vec3,
 }
 
-/// Why a part that still hangs together is given up.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Loss {
-    /// Smaller than asked for.
-    Small { volume: f64 },
-    /// Its stiffness could not be factored.
-    Unsolvable { reason: String },
-}
-
 /// The outcome of deleting failed cells. One fragment: the grain lives on, smaller. None: nothing is left.
 #[derive(Debug, Clone)]
 pub struct BreakUp {
@@ -49,8 +40,8 @@ pub struct BreakUp {
     pub deleted: Vec<CellId>,
     /// [m^3]
     pub deleted_volume: f64,
-    /// Parts that were given up, with their cells.
-    pub lost: Vec<(Vec<CellId>, Loss)>,
+    /// Cells of the parts that were given up: too small, or of a stiffness that could not be factored.
+    pub lost: Vec<Vec<CellId>>,
     /// Volume of those parts [m^3].
     pub lost_volume: f64,
     /// Elastic energy [J] that went with deleted cells and lost parts.
@@ -141,7 +132,6 @@ impl DamagedGrain {
         } else {
             *self.ancestry()
         };
-        let before = exposed_before(mesh, self.exposed_facets());
         let mut outcome = BreakUp {
             fragments: vec![],
             deleted_volume: volume_of(&deleted),
@@ -151,10 +141,8 @@ impl DamagedGrain {
             lost_volume: 0.0,
         };
         for (volume, cells) in parts {
-            let loss = if volume < least_volume {
-                Loss::Small { volume }
-            } else {
-                match self.part(&cells, &before, ancestry) {
+            if volume >= least_volume {
+                match self.part(&cells, ancestry) {
                     Ok((mut grain, nodes)) => {
                         if outcome.fragments.is_empty() {
                             grain.dissipated = self.dissipated;
@@ -164,12 +152,12 @@ impl DamagedGrain {
                         outcome.fragments.push(Fragment { grain, cells, nodes, translation, rotation });
                         continue;
                     }
-                    Err(error) => Loss::Unsolvable { reason: error.to_string() },
+                    Err(error) => tracing::debug!(body = number, volume, %error, "a part is given up"),
                 }
-            };
+            }
             outcome.lost_volume += volume;
             outcome.lost_energy += self.energy_of(&cells);
-            outcome.lost.push((cells, loss));
+            outcome.lost.push(cells);
         }
         self.share_rubble(&mut outcome);
         Ok(Some(outcome))
@@ -181,7 +169,7 @@ impl DamagedGrain {
         if !self.keeps_rubble() {
             return;
         }
-        let failed = outcome.deleted.iter().chain(outcome.lost.iter().flat_map(|(cells, _)| cells));
+        let failed = outcome.deleted.iter().chain(outcome.lost.iter().flatten());
         let mut loose: Vec<CellId> = failed.map(|cell| self.origin_cells[cell.index()]).collect();
         loose.extend(self.rubble());
         loose.sort_unstable();
@@ -220,43 +208,21 @@ impl DamagedGrain {
         }
     }
 
-    fn part(
-        &self,
-        cells: &[CellId],
-        exposed: &BTreeMap<[NodeId; 3], bool>,
-        ancestry: Ancestry,
-    ) -> Result<(DamagedGrain, Vec<NodeId>)> {
+    fn part(&self, cells: &[CellId], ancestry: Ancestry) -> Result<(DamagedGrain, Vec<NodeId>)> {
         let (mesh, nodes) = self.mesh().part(cells)?;
         let laws: Vec<_> = cells.iter().map(|&cell| *self.law(cell)).collect();
         let states = cells.iter().map(|cell| self.states()[cell.index()]).collect();
         let intact: Vec<_> = cells.iter().map(|cell| self.intact()[cell.index()]).collect();
         let origin_cells = cells.iter().map(|cell| self.origin_cells()[cell.index()]).collect();
-        let exposed = mesh
-            .surface
-            .iter()
-            .map(|facet| {
-                // A facet that was not on the surface before is new.
-                let old = key(facet).map(|node| nodes[node.index()]);
-                exposed.get(&old).copied().unwrap_or(true)
-            })
-            .collect();
         let condensed = Arc::new(self.condensed_alike(mesh, &laws, &intact)?);
         let condition = Condition { states, intact, condensed, sound: false };
-        let past = Past {
-            origin_cells,
-            exposed,
-            ancestry,
-            origin: self.origin.clone(),
-            offset: self.offset,
-            lasting: self.lasting,
-            least_share: self.least_share,
-            rubble: self.rubble.clone(),
-        };
+        let past = Past { ancestry, ..self.past(origin_cells) };
         let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;
         Ok((grain, nodes))
     }
 
-    fn energy_of(&self, cells: &[CellId]) -> f64 {
+    /// Elastic energy of some of the cells [J].
+    pub(super) fn energy_of(&self, cells: &[CellId]) -> f64 {
         let point = |cell: usize, point: usize| {
             let strain = &self.states()[cell][point].strain;
             self.intact()[cell][point] * self.laws[cell].elastic().energy_density(strain)
@@ -267,17 +233,4 @@ impl DamagedGrain {
         };
         cells.iter().map(of).sum()
     }
-}
-
-/// Sorted corners of a facet.
-fn key(facet: &SurfaceFacet) -> [NodeId; 3] {
-    let mut key = [facet.nodes[0], facet.nodes[1], facet.nodes[2]];
-    key.sort_unstable();
-    key
-}
-
-/// Whether breaking exposed it, for each surface facet. Node numbers of a part ascend with those of the whole
-/// ([`Mesh::part`]), so sorted corners stay sorted.
-fn exposed_before(mesh: &Mesh, exposed: &[bool]) -> BTreeMap<[NodeId; 3], bool> {
-    mesh.surface.iter().zip(exposed).map(|(facet, exposed)| (key(facet), *exposed)).collect()
 }

@@ -17,6 +17,7 @@ use std::sync::Arc;
 use crate::element::{POINT_COUNT, StraightTet10, Strains};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
+use crate::grain::damaged::elements_of;
 use crate::grain::held::HeldGrain;
 use crate::grain::surface::SurfacePoint;
 use crate::material::Elastic;
@@ -44,12 +45,7 @@ impl FullGrain {
     pub fn new(condensed: Arc<CondensedGrain>, density: f64, strains: Strains) -> Result<Self> {
         let fail = |message: String| Error::Mesh { name: "grain".into(), message };
         let mesh = condensed.mesh();
-        let element = |cell| StraightTet10::new(&mesh.corners(cell));
-        let elements: Vec<StraightTet10> = mesh
-            .cell_ids()
-            .map(element)
-            .collect::<Option<_>>()
-            .ok_or_else(|| fail("has a flat cell".into()))?;
+        let elements = elements_of(mesh)?;
         let rock: Vec<Elastic> = mesh.cell_ids().map(|cell| *condensed.rock(cell)).collect();
         let sound = vec![[1.0; POINT_COUNT]; rock.len()];
         let held = HeldGrain::new(mesh, &rock, condensed.mass_properties(), density, &sound)

@@ -149,7 +149,7 @@ impl HeldGrain {
     /// Displacements under forces on all nodes; NaN where the solution overflows.
     pub fn solve(&self, forces: &[Vec3]) -> Vec<Vec3> {
         let mut u = self.balanced(forces);
-        if self.factor.back_substitute_shared(&mut u, 1).is_err() {
+        if self.factor.back_substitute(&mut u, 1).is_err() {
             return vec![Vec3::repeat(f64::NAN); forces.len()];
         }
         self.in_frame(u)
@@ -163,7 +163,7 @@ impl HeldGrain {
         product: impl FnMut(&mut [f64], &[f64]),
     ) -> Option<Vec<Vec3>> {
         let until = Until { tolerance: WITHOUT_FACTOR, most_iterations: MOST_PRODUCTS };
-        let precondition = |x: &mut [f64]| self.factor.back_substitute_shared(x, 1);
+        let precondition = |x: &mut [f64]| self.factor.back_substitute(x, 1);
         Some(self.in_frame(conjugate_gradients(&self.balanced(forces), until, product, precondition)?))
     }
 
@@ -201,7 +201,7 @@ impl HeldGrain {
                 three.iter_mut().zip(&alone).for_each(|(x, own)| *x += share * own);
             }
         }
-        if self.factor.back_substitute_shared(&mut x, 3 * number).is_err() {
+        if self.factor.back_substitute(&mut x, 3 * number).is_err() {
             x.fill(f64::NAN);
         }
         x.chunks_exact_mut(size).for_each(|u| self.remove_mean_motion(u));
@@ -210,7 +210,7 @@ impl HeldGrain {
     }
 
     /// Flexibility of the whole surface, and of the inner nodes for forces on it.
-    pub fn dense(&mut self, surface: &Surface) -> Result<DenseFlexibility, HoldFault> {
+    pub fn dense(&self, surface: &Surface) -> Result<DenseFlexibility, HoldFault> {
         let nodes = surface.nodes();
         let on_surface = |node: &NodeId| nodes.binary_search(node).is_ok();
         let all = 0..self.frame.arms.len() as u32;

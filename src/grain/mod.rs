@@ -19,7 +19,7 @@ pub mod surface;
 
 pub use condensed::CondensedGrain;
 pub use damaged::{Ancestry, DamageChange, DamageCommit, DamageSummary, DamagedGrain};
-pub use fragments::{BreakUp, Fragment, Loss};
+pub use fragments::{BreakUp, Fragment};
 pub use full::FullGrain;
 pub use hulls::{ContactShape, contact_shapes};
 pub use mass::{MassProperties, mean_motion};

@@ -26,7 +26,8 @@ pub struct StoredGrain {
     cells: Vec<u32>,
     /// Failed cells that stay with it as rubble; `None` where they leave.
     rubble: Option<Vec<u32>>,
-    exposed: Vec<bool>,
+    /// Facets of its surface.
+    facets: u32,
     /// Strain, both histories and whether it failed, for each point.
     #[serde(with = "crate::tensor::stored")]
     states: Vec<nalgebra::SVector<f64, 9>>,
@@ -69,7 +70,7 @@ impl DamagedGrain {
             offset: self.offset,
             cells: self.origin_cells.iter().map(|cell| cell.0).collect(),
             rubble: self.rubble.as_ref().map(|rubble| rubble.iter().map(|cell| cell.0).collect()),
-            exposed: self.exposed.to_vec(),
+            facets: self.mesh().surface.len() as u32,
             states: self.committed.states.iter().flatten().map(state).collect(),
             intact: self.committed.intact.iter().flatten().copied().collect(),
             dissipated: self.dissipated,
@@ -105,25 +106,21 @@ impl DamagedGrain {
             self.committed.condensed.clone()
         } else {
             let mesh = placed(&self.origin, &cells, &stored.offset)?;
-            if mesh.surface.len() != stored.exposed.len() {
+            if mesh.surface.len() != stored.facets as usize {
                 return Err(fail("has another surface than the one that was stored"));
             }
             Arc::new(self.condensed_alike(mesh, &laws, &intact)?)
         };
         let condition = Condition { states, intact, condensed, sound: stored.sound };
         let past = Past {
-            origin_cells: cells,
-            exposed: stored.exposed.clone(),
             ancestry: Ancestry {
                 origin: stored.origin,
                 parent: stored.parent,
                 generation: stored.generation,
             },
-            origin: self.origin.clone(),
             offset: stored.offset,
-            lasting: self.lasting,
-            least_share: self.least_share,
             rubble: stored.rubble.is_some().then(|| Arc::new(rubble.collect())),
+            ..self.past(cells)
         };
         let mut grain = Self::assemble(laws, self.density, condition, past)?;
         grain.dissipated = stored.dissipated;
@@ -136,16 +133,7 @@ impl DamagedGrain {
         let mesh = placed(&self.origin, &self.origin_cells, &offset)?;
         let condensed = Arc::new(self.condensed_alike(mesh, &self.laws, &self.committed.intact)?);
         let (states, intact) = (self.committed.states.clone(), self.committed.intact.clone());
-        let past = Past {
-            origin_cells: self.origin_cells.to_vec(),
-            exposed: self.exposed.to_vec(),
-            ancestry: self.ancestry,
-            origin: self.origin.clone(),
-            offset,
-            lasting: self.lasting,
-            least_share: self.least_share,
-            rubble: self.rubble.clone(),
-        };
+        let past = Past { offset, ..self.past(self.origin_cells.to_vec()) };
         let condition = Condition { states, intact, condensed, sound: false };
         let mut grain = Self::assemble(self.laws.to_vec(), self.density, condition, past)?;
         grain.dissipated = self.dissipated;

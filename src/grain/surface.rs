@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
+use crate::geometry::separation::closest_on_triangle;
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::Vec3;
 
@@ -292,51 +293,14 @@ fn box_distance(branch: &Branch, x: &Vec3) -> f64 {
     (branch.low - x).sup(&(x - branch.high)).sup(&Vec3::zeros()).norm_squared()
 }
 
-/// Area coordinates of the closest point. Source: Ericson (2005), "Real-Time Collision Detection", 5.1.5.
-fn closest_on_triangle([a, b, c]: &[Vec3; 3], p: &Vec3) -> [f64; 3] {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let v = d1 / (d1 - d3);
-        return [1.0 - v, v, 0.0];
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let w = d2 / (d2 - d6);
-        return [1.0 - w, 0.0, w];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - w, w];
-    }
-    let sum = va + vb + vc;
-    let (v, w) = (vb / sum, vc / sum);
-    [1.0 - v - w, v, w]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::{cuboid_mesh, sphere_mesh};
+    use crate::tensor::draws;
 
     fn points(count: usize) -> impl Iterator<Item = Vec3> {
-        let mut random = rand_mt::Mt64::new(9);
-        let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let mut draw = draws(9);
         (0..count).map(move |_| Vec3::new(draw(), draw(), draw()) * 3.0)
     }
 

@@ -21,11 +21,8 @@ use crate::linalg::ordering::Ordering;
 use crate::linalg::symmetric::{SymmetricMatrix, SymmetricPattern};
 
 impl From<FaerError> for FactorError {
-    fn from(error: FaerError) -> Self {
-        match error {
-            FaerError::IndexOverflow | FaerError::OutOfMemory => FactorError::OutOfMemory,
-            _ => FactorError::OutOfMemory,
-        }
+    fn from(_: FaerError) -> Self {
+        FactorError::OutOfMemory
     }
 }
 
@@ -75,8 +72,7 @@ impl SparseCholesky {
     }
 
     fn over(symbolic: Arc<SymbolicCholesky<u32>>, pattern_entries: usize) -> Result<Self, FactorError> {
-        let numeric = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        let scratch = numeric.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         Ok(SparseCholesky {
             values: vec![0.0; symbolic.len_val()],
             pattern_entries,
@@ -123,33 +119,15 @@ impl SparseCholesky {
 
     /// Overwrites the `columns` right-hand sides in `x`, one after another, with `A^-1` times them.
     /// All that is checked is that the result is finite.
-    pub fn back_substitute(&mut self, x: &mut [f64], columns: usize) -> Result<(), FactorError> {
-        if columns > 1 {
-            let needed = self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
-            if needed.size_bytes() > self.scratch.len() {
-                self.scratch = allocate(needed.or(StackReq::new::<u8>(self.scratch.len())))?;
-            }
-        }
-        let mut scratch = std::mem::replace(&mut self.scratch, MemBuffer::new(StackReq::EMPTY));
-        let result = self.substitute(x, columns, &mut scratch);
-        self.scratch = scratch;
-        result
-    }
-
-    /// [`Self::back_substitute`] through a shared reference, with scratch memory of its own.
-    pub fn back_substitute_shared(&self, x: &mut [f64], columns: usize) -> Result<(), FactorError> {
+    pub fn back_substitute(&self, x: &mut [f64], columns: usize) -> Result<(), FactorError> {
         let mut scratch = allocate(self.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq))?;
-        self.substitute(x, columns, &mut scratch)
-    }
-
-    fn substitute(&self, x: &mut [f64], columns: usize, scratch: &mut MemBuffer) -> Result<(), FactorError> {
         let size = self.size();
         check_size(size * columns, x.len())?;
         if !self.factorised {
             return Err(FactorError::NotFactorised);
         }
         let rhs = MatMut::from_column_major_slice_mut(x, size, columns);
-        let stack = MemStack::new(scratch);
+        let stack = MemStack::new(&mut scratch);
         LltRef::<'_, u32, f64>::new(&self.symbolic, &self.values).solve_in_place_with_conj(
             Conj::No,
             rhs,
@@ -233,11 +211,8 @@ mod tests {
             }
             let mut two: Vec<f64> = [rhs.clone(), rhs.clone()].concat();
             factor.back_substitute(&mut two, 2).expect("solved");
-            let mut shared = rhs.clone();
-            factor.back_substitute_shared(&mut shared, 1).expect("solved");
             for k in 0..rhs.len() {
                 assert!((two[k] - x[k]).abs() < 1e-10 && (two[k + rhs.len()] - x[k]).abs() < 1e-10);
-                assert!((shared[k] - x[k]).abs() < 1e-10);
             }
         }
     }

@@ -102,7 +102,7 @@ impl MultifrontalLu {
             }
             left = refined;
         }
-        if left <= LARGEST_RESIDUAL { Ok(left) } else { Err(SolveFailure::NotFinite) }
+        if left <= LARGEST_RESIDUAL { Ok(left) } else { Err(SolveFailure::of_residual(left)) }
     }
 
     /// Overwrites `x`, the right side, with the solution by the factor alone: neither refined nor checked.

@@ -17,11 +17,10 @@
 //! Stress [Pa] and strain tension positive; the histories and strengths are positive in both.
 //!
 //! **Kinks.** The stress is continuous except where a point fails. Its derivative jumps where a history starts or stops
-//! growing and where a principal effective stress changes sign; `Response::tangent` is there the one of growth, and of a
-//! vanishing stress counted as neither tension nor compression. Equal principal values are no kink. At zero strain
-//! `r` jumps, but the stress is zero.
+//! growing and where a principal effective stress changes sign. Equal principal values are no kink. At zero strain `r` jumps,
+//! but the stress is zero.
 
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{SymmetricEigen, Vector6};
 
 use crate::material::softening::{Branch, Softening};
 use crate::material::{Elastic, MaterialError};
@@ -89,8 +88,6 @@ pub struct Response {
     pub stress: Vector6<f64>,
     /// Damage d at this strain, 1 where failed. The secant stiffness is `(1 - d) C`.
     pub damage: f64,
-    /// Derivative of the stress by the strain [Pa]; not symmetric while damage grows or `r` varies.
-    pub tangent: Matrix6<f64>,
     pub state: DamageState,
     /// Energy per volume set free on a straight strain path from the old state [J/m^3]; see [`DamageLaw::dissipation`].
     pub dissipated: f64,
@@ -98,18 +95,21 @@ pub struct Response {
 
 /// Principal view of a strain.
 struct Principal {
-    values: Vec3,
     theta_t: f64,
     theta_c: f64,
     /// Tensile share of the principal effective stresses.
     r: f64,
-    stresses: Vec3,
 }
 
 /// The strain tensor of a Voigt strain.
 fn tensor_of(e: &Vector6<f64>) -> Mat3 {
     let (xy, yz, zx) = (0.5 * e[3], 0.5 * e[4], 0.5 * e[5]);
     Mat3::new(e[0], xy, zx, xy, e[1], yz, zx, yz, e[2])
+}
+
+/// Of the strain tensor of a Voigt strain.
+fn norm_squared(e: &Vector6<f64>) -> f64 {
+    e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
 }
 
 /// Principal values of a strain in closed form (Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix", Comm. ACM 4:168). Two that are equal come
@@ -209,17 +209,14 @@ impl DamageLaw {
         let stresses = values.map(|v| lambda * values.sum() + 2.0 * mu * v);
         let total: f64 = stresses.iter().map(|s| s.abs()).sum();
         let r = if total > 0.0 { stresses.iter().map(|s| s.max(0.0)).sum::<f64>() / total } else { 0.0 };
-        Principal { theta_t: part(1.0), theta_c: part(-1.0), values, r, stresses }
+        Principal { theta_t: part(1.0), theta_c: part(-1.0), r }
     }
 
     /// Whether a sound point certainly stays sound: theta_t and theta_c are at most the norm of the strain tensor.
     fn cannot_damage(&self, strain: &Vector6<f64>, old: &DamageState) -> bool {
         let least = self.tension.onset.min(self.compression.onset);
         let sound = old.tension <= self.tension.onset && old.compression <= self.compression.onset;
-        let e = strain;
-        let squared =
-            e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
-        sound && squared < least * least
+        sound && norm_squared(strain) < least * least
     }
 
     /// `1 - d` for histories and stress state.
@@ -263,10 +260,7 @@ impl DamageLaw {
     /// How near a strain brings sound rock to its first damage: the larger of the effective strains over their peak strains, or
     /// `enough` where it is certainly below that.
     pub fn utilisation(&self, strain: &Vector6<f64>, enough: f64) -> f64 {
-        let e = strain;
-        let squared =
-            e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
-        let bound = squared.sqrt() / self.tension.onset.min(self.compression.onset);
+        let bound = norm_squared(strain).sqrt() / self.tension.onset.min(self.compression.onset);
         if bound <= enough {
             return enough;
         }
@@ -353,90 +347,26 @@ impl DamageLaw {
         self.work(from, to) - (self.stored_energy(to) - self.stored_energy(from))
     }
 
-    /// Stress, tangent, new state and dissipation at a new strain.
+    /// Stress, new state and dissipation at a new strain.
     pub fn respond(&self, strain: &Vector6<f64>, old: &DamageState) -> Response {
+        let gone = |state: DamageState, dissipated: f64| Response {
+            stress: Vector6::zeros(),
+            damage: 1.0,
+            state,
+            dissipated,
+        };
         if old.failed {
-            return Response {
-                stress: Vector6::zeros(),
-                damage: 1.0,
-                tangent: Matrix6::zeros(),
-                state: DamageState { strain: *strain, ..*old },
-                dissipated: 0.0,
-            };
+            return gone(DamageState { strain: *strain, ..*old }, 0.0);
         }
-        let eigen = SymmetricEigen::new(tensor_of(strain));
-        let new = self.principal_of(eigen.eigenvalues);
+        let new = self.principal_of(SymmetricEigen::new(tensor_of(strain)).eigenvalues);
         let state = self.grown(strain, old, &new);
         let dissipated = self.dissipation(old, &state);
         if state.failed {
-            return Response {
-                stress: Vector6::zeros(),
-                damage: 1.0,
-                tangent: Matrix6::zeros(),
-                state,
-                dissipated,
-            };
+            return gone(state, dissipated);
         }
-        let effective = self.elastic.stress(strain);
         let intact = self.integrity(state.tension, state.compression, new.r);
-        let slope = self.integrity_slope(&new, &eigen.eigenvectors, &state);
-        Response {
-            stress: effective * intact,
-            damage: 1.0 - intact,
-            tangent: self.elastic.stiffness() * intact + effective * slope.transpose(),
-            state,
-            dissipated,
-        }
+        Response { stress: self.elastic.stress(strain) * intact, damage: 1.0 - intact, state, dissipated }
     }
-
-    /// Derivative of `1 - d` by the strain.
-    fn integrity_slope(&self, new: &Principal, axes: &Mat3, state: &DamageState) -> Vector6<f64> {
-        let [w_c, w_t] = self.recovery;
-        let (k_t, k_c) = (1.0 - w_t * new.r, 1.0 - w_c * (1.0 - new.r));
-        let (d_t, d_c) = (self.tension.damage(state.tension), self.compression.damage(state.compression));
-        let (a, b) = (1.0 - k_t * d_c, 1.0 - k_c * d_t);
-        // d theta / d e = sum of <e_i> / theta times n_i n_i; only where the history grows with it.
-        let mut slope = Vector6::zeros();
-        if new.theta_t >= state.tension && new.theta_t > 0.0 {
-            let by_value = new.values.map(|v| v.max(0.0) / new.theta_t);
-            slope -= sum_of_axes(axes, &by_value) * (a * k_c * self.tension.slope(state.tension));
-        }
-        if new.theta_c >= state.compression && new.theta_c > 0.0 {
-            let by_value = new.values.map(|v| -(-v).max(0.0) / new.theta_c);
-            slope -= sum_of_axes(axes, &by_value) * (b * k_t * self.compression.slope(state.compression));
-        }
-        // r depends on the strain through the effective stress; dA/dr = w_t d_c, dB/dr = -w_c d_t.
-        let by_r = b * w_t * d_c - a * w_c * d_t;
-        let total: f64 = new.stresses.iter().map(|s| s.abs()).sum();
-        if by_r != 0.0 && total > 0.0 {
-            let tensile = new.r * total;
-            let by_stress = new.stresses.map(|s| {
-                if s == 0.0 {
-                    0.0
-                } else {
-                    f64::from(s > 0.0) / total - tensile * s.signum() / (total * total)
-                }
-            });
-            // C applied to the (coaxial) derivative by the stress.
-            let (lambda, mu) = self.elastic.lame();
-            let by_value = by_stress.map(|g| lambda * by_stress.sum() + 2.0 * mu * g);
-            slope += sum_of_axes(axes, &by_value) * by_r;
-        }
-        slope
-    }
-}
-
-/// `sum of v_i n_i n_i^T` as a derivative by the Voigt strain: shear entries not doubled.
-fn sum_of_axes(axes: &Mat3, values: &Vec3) -> Vector6<f64> {
-    let tensor = axes * Mat3::from_diagonal(values) * axes.transpose();
-    Vector6::new(
-        tensor[(0, 0)],
-        tensor[(1, 1)],
-        tensor[(2, 2)],
-        tensor[(0, 1)],
-        tensor[(1, 2)],
-        tensor[(2, 0)],
-    )
 }
 
 #[cfg(test)]

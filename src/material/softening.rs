@@ -30,15 +30,6 @@ impl Branch {
         if theta > self.onset { 1.0 - (self.onset / theta).powf(self.exponent) } else { 0.0 }
     }
 
-    /// Its derivative.
-    pub(super) fn slope(&self, theta: f64) -> f64 {
-        if theta > self.onset {
-            self.exponent / theta * (self.onset / theta).powf(self.exponent)
-        } else {
-            0.0
-        }
-    }
-
     /// The history with a given damage.
     pub(super) fn history(&self, damage: f64) -> f64 {
         self.onset * (1.0 - damage).powf(-1.0 / self.exponent)

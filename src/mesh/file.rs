@@ -85,7 +85,7 @@ const SAME: f64 = 1e-6;
 /// hull, where two meshes meet and share no nodes.
 fn hidden_crack(mesh: &Mesh, hull: &Polyhedron) -> Option<String> {
     let place = |node: NodeId| mesh.nodes[node.index()];
-    let size = hull.vertices.iter().map(|v| (v - hull.vertices[0]).norm()).fold(0.0, f64::max);
+    let size = hull.size();
     // Mid-side nodes come and go with the corners.
     let mut nodes: Vec<NodeId> = mesh.surface.iter().flat_map(|facet| facet.nodes[..3].to_vec()).collect();
     nodes.sort_unstable();

@@ -309,38 +309,50 @@ fn ply(bytes: &[u8]) -> Read<Vec<Vec3>> {
     }
     let point = |row: &[u8]| {
         let number = |k: usize| {
-            let ((size, real), _) = columns[k];
+            let ((size, kind), _) = columns[k];
             let mut field = row[start(k)..start(k) + size].to_vec();
             if big {
                 field.reverse();
             }
-            scalar(&field, real)
+            scalar(&field, kind)
         };
         Vec3::new(number(places[0]), number(places[1]), number(places[2]))
     };
     Ok(rest.chunks_exact(row_size.max(1)).take(count).map(point).collect())
 }
 
-/// Bytes of a number of PLY, and whether it is real.
-fn width(kind: &str) -> Read<(usize, bool)> {
+/// What the bytes of a number of PLY mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Signed,
+    Unsigned,
+    Real,
+}
+
+/// Bytes of a number of PLY, and what they mean.
+fn width(kind: &str) -> Read<(usize, Kind)> {
     Ok(match kind {
-        "char" | "uchar" | "int8" | "uint8" => (1, false),
-        "short" | "ushort" | "int16" | "uint16" => (2, false),
-        "int" | "uint" | "int32" | "uint32" => (4, false),
-        "float" | "float32" => (4, true),
-        "double" | "float64" => (8, true),
+        "char" | "int8" => (1, Kind::Signed),
+        "uchar" | "uint8" => (1, Kind::Unsigned),
+        "short" | "int16" => (2, Kind::Signed),
+        "ushort" | "uint16" => (2, Kind::Unsigned),
+        "int" | "int32" => (4, Kind::Signed),
+        "uint" | "uint32" => (4, Kind::Unsigned),
+        "float" | "float32" => (4, Kind::Real),
+        "double" | "float64" => (8, Kind::Real),
         other => return Err(format!("has numbers of the kind {other:?}")),
     })
 }
 
-/// A number of up to eight bytes, least first; whole ones as signed.
-fn scalar(bytes: &[u8], real: bool) -> f64 {
-    let mut all = [if bytes.last().is_some_and(|b| *b > 127) { 255 } else { 0 }; 8];
+/// A number of up to eight bytes, least first.
+fn scalar(bytes: &[u8], kind: Kind) -> f64 {
+    let is_negative = kind == Kind::Signed && bytes.last().is_some_and(|b| *b > 127);
+    let mut all = [if is_negative { 255 } else { 0 }; 8];
     all[..bytes.len()].copy_from_slice(bytes);
-    match (bytes.len(), real) {
-        (4, true) => f64::from(f32::from_le_bytes([all[0], all[1], all[2], all[3]])),
-        (_, true) => f64::from_le_bytes(all),
-        (_, false) => i64::from_le_bytes(all) as f64,
+    match (bytes.len(), kind) {
+        (4, Kind::Real) => f64::from(f32::from_le_bytes([all[0], all[1], all[2], all[3]])),
+        (_, Kind::Real) => f64::from_le_bytes(all),
+        (_, Kind::Signed | Kind::Unsigned) => i64::from_le_bytes(all) as f64,
     }
 }
 
@@ -479,5 +491,22 @@ mod tests {
         assert!(read("f.obj", b"v 1 2\n").is_err_and(|told| told.contains("line 1")));
         assert!(read("g.obj", b"v 1 2 nan\n").is_err_and(|told| told.contains("not finite")));
         assert!(read("h.step", b"").is_err_and(|told| told.contains("accepted: stl, obj, ply, vtu, msh")));
+    }
+
+    #[test]
+    fn whole_numbers_of_ply_have_a_sign_only_where_their_kind_has() {
+        let kinds = [("uchar", "char", 1), ("ushort", "int16", 2), ("uint32", "int", 4)];
+        for (unsigned, signed, size) in kinds {
+            let head = format!(
+                "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty {unsigned} x\nproperty {signed} y\n\
+                 property double z\nend_header\n"
+            );
+            let mut bytes = head.into_bytes();
+            bytes.extend(vec![0xFE; 2 * size]);
+            bytes.extend(0.5_f64.to_le_bytes());
+            let ones = (0..size).fold(0.0, |sum, _| 256.0 * sum + 254.0);
+            let full = 256.0_f64.powi(size as i32);
+            assert_eq!(ply(&bytes), Ok(vec![Vec3::new(ones, ones - full, 0.5)]), "{unsigned}");
+        }
     }
 }

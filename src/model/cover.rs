@@ -45,6 +45,7 @@ use std::ops::Range;
 
 use nalgebra::Matrix6;
 
+use crate::element::pressure_facet;
 use crate::error::{Error, Result};
 use crate::mesh::CylinderMesh;
 use crate::tensor::{Mat3, Pose, Vec3, Vector6};
@@ -159,8 +160,8 @@ impl PressureCover {
         let [bottom, top] = mesh.rims();
         let (first, count) = (top.start, mesh.around);
         let caps = (1..count - 1).flat_map(|k| [[0, k + 1, k], [first, first + k, first + k + 1]]).collect();
-        let statistics = DrapeStatistics { rim_nodes: 2 * count, ..DrapeStatistics::default() };
-        Self::closed(nodes.to_vec(), BTreeMap::new(), mesh.facets.clone(), caps, [bottom, top], statistics)
+        let (nodes, side, statistics) = (nodes.to_vec(), mesh.facets.clone(), DrapeStatistics::default());
+        Self::closed(nodes, BTreeMap::new(), side, caps, [bottom, top], statistics)
     }
 
     /// The same surface with each node (by number) where `glue` puts it, body and point [m] in its coordinates. On rims that slide
@@ -217,11 +218,8 @@ impl PressureCover {
     pub fn volume(&self, poses: &[Pose]) -> f64 {
         // Any origin gives the same sum; one on the cover keeps the terms small.
         let origin = self.position(poses, 0);
-        let signed_tetrahedron = |facet: usize| {
-            let [a, b, c] = self.corners_of(poses, facet).map(|x| x - origin);
-            a.dot(&b.cross(&c)) / 6.0
-        };
-        (0..self.facets.len()).map(signed_tetrahedron).sum()
+        let of = |facet| pressure_facet::volume(&self.corners_of(poses, facet).map(|x| x - origin));
+        (0..self.facets.len()).map(of).sum()
     }
 
     /// Adds the loads of `pressure` [Pa] to `loads`: per body the force [N] and the moment [N m]

@@ -82,6 +82,14 @@ impl Scene {
             counters.newton_iterations += settled.contact.solutions;
             counters.factorisations += settled.factorisations;
         }
+        let left_behind: usize = settled.iter().map(|settled| settled.contact.left_behind).sum();
+        if left_behind > 0 {
+            tracing::warn!(
+                increment = self.increments + 1,
+                nodes = left_behind,
+                "nodes stay behind a plate, where their neighbours carry it"
+            );
+        }
         let mut counters = stage.take_spent(&counters);
         let rebalanced = stage.own.rebalances;
         if !rebalanced {

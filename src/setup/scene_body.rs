@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, StageCase};
+use crate::contact::NormalLaw;
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
@@ -123,7 +124,7 @@ fn about_own_middle(
             if nominal.far_middle().is_some() && is_left_alone(case, body) =>
         {
             let offset = nominal.centroid();
-            let shape = SceneShape::Polyhedron { nominal: nominal.moved(&-offset), rounding };
+            let shape = SceneShape::Polyhedron { nominal: nominal.translated(&-offset), rounding };
             (shape, mesh.map(|mesh| mesh.moved(&-offset)), offset)
         }
         shape @ (SceneShape::Polyhedron { .. } | SceneShape::Rounded { .. } | SceneShape::Sphere(_)) => {
@@ -143,6 +144,12 @@ fn is_left_alone(case: &Case, body: &BodyCase) -> bool {
     scene.press.is_none() && (body.fixed || !case.stages.iter().any(named))
 }
 
+/// Whether it is the body in the press of its scene.
+fn is_pressed(case: &Case, body: &BodyCase) -> bool {
+    let Geometry::Scene(scene) = &case.geometry else { return false };
+    scene.press.as_ref().is_some_and(|press| press.body == body.name)
+}
+
 /// What a body is like within; nothing of a rigid one.
 #[derive(Default)]
 struct Inner {
@@ -154,14 +161,19 @@ struct Inner {
 /// Of body number `index`, made of `rock` on its mesh.
 fn inner(case: &Case, rock: &RockCase, index: usize, body: &BodyCase, mesh: Option<Mesh>) -> Result<Inner> {
     let (name, seed) = (&body.name, case.seed);
+    let mut contact = case.contact;
+    if is_pressed(case, body) {
+        // Plates meet its nodes, and the forces of nodes are no contacts of asperities.
+        contact.normal = NormalLaw::Spring;
+    }
     match (case.fidelity_of(body), mesh) {
         (Fidelity::Auto | Fidelity::Condensed, Some(mesh)) => {
-            let grain = rock::condensed(rock, name, index, mesh, (seed, &case.contact))?;
+            let grain = rock::condensed(rock, name, index, mesh, (seed, &contact))?;
             let damaged = rock::damaged(rock, name, index, &grain, seed)?;
             Ok(Inner { grain: Some(grain), full: None, damaged })
         }
         (Fidelity::Full, Some(mesh)) => {
-            let full = rock::full(rock, name, index, mesh, (seed, &case.contact))?;
+            let full = rock::full(rock, name, index, mesh, (seed, &contact))?;
             Ok(Inner { grain: Some(full.condensed().clone()), full: Some(full), damaged: None })
         }
         (Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full, _) => Ok(Inner::default()),

@@ -118,7 +118,7 @@ impl GrainShape {
 
     /// The same of a hull that is no plane.
     pub fn of_hull(hull: &Polyhedron, rounding: f64) -> Result<Self> {
-        let nominal = hull.moved(&-hull.centroid());
+        let nominal = hull.translated(&-hull.centroid());
         let sieve_size = square_opening(&nominal.vertices);
         let axes = nominal.second_moment().symmetric_eigen().eigenvectors;
         let mut semi_axes = [0, 1, 2].map(|k| {
@@ -151,8 +151,7 @@ const FLAT: f64 = 1e-6;
 /// `Error::Specimen` where they do.
 pub fn solid_hull(corners: &[Vec3]) -> Result<Polyhedron> {
     let hull = Polyhedron::convex_hull(corners)?;
-    let size = hull.bounding_radius_about(&hull.vertices[0]);
-    match hull.volume() > FLAT * size.powi(3) {
+    match hull.volume() > FLAT * hull.size().powi(3) {
         true => Ok(hull),
         false => Err(Error::Specimen("its corners lie in a plane".into())),
     }

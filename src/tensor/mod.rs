@@ -6,7 +6,8 @@
 pub mod dual;
 pub mod stored;
 
-pub use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
+pub use nalgebra::Vector6;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// A position, displacement or force in space [m or N].
 pub type Vec3 = Vector3<f64>;
@@ -66,6 +67,13 @@ pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied()
+}
+
+/// Numbers of a seed, evenly from -0.5 to 0.5: for tests.
+#[cfg(test)]
+pub(crate) fn draws(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = rand_mt::Mt64::new(seed);
+    move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@
 use nalgebra::Vector6;
 
 use crate::element::StraightTet10;
+use crate::element::tet10::{LOPSIDED, nodes_of};
 use crate::material::{DamageLaw, DamageParameters, DamageState, Elastic, Softening, crack_band_size};
-use crate::mesh::tet10::EDGES;
 use crate::tensor::Vec3;
 use crate::verification::{Absolute, Findings, Relative, timed, worse};
 
@@ -47,18 +47,8 @@ pub fn uniaxial(e: f64) -> Vector6<f64> {
 /// The largest error of the stress over the strength on the way to failure in tension and in compression, and whether
 /// every point has failed in the end, for this exponent.
 pub fn uniaxial_curves(exponent: f64) -> (f64, bool) {
-    let corners = [
-        Vec3::new(0.1, -0.2, 0.05),
-        Vec3::new(1.3, 0.2, -0.1),
-        Vec3::new(0.4, 1.1, 0.3),
-        Vec3::new(-0.2, 0.3, 0.9),
-    ];
-    let cell = StraightTet10::new(&corners).expect("a cell");
-    let mut x = [Vec3::zeros(); 10];
-    x[..4].copy_from_slice(&corners);
-    for (k, [i, j]) in EDGES.into_iter().enumerate() {
-        x[4 + k] = (corners[i] + corners[j]) * 0.5;
-    }
+    let cell = StraightTet10::new(&LOPSIDED).expect("a cell");
+    let x = nodes_of(&LOPSIDED);
     let (mut worst, mut failed): (f64, bool) = (0.0, true);
     let law = law(exponent, 1.0, 0.0);
     for (sign, strength) in [(1.0, F_T), (-1.0, F_C)] {

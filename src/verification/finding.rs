@@ -12,6 +12,8 @@ pub enum Tolerance {
     Relative(f64),
     /// In the unit of the quantity.
     Absolute(f64),
+    /// In the unit of the quantity; more than the reference is no error.
+    Short(f64),
 }
 
 /// A quantity of a problem against its reference.
@@ -22,7 +24,7 @@ pub struct Finding {
     pub quantity: String,
     pub reference: f64,
     pub computed: f64,
-    /// Computed less reference, over the reference where the tolerance is relative.
+    /// Computed less reference, over the reference where the tolerance is relative; 0 above a reference that is a least.
     pub error: f64,
     pub tolerance: f64,
     pub factorisations: usize,
@@ -148,6 +150,9 @@ impl Findings {
         let (error, tolerance) = match tolerance {
             Tolerance::Relative(share) => ((computed - reference) / reference.abs(), share),
             Tolerance::Absolute(amount) => (computed - reference, amount),
+            Tolerance::Short(amount) => {
+                (if computed > reference { 0.0 } else { computed - reference }, amount)
+            }
         };
         let (problem, quantity) = (self.problem, quantity.into());
         let finding =
@@ -178,9 +183,9 @@ impl Findings {
     }
 }
 
-/// The larger of an error and those before it; not a number where one is not.
+/// The larger of an error and those before it; not a number where one of them is not.
 pub fn worse(before: f64, error: f64) -> f64 {
-    if error <= before { before } else { error }
+    if error <= before || before.is_nan() { before } else { error }
 }
 
 /// Runs `work` and says how long it took.
@@ -215,5 +220,25 @@ mod tests {
             assert!(!finding(error).passed(), "{error}");
             assert!(finding(error).to_string().contains("FAIL"));
         }
+    }
+
+    #[test]
+    fn only_what_falls_short_misses_a_least() {
+        let mut findings = Findings::of("x");
+        for computed in [3.4, 2.9, 2.8, f64::NAN] {
+            findings.compare("order", computed, 3.0, Tolerance::Short(0.15), Duration::ZERO);
+        }
+        let list = findings.into_list();
+        assert!(list[0].computed == 3.4 && list[0].error == 0.0);
+        let passed: Vec<bool> = list.iter().map(Finding::passed).collect();
+        assert_eq!(passed, [true, true, false, false]);
+    }
+
+    #[test]
+    fn nonsense_is_not_forgotten() {
+        for errors in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {
+            assert!(errors.into_iter().fold(0.0, worse).is_nan(), "{errors:?}");
+        }
+        assert_eq!([1.0, 3.0, 2.0].into_iter().fold(0.0, worse), 3.0);
     }
 }

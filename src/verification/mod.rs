@@ -27,7 +27,7 @@ pub mod spheres;
 pub mod standing;
 pub mod wedges;
 
-pub use finding::Tolerance::{Absolute, Relative};
+pub use finding::Tolerance::{Absolute, Relative, Short};
 pub(crate) use finding::worse;
 pub use finding::{Finding, Findings, Tolerance, timed};
 pub use run::Run;

@@ -14,7 +14,7 @@ use crate::scene::{SceneBody, SceneParameters, SceneShape};
 use crate::verification::bodies::{
     HELD, ROUNDING, body, cuboid, drive, gravity, ground, in_plane, load, scene, sharp,
 };
-use crate::verification::{Findings, Relative, Run};
+use crate::verification::{Findings, Relative, Run, worse};
 
 /// Cards of 200 x 10 mm at `theta` from the vertical [rad], with `share` of the friction that they need.
 pub fn tent(theta: f64, share: f64) -> SceneParameters {
@@ -35,7 +35,7 @@ pub fn tent(theta: f64, share: f64) -> SceneParameters {
 /// Whether a run finished with every body within a millimetre of where it began.
 pub fn stands(run: &Run) -> bool {
     let moved = |b: &crate::scene::BodyState| b.displacement.norm();
-    run.finished() && run.at_end(|row| row.bodies.iter().map(moved).fold(0.0, f64::max)) < 1e-3
+    run.finished() && run.at_end(|row| row.bodies.iter().map(moved).fold(0.0, worse)) < 1e-3
 }
 
 pub(super) fn card_tent(findings: &mut Findings) {

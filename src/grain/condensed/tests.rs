@@ -5,6 +5,7 @@ use super::*;
 use crate::element::tet10::mass_share;
 use crate::geometry::Polyhedron;
 use crate::mesh::{cuboid_mesh, grain_mesh};
+use crate::tensor::draws;
 
 const DENSITY: f64 = 2700.0;
 
@@ -39,8 +40,7 @@ fn grain() -> CondensedGrain {
 }
 
 fn loads(grain: &CondensedGrain) -> Vec<(SurfacePoint, Vec3)> {
-    let mut random = rand_mt::Mt64::new(3);
-    let mut draw = move || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+    let mut draw = draws(3);
     (0..9)
         .map(|_| {
             let place = Vec3::new(draw(), draw(), draw()) * 0.04;
@@ -317,7 +317,7 @@ fn unusable_grains_are_refused() {
     assert!(CondensedGrain::new(mesh.clone(), &rock[1..], DENSITY).is_err());
     assert!(CondensedGrain::new(mesh.clone(), &rock, 0.0).is_err());
     let gone = vec![[0.0; POINT_COUNT]; rock.len()];
-    assert!(CondensedGrain::with_damage(mesh, &rock, DENSITY, &gone).is_err());
+    assert!(CondensedGrain::with_damage_on_demand(mesh, &rock, DENSITY, &gone).is_err());
 }
 
 /// Between points and forces that are spread, at once and one by one, kept or not.

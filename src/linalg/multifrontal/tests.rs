@@ -74,6 +74,23 @@ fn agrees_with_full_pivoting_elsewhere() {
     }
 }
 
+/// The factor of A for the matrix -A: what is left of b is 2 b, and a correction makes it 4 b.
+#[test]
+fn what_a_solution_leaves_is_told() {
+    let mut numbers = Numbers(5);
+    let (pattern, first) = boxed(2, 1, &mut numbers);
+    let mut lu = MultifrontalLu::analyse(pattern.clone(), &first).expect("analysed");
+    let values = values(&pattern, 12.0, &mut numbers);
+    lu.factorise(&values).expect("factorised");
+    let other: Vec<f64> = values.iter().map(|value| -value).collect();
+    match lu.solve_in_place(&other, &mut vec![1.0; pattern.size]) {
+        Err(SolveFailure::Inaccurate(left)) => assert!((left - 2.0).abs() < 1e-9, "{left}"),
+        other => panic!("{other:?}"),
+    }
+    let nonsense = lu.solve_in_place(&values, &mut vec![f64::NAN; pattern.size]);
+    assert_eq!(nonsense, Err(SolveFailure::NotFinite));
+}
+
 /// Weak diagonals: rows are exchanged within fronts, and refinement does the rest or it is said.
 #[test]
 fn hard_matrices_are_solved_or_refused() {

@@ -1,6 +1,7 @@
 //! Tests of the damage law at a point.
 
 use super::*;
+use crate::tensor::draws;
 
 const E: f64 = 30e9;
 const NU: f64 = 0.2;
@@ -18,47 +19,8 @@ fn with_exponent(n: f64) -> DamageParameters {
 }
 
 fn random_strains(count: usize, size: f64) -> Vec<Vector6<f64>> {
-    let mut random = rand_mt::Mt64::new(5);
-    let mut draw = move || 2.0 * ((random.next_u64() >> 11) as f64 / (1u64 << 53) as f64) - 1.0;
-    (0..count).map(|_| Vector6::from_fn(|_, _| draw()) * size).collect()
-}
-
-#[test]
-fn tangent_is_derivative_of_stress() {
-    // Away from kinks: central differences with a step of 1e-5 of the strain leave a relative error of
-    // 1e-10 (step squared) and rounding of 1e-11; 1e-6 is far above both and far below any wrong term.
-    let mut grown = 0;
-    for (w_c, w_t) in [(1.0, 0.0), (0.0, 0.0), (0.5, 0.5), (0.7, 1.0), (1.0, 1.0)] {
-        for exponent in [1.5, 3.0, 5.0] {
-            let law = law(&DamageParameters {
-                recovery_in_compression: w_c,
-                recovery_in_tension: w_t,
-                threshold: 1.0,
-                ..with_exponent(exponent)
-            });
-            for (k, direction) in random_strains(40, 1.0).into_iter().enumerate() {
-                let size = [1e-4, 1e-3, 8e-3, 2e-2][k % 4];
-                let strain = direction * size;
-                // Loading from scratch, and with histories beyond the strain (unloading).
-                let far = DamageState { tension: 2e-3, compression: 0.03, ..Default::default() };
-                for old in [DamageState::default(), far] {
-                    let response = law.respond(&strain, &old);
-                    grown += usize::from(response.damage > 0.01);
-                    let step = 1e-5 * size;
-                    let mut found = Matrix6::zeros();
-                    for j in 0..6 {
-                        let h = Vector6::ith(j, step);
-                        let plus = law.respond(&(strain + h), &old).stress;
-                        let minus = law.respond(&(strain - h), &old).stress;
-                        found.set_column(j, &((plus - minus) / (2.0 * step)));
-                    }
-                    let error = (found - response.tangent).norm() / law.elastic.stiffness().norm();
-                    assert!(error < 1e-6, "w {w_c} {w_t}, N {exponent}, {strain:?}: {error:e}");
-                }
-            }
-        }
-    }
-    assert!(grown > 500, "damage grows in most of these: {grown}");
+    let mut draw = draws(5);
+    (0..count).map(|_| Vector6::from_fn(|_, _| 2.0 * draw()) * size).collect()
 }
 
 #[test]
@@ -69,14 +31,12 @@ fn equal_principal_strains_are_no_kink() {
         Vector6::new(1.0, 1.0, -2.0, 0.0, 0.0, 0.0) * 1e-3,
         Vector6::new(-0.3, 1.0, -0.3, 0.0, 0.0, 0.0) * 1e-3,
     ] {
-        let old = DamageState::default();
-        let response = law.respond(&strain, &old);
+        // The slope before and the slope behind, both of the second order in the step.
         for j in 0..6 {
-            let h = Vector6::ith(j, 1e-8);
-            let plus = law.respond(&(strain + h), &old).stress;
-            let minus = law.respond(&(strain - h), &old).stress;
-            let column = (plus - minus) / 2e-8;
-            let error = (column - response.tangent.column(j)).norm();
+            let at =
+                |step: f64| law.respond(&(strain + Vector6::ith(j, step)), &DamageState::default()).stress;
+            let slope = |step: f64| (at(step) * 4.0 - at(0.0) * 3.0 - at(2.0 * step)) / (2.0 * step);
+            let error = (slope(1e-8) - slope(-1e-8)).norm();
             assert!(error < 1e-5 * E, "{strain:?} {j}: {error:e}");
         }
     }
@@ -118,7 +78,7 @@ fn failed_points_carry_nothing_and_stay_failed() {
     let back = law.respond(&Vector6::zeros(), &failed);
     assert!(back.state.failed && back.damage == 1.0 && back.dissipated == 0.0);
     let pressed = law.respond(&Vector6::new(-1e-3, 0.0, 0.0, 0.0, 0.0, 0.0), &back.state);
-    assert!(pressed.stress == Vector6::zeros() && pressed.tangent == Matrix6::zeros());
+    assert!(pressed.stress == Vector6::zeros());
 }
 
 #[test]

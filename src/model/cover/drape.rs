@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::Vec3;
 
 use super::bridging;
 use super::outline::{DrapeStatistics, Outline, Rim};
@@ -106,13 +106,13 @@ impl PressureCover {
 
         let mut renumbered = vec![usize::MAX; grid.len()];
         let mut nodes = Vec::with_capacity(grid.len());
-        let mut on_grains = vec![];
+        let mut radii = vec![];
         for node in (0..grid.len()).filter(|&node| !in_pore[node]) {
             renumbered[node] = nodes.len();
             let (centre, outwards, _) = grid.ray(node);
-            match (&hits[node], &depths[node]) {
-                (Some(hit), Some(depth)) if !grid.is_rim(node) => {
-                    on_grains.push((hit.node.body, hit.radius, *depth));
+            match &hits[node] {
+                Some(hit) if !grid.is_rim(node) => {
+                    radii.push(hit.radius);
                     nodes.push(hit.node);
                 }
                 _ => {
@@ -126,19 +126,11 @@ impl PressureCover {
         let (count, total) = (grid.count, nodes.len());
         let top = total - count;
         let caps = (1..count - 1).flat_map(|k| [[0, k + 1, k], [top, top + k, top + k + 1]]).collect();
-        let statistics = statistics(&on_grains, &in_pore, 2 * count);
-        let mut cover =
-            PressureCover::closed(nodes, BTreeMap::new(), side, caps, [0..count, top..total], statistics)?;
-        cover.statistics.largest_facet = cover.largest_side_facet(outlines, rims);
-        Ok(cover)
-    }
-
-    fn largest_side_facet(&self, outlines: &[Outline], rims: &[Rim; 2]) -> f64 {
-        let bodies = self.nodes.iter().map(|node| node.body).max().unwrap_or(0) + 1;
-        let mut poses = vec![Pose::identity(); bodies];
-        outlines.iter().filter(|o| o.body < bodies).for_each(|o| poses[o.body] = o.pose);
-        rims.iter().for_each(|rim| poses[rim.body] = rim.pose);
-        (0..self.side_facets).map(|facet| self.area_vector(&poses, facet).norm()).fold(0.0, f64::max)
+        let statistics = DrapeStatistics {
+            bridged_nodes: in_pore.iter().filter(|&&pore| pore).count(),
+            mean_radius: radii.iter().sum::<f64>() / radii.len().max(1) as f64,
+        };
+        PressureCover::closed(nodes, BTreeMap::new(), side, caps, [0..count, top..total], statistics)
     }
 }
 
@@ -232,21 +224,4 @@ fn depths(hits: &[Option<Hit>], grid: &Grid, window: f64) -> Vec<Option<f64>> {
         Some(outermost - radius)
     };
     (0..grid.len()).map(depth_of).collect()
-}
-
-fn statistics(on_grains: &[(usize, f64, f64)], in_pore: &[bool], rim_nodes: usize) -> DrapeStatistics {
-    let count = on_grains.len().max(1) as f64;
-    let mut grains: Vec<usize> = on_grains.iter().map(|&(body, _, _)| body).collect();
-    grains.sort_unstable();
-    grains.dedup();
-    DrapeStatistics {
-        rim_nodes,
-        grain_nodes: on_grains.len(),
-        bridged_nodes: in_pore.iter().filter(|&&pore| pore).count(),
-        grains: grains.len(),
-        mean_radius: on_grains.iter().map(|&(_, radius, _)| radius).sum::<f64>() / count,
-        mean_depth: on_grains.iter().map(|&(_, _, depth)| depth).sum::<f64>() / count,
-        largest_depth: on_grains.iter().map(|&(_, _, depth)| depth).fold(0.0, f64::max),
-        largest_facet: 0.0,
-    }
 }

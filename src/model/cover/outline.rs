@@ -32,21 +32,10 @@ pub struct Rim {
 /// What draping found.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct DrapeStatistics {
-    /// Nodes on the rims.
-    pub rim_nodes: usize,
-    /// Nodes stuck to grains.
-    pub grain_nodes: usize,
     /// Nodes taken out because they met a pore: facets span the place.
     pub bridged_nodes: usize,
-    /// Grains with at least one node.
-    pub grains: usize,
     /// Mean distance of the nodes on grains from the axis [m].
     pub mean_radius: f64,
-    /// How far the nodes on grains lie inside the outermost one near them [m]: mean and largest.
-    pub mean_depth: f64,
-    pub largest_depth: f64,
-    /// Area of the largest facet of the side [m^2].
-    pub largest_facet: f64,
 }
 
 impl Outline<'_> {

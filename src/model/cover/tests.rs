@@ -352,15 +352,19 @@ fn sections_add_up_to_the_volume() {
     assert!(areas.iter().all(|&area| area > 2.0 && area < PI));
 }
 
+fn rim_nodes(cover: &PressureCover) -> usize {
+    cover.rims.iter().map(|rim| rim.len()).sum()
+}
+
 #[test]
 fn a_cover_over_a_heap_is_a_folding_free_envelope() {
     let scene = heap();
     let cover = scene.drape(0.08, 0.2).expect("a cover");
-    let statistics = cover.statistics();
     assert_eq!(cover.inward_facets(&scene.poses), 0);
-    assert!(statistics.bridged_nodes > 0 && statistics.grains == 60, "{statistics:?}");
-    assert!(statistics.largest_depth <= 0.2 && statistics.mean_depth < statistics.largest_depth);
-    assert_eq!(statistics.rim_nodes + statistics.grain_nodes, cover.nodes().len());
+    assert!(cover.statistics().bridged_nodes > 0);
+    let on_grains = || cover.nodes().iter().map(|node| node.body).filter(|body| *body < 60);
+    assert_eq!(on_grains().collect::<std::collections::BTreeSet<_>>().len(), 60);
+    assert_eq!(rim_nodes(&cover) + on_grains().count(), cover.nodes().len());
     // Euler: a closed surface without handles.
     assert_eq!(cover.facets.len(), 2 * cover.nodes().len() - 4);
     // Between the cylinder of the grains' centres and that of their outermost points.
@@ -377,7 +381,7 @@ fn nodes_stick_to_the_surface_of_a_ball() {
     let scene = Scene::new(vec![(Polyhedron::point(), 1.0)], vec![pose], 1.0, 1.0);
     let cover = scene.drape(0.1, 0.5).expect("a cover");
     let on_ball: Vec<_> = cover.nodes().iter().filter(|node| node.body == 0).collect();
-    assert_eq!(on_ball.len(), cover.statistics().grain_nodes);
+    assert_eq!(on_ball.len(), cover.nodes().len() - rim_nodes(&cover));
     assert!(on_ball.iter().all(|node| (node.point.norm() - 1.0).abs() < 1e-12));
 }
 
