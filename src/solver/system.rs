@@ -85,6 +85,7 @@ impl System {
         elimination.across_into(&mut across, unknown_forces, &forces);
         across.iter_mut().zip(&correction).for_each(|(row, z)| *row += z);
         rows.copy_from_slice(&forces);
-        if norm(&across) <= LINEAR_TOLERANCE * scale { Ok(()) } else { Err(SolveFailure::NotFinite) }
+        let left = norm(&across) / scale;
+        if left <= LINEAR_TOLERANCE { Ok(()) } else { Err(SolveFailure::of_residual(left)) }
     }
 }
