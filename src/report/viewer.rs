@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::results::{ContactPair, SavedCells, SavedState};
 
 use super::axis::short;
+use super::palette::{HEAT, VIRIDIS};
 use super::run::Run;
 
 pub const SCRIPT: &str = include_str!("viewer.js");
@@ -81,6 +82,7 @@ pub fn view(run: &Run) -> Result<Option<View>> {
         "owners": coded(outside.owners.iter().flat_map(|o| o.to_le_bytes()).collect()),
         "damage": coded(damage),
         "labels": labels, "reference": reference, "lines": lines, "forces": forces,
+        "displacement_colours": VIRIDIS, "damage_colours": HEAT,
     });
     let mut caption =
         "Drag to turn, shift and wheel to zoom; the slider goes through the saved states".to_string();
