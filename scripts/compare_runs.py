@@ -3,7 +3,8 @@
 
     scripts/compare_runs.py pressure.vtkhdf rubber.vtkhdf rigid_wall.vtkhdf --out covers.png --at 0.1 0.2 0.5 1
 
-The first file is the reference of the differences. Strains count from the end of the consolidation.
+The first file is the reference of the differences. Strains count from the end of the consolidation, or from the start of a run
+that starts from a consolidated specimen; its void ratio is that of its first row, its error that behind it.
 """
 
 import argparse
@@ -27,18 +28,19 @@ class Run:
         self.name = os.path.splitext(os.path.basename(path))[0]
         history = results.history
         shear, consolidated = results.shear_rows()
-        if not consolidated:
+        if not consolidated and not results.starts_consolidated:
             raise ResultsError(f"{path}: has no consolidation, or no rows behind it")
-        last, rows = shear[0], shear[1:]
-        first = history["factorisations"][: last + 1].sum()
+        # Of a run that starts from a consolidated specimen every row is of shearing; its energies go on from the consolidation's.
+        rows = shear[1:] if consolidated else shear
+        change = lambda name: history[name][rows[-1]] - history[name][shear[0]]
         strain, q, volume = results.shear("axial_strain", "deviatoric_stress", "volumetric_strain")
         self.strain, self.q, self.volume = 100 * strain, q / 1e6, 100 * volume
-        self.factorisations = numpy.cumsum([0, *history["factorisations"][rows]])
-        self.consolidation = int(first)
-        self.seconds = history["wall_time"][rows] - history["wall_time"][last]
-        self.void_ratio = history["void_ratio"][last]
-        work = history["energy_external"][rows][-1] - history["energy_external"][last]
-        self.error = (history["energy_error"][rows][-1] - history["energy_error"][last]) / work
+        self.factorisations = numpy.cumsum([0, *history["factorisations"][rows]])[-len(strain) :]
+        self.consolidation = int(history["factorisations"][: rows[0]].sum())
+        self.seconds = history["wall_time"][rows] - (history["wall_time"][shear[0]] if consolidated else 0)
+        self.void_ratio = history["void_ratio"][shear[0]]
+        work = change("energy_external")
+        self.error = change("energy_error") / work if work else numpy.nan
 
     def at(self, values, strain):
         return numpy.interp(strain, self.strain, values) if strain <= self.strain[-1] + 1e-9 else numpy.nan

@@ -4,7 +4,7 @@
     scripts/plot_survival.py cases/crushing/results/survival --out survival.png --table survival.csv
 
 Takes the results files of runs of a press (`scene.press`), or a folder of them, groups them by what stands before the
-last underscore of their names (`small_seed3.vtkhdf` is of `small`), and for each group ranks the strengths
+last underscore of their names (`small_seed3.vtkhdf` and `small_seed=3.vtkhdf` are of `small`), and for each group ranks the strengths
 
     sigma = F_peak / d^2,    d the distance of the plates at the start, F_peak the largest force on the upper plate
 
@@ -83,6 +83,11 @@ def test_of(path):
         return float(force[at]), float(distance), float(-top["displacement"][at, 2]), results.status[0] == "finished", modulus
 
 
+def group_of(name):
+    """What a file's name says without its seed or number: `small_seed3`, `small_seed=3` and `small_3` are of `small`, `d=20` stays."""
+    return re.sub(r"([_-]?seed[_=-]?|(?<![=.\d])[_-]?)\d+$", "", name) or name
+
+
 def groups_of(paths):
     files = []
     for path in paths:
@@ -92,7 +97,7 @@ def groups_of(paths):
     groups = {}
     for path in files:
         name = os.path.splitext(os.path.basename(path))[0]
-        groups.setdefault(re.sub(r"[_-]?(seed)?[_-]?\d+$", "", name) or name, []).append(path)
+        groups.setdefault(group_of(name), []).append(path)
     if not groups:
         sys.exit("plot_survival.py: no results files")
     return groups

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Reads results files of riprap into pandas and xarray where they are installed, else into dicts of numpy arrays.
+"""Reads tables and fields of riprap's results files into pandas and xarray where they are installed, else into dicts of numpy arrays.
 
     scripts/read_results.py results/quick_start.vtkhdf                # what is in it, and the end of its history
 
-    from read_results import history, bodies, grains, contacts, states
-    table = history("results/quick_start.vtkhdf")                     # pandas.DataFrame, one row an increment
-    table.plot("axial_strain", "deviatoric_stress"); table.attrs["units"]["deviatoric_stress"]
+    from read_results import bodies, grains, contacts, states
+    table = contacts("results/quick_start.vtkhdf")                    # pandas.DataFrame, one row a contact point of the last state
+    table["normal_force"].max(), table.attrs["units"]["normal_force"]
     fields = states("results/quick_start.vtkhdf")                     # xarray.Dataset over state, point, cell
     fields["displacement"][-1]                                    # of the last state
 
-SI units; strains, q and p in the history count compression positive, stresses of cells tension positive.
+The history is `riprap.Results(path).frame()`. SI units; stresses of cells count tension positive.
 `plain=True` gives numpy in any case. What MATLAB wants: `h5read(file, '/history/deviatoric_stress')`; every number in the
 file is an IEEE float or an integer of 8, 32 or 64 bits, and every text a UTF-8 string.
 """
@@ -31,14 +31,6 @@ except ImportError:
 
 VECTOR = ("x", "y", "z")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
-
-
-def history(path, plain=False):
-    """`/history`, one row an accepted increment, indexed by `increment`."""
-    with Results(path) as results:
-        columns = {name: results.history[name] for name in results.history.names()}
-        units = {name: results.history.units(name) for name in columns}
-    return _table(columns, units, plain, index="increment")
 
 
 def bodies(path, plain=False):
@@ -121,12 +113,10 @@ def _columns(group, rows=None):
     return columns, units
 
 
-def _table(columns, units, plain, index=None):
+def _table(columns, units, plain):
     if pandas is None or plain:
         return columns
     table = pandas.DataFrame(columns)
-    if index is not None:
-        table = table.set_index(index, drop=False)
     table.attrs["units"] = units
     return table
 
@@ -141,9 +131,8 @@ def main():
             status, reason = results.status
             print(f"{results.title}: {status}{': ' + reason if reason else ''}")
             print(f"{len(results.history)} increments, {len(results.states)} saved states, stages {', '.join(results.stages)}")
-        columns = history(path, plain=True)
-        with Results(path) as results:
-            for name, values in columns.items():
+            for name in results.history.names():
+                values = results.history[name]
                 last = values[-1] if len(values) else "nothing"
                 print(f"{name:22} {last!s:>24} {results.history.units(name):6} {results.history.long_name(name)}")
     except ResultsError as error:

@@ -188,18 +188,41 @@ class Results:
         return text.split("\n") if text else []
 
     @property
+    def starts_consolidated(self):
+        """Whether the run starts from the specimen of another one, and is sheared from its first row on."""
+        rows, consolidated = self.shear_rows()
+        given = json.loads(self.file["case/completed"].asstr()[()]).get("start_from")
+        return given is not None and not consolidated and len(rows) > 0
+
+    @property
     def is_scene(self):
         """Whether bodies were set by hand; its history has no strains and no q."""
         return "scene" in json.loads(self.file["case/completed"].asstr()[()])
 
     def shear(self, *names):
-        """Columns of the history over `shear_rows`; strains count from the end of the consolidation, as laboratories report them."""
+        """Columns of the history over `shear_rows`; strains count from the end of the consolidation, as laboratories report them.
+
+        Where strains begin with the first increment, as in a run from the consolidated specimen of another one, a point at zero strain
+        is put in front: strains 0, q by the secant modulus of the first row, other columns NaN.
+        """
         rows, consolidated = self.shear_rows()
         columns = [self.history[name][rows] for name in names]
         for name, column in zip(names, columns):
             if consolidated and name in ("axial_strain", "volumetric_strain"):
                 column[0] = 0
+        q = self._stress_before_shear(rows, consolidated)
+        if numpy.isfinite(q):
+            start = {"axial_strain": 0.0, "volumetric_strain": 0.0, "deviatoric_stress": q}
+            columns = [numpy.append(start.get(name, numpy.nan), column) for name, column in zip(names, columns)]
         return columns
+
+    def _stress_before_shear(self, rows, consolidated):
+        """Deviatoric stress [Pa] at zero strain, where that is before the first row; NaN where it is a row, or not known."""
+        only_consolidated = all(kind == "consolidate" for kind in self.stages)
+        if consolidated or only_consolidated or not len(rows) or "secant_modulus" not in self.history:
+            return numpy.nan
+        strain, q, secant = (self.history[name][0] for name in ("axial_strain", "deviatoric_stress", "secant_modulus"))
+        return q - secant * strain if strain != 0 else numpy.nan
 
     def shear_rows(self):
         """Rows of the stages behind the leading consolidation, led by its last row where there is one, and whether so.

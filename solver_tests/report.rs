@@ -312,9 +312,9 @@ fn angles_and_moduli_are_those_of_the_shearing() {
     }
 }
 
-/// Grains squeezed between rigid walls stand at rest: their circle touches no line of failure.
+/// Grains squeezed between rigid walls, or held, stand at rest: their circle touches no line of failure.
 #[test]
-fn oedometers_are_left_out_of_the_line_of_failure() {
+fn what_is_not_sheared_is_left_out_of_the_line_of_failure() {
     let folder = tempfile::tempdir().expect("a folder");
     let page = |stage: &str| {
         let file = folder.path().join(format!("{stage}.h5"));
@@ -323,9 +323,17 @@ fn oedometers_are_left_out_of_the_line_of_failure() {
             write_report(&[file], &[], &folder.path().join("report"), None).unwrap_or_else(|e| panic!("{e}"));
         read(&report.page)
     };
-    let (oedometer, shear) = (page("oedometer"), page("shear"));
-    assert!(oedometer.contains("no failure: the line leaves out oedometer.") && !oedometer.contains("φ = "));
-    assert!(!shear.contains("no failure") && shear.contains("φ = 41.8°"));
+    for stage in ["oedometer", "hold", "consolidate"] {
+        let page = page(stage);
+        let left_out = format!("no failure: the line leaves out {stage}.");
+        assert!(page.contains(&left_out) && !page.contains("φ = "), "{stage}");
+        // A consolidation alone has no end of it but its last row. Two points of a pair are one contact.
+        assert_eq!(page.contains("consolidated (1 contacts"), stage != "consolidate", "{stage}");
+    }
+    for stage in ["shear", "reload"] {
+        let page = page(stage);
+        assert!(!page.contains("no failure") && page.contains("φ = 41.8°"), "{stage}");
+    }
 }
 
 /// A chart for a column of 84 mm: its SVG is as wide, its PNG in print.

@@ -96,7 +96,7 @@ fn riprap_reads_what_it_exports() {
     assert!((lowest + 0.3).abs() < 1e-15, "{lowest}");
 }
 
-/// Two grains and the plate below them, with the contacts of one state.
+/// Two grains, a part that came off one and the plate below them, with the contacts of one state.
 fn file_with_contacts(path: &Path) {
     let mesh = block_of_grains([2, 1, 1]);
     let mut writer = Writer::create(path, &case_record(), Existing::Refuse).expect("a new file");
@@ -106,20 +106,19 @@ fn file_with_contacts(path: &Path) {
         .expect("a table of grains");
     writer.save_state(&Fields::new(&mesh, 0).at(1)).expect("state");
     writer.save_grains(&[grain_row(0, 0), grain_row(1, 0)]).expect("grains");
-    let numbers = |name: &str, values: [f64; 3]| Column::floats(name, "N", "a number", values.to_vec());
-    let vectors = |name: &str| {
-        Column::vectors(name, "N", "a vector", vec![[0.5, 0.0, 0.1], [0.5, 0.0, -0.1], [0.0, 0.0, -0.2]])
-    };
+    let numbers = |name: &str, values: [f64; 4]| Column::floats(name, "N", "a number", values.to_vec());
+    let rows = vec![[0.5, 0.0, 0.1], [0.5, 0.0, -0.1], [0.0, 0.0, -0.2], [1.0, 0.5, 0.0]];
+    let vectors = |name: &str| Column::vectors(name, "N", "a vector", rows.clone());
     let table = [
-        Column::integers("body_a", "a body", vec![0, 1, -1]),
-        Column::integers("body_b", "a body", vec![1, 0, 0]),
+        Column::integers("body_a", "a body", vec![0, 1, -1, 2]),
+        Column::integers("body_b", "a body", vec![1, 0, 0, 1]),
         vectors("point"),
         vectors("normal"),
         vectors("force"),
-        numbers("normal_force", [3.0, 4.0, 5.0]),
+        numbers("normal_force", [3.0, 4.0, 50.0, 1.0]),
         vectors("friction_force"),
-        numbers("slip", [0.0, 1e-6, 2e-6]),
-        numbers("mobilised", [0.1, f64::NAN, 1.0]),
+        numbers("slip", [0.0, 1e-6, 2e-6, 0.0]),
+        numbers("mobilised", [0.1, f64::NAN, 1.0, 0.2]),
     ];
     writer.write_table("contacts/0", &table).expect("contacts");
     writer.commit().expect("commit");
@@ -136,14 +135,15 @@ fn vtk_reads_the_contact_network() {
     let program = r#"
 import sys, pyvista, numpy
 lines = pyvista.read(sys.argv[1])
-assert lines.n_lines == 3 and lines.n_points == 6, lines
-# From centre to centre, whichever of the two is named first; from the plate's contact point to the grain.
-assert numpy.allclose(lines.points, [[0, 0, 0], [1, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, -0.2], [0, 0, 0]]), lines.points
+assert lines.n_lines == 4 and lines.n_points == 8, lines
+# From centre to centre, whichever of the two is named first; from the contact point of the plate or of the part to the grain.
+ends = [[0, 0, 0], [1, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, -0.2], [0, 0, 0], [1, 0.5, 0], [1, 0, 0]]
+assert numpy.allclose(lines.points, ends), lines.points
 data = lines.cell_data
-assert list(data['normal_force']) == [3, 4, 5] and list(data['pair_force']) == [7, 7, 5]
-# The mean of the two pairs is 6.
-assert list(data['strong']) == [1, 1, 0] and list(data['body_a']) == [0, 1, -1]
-assert data['force'].shape == (3, 3) and numpy.isnan(data['mobilised'][1])
+assert list(data['normal_force']) == [3, 4, 50, 1] and list(data['pair_force']) == [7, 7, 50, 1]
+# The mean of the two pairs of grains is 4: the plate's does not count.
+assert list(data['strong']) == [1, 1, 1, 0] and list(data['body_a']) == [0, 1, -1, 2]
+assert data['force'].shape == (4, 3) and numpy.isnan(data['mobilised'][1])
 print('read')
 "#;
     let file = dir.path().join("two_contacts_00000.vtp");

@@ -84,6 +84,50 @@ fn what_cannot_be_compared_is_said() {
     assert!(!message.contains("Traceback"), "{message}");
 }
 
+/// Strains of a run from a consolidated specimen begin with its first row; the report has a point in front of it too.
+#[test]
+fn runs_from_a_consolidated_specimen_begin_at_zero_strain() {
+    let Some(python) = python() else { return };
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let program = r#"
+import sys, h5py, json, numpy
+import matplotlib
+matplotlib.use("Agg")
+import compare_runs, plot_survival
+from riprap_results import Results, ResultsError
+def run(path, start_from):
+    columns = {
+        "stage": [0, 0], "axial_strain": [0.001, 0.002], "volumetric_strain": [0.0005, 0.001],
+        "deviatoric_stress": [1.5e5, 2e5], "secant_modulus": [1e8, 1e8], "factorisations": [3, 4], "wall_time": [1.0, 2.0],
+        "void_ratio": [0.4, 0.39], "energy_external": [10.0, 12.0], "energy_error": [0.1, 0.2],
+    }
+    with h5py.File(path, "w") as file:
+        for name, values in columns.items():
+            file[f"history/{name}"] = numpy.array(values)
+        file["case/stages"], file["case/completed"] = "shear", json.dumps({"start_from": start_from})
+    return Results(path)
+with run(sys.argv[1] + "/one.h5", "other.vtkhdf") as results:
+    strain, q, volume, e = results.shear("axial_strain", "deviatoric_stress", "volumetric_strain", "void_ratio")
+    assert list(strain) == [0, 0.001, 0.002] and list(volume) == [0, 0.0005, 0.001]
+    assert numpy.allclose(q, [5e4, 1.5e5, 2e5]) and numpy.isnan(e[0]) and len(e) == 3
+    one = compare_runs.Run("one.h5", results)
+assert list(one.factorisations) == [0, 3, 7] and one.consolidation == 0 and abs(one.error - 0.05) < 1e-12
+compare_runs.draw([one])
+with run(sys.argv[1] + "/two.h5", None) as results:
+    try:
+        compare_runs.Run("two.h5", results)
+    except ResultsError as error:
+        assert "has no consolidation" in str(error)
+    else:
+        raise AssertionError("a run without a consolidation was compared")
+names = {"small_seed3": "small", "small_seed=3": "small", "small_3": "small", "d=20_seed=3": "d=20", "d=20": "d=20"}
+assert {name: plot_survival.group_of(name) for name in names} == names
+print("read")
+"#;
+    let folder = dir.path().to_str().expect("path");
+    assert_eq!(run_python(&python, program, &[folder]).trim(), "read");
+}
+
 #[test]
 fn parameters_are_compared_packing_by_packing() {
     let Some(python) = python() else { return };

@@ -37,10 +37,10 @@ pub fn study(arguments: &Study) -> Ended {
         members_of(arguments.vary, settings, &source, &given, specimen.as_ref(), &folder)?;
     if let Some(specimen) = &specimen {
         note(&format!("one specimen for all: {}", specimen.results.display()));
-        generate(&program()?, specimen, arguments.threads)?;
+        generate(&program()?, specimen, arguments.threads, arguments.force)?;
     }
     let whole = launch(&members, arguments.jobs, arguments.threads, arguments.force)?;
-    let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
+    let figures: Vec<Figures> = members.iter().map(Figures::of).collect();
     let built = arguments.vary.as_built(&mut kept, &figures);
     show_study(&case, arguments.vary, &kept, built.as_deref(), &figures, &folder)?;
     Ok(conclude(whole, &members, &figures))
@@ -195,7 +195,7 @@ pub fn batch(arguments: &Batch) -> Ended {
         true => true,
         false => launch(&members, jobs.unwrap_or(1), plan.threads, arguments.force)?,
     };
-    let figures = members.iter().map(Figures::of).collect::<Result<Vec<_>, _>>()?;
+    let figures: Vec<Figures> = members.iter().map(Figures::of).collect();
     if arguments.only.is_none() {
         let summary = table::batch(&members, &figures);
         say(&summary.to_markdown());

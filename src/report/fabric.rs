@@ -2,7 +2,7 @@
 //!
 //! A triaxial test is alike around its axis, so a rose shows directions by their angle to the horizontal plane only. A
 //! sector's radius is the number of contacts (or the mean normal force) per solid angle over that of an isotropic fabric: isotropy
-//! is the unit circle. Fabric tensor after Satake (1982): the mean of n ⊗ n; its deviator is 0 for isotropy.
+//! is the unit circle. A pair of bodies is one contact, as in the history. Fabric tensor after Satake (1982): the mean of n ⊗ n; its deviator is 0 for isotropy.
 
 use crate::error::Result;
 
@@ -23,7 +23,7 @@ const FORCE_END: f64 = 6.0;
 pub struct Fabric {
     /// What the state is called.
     pub name: String,
-    /// Contact points between grains.
+    /// Pairs of grains that touch.
     pub contacts: usize,
     /// Mean normal force of those [N].
     pub mean_force: f64,
@@ -106,10 +106,8 @@ pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
         Some((_, Largest::Peak)) | None => "near the peak",
         Some((_, Largest::AtEnd | Largest::Turned)) => "near the largest q",
     };
-    let consolidated = match run.leading_consolidations() {
-        0 => None,
-        _ => increment_of(shearing.rows.first().copied()),
-    };
+    // Of a run that is not sheared, the first row is the first increment.
+    let consolidated = increment_of(shearing.rows.first().copied().filter(|_| shearing.behind_consolidation));
     let nearest = |wanted: Option<u64>| {
         let wanted = wanted?;
         tables.iter().min_by_key(|(_, increment)| increment.abs_diff(wanted)).copied()
@@ -128,16 +126,10 @@ pub fn fabrics(run: &Run) -> Result<Vec<Fabric>> {
     }
     let mut fabrics = Vec::new();
     for (number, name) in chosen {
-        let place = |column: &str| format!("contacts/{number}/{column}");
-        let normals = run.reader.floats(&place("normal"))?;
-        let forces = run.reader.floats(&place("normal_force"))?;
-        let [a, b] = ["body_a", "body_b"].map(|column| run.reader.integers(&place(column)));
-        let (a, b) = (a?, b?);
         // Contacts with the plates are vertical by making, not by fabric.
-        let rows = normals.chunks_exact(3).zip(forces).zip(a.iter().zip(&b));
-        let between = rows.filter(|(_, (a, b))| **a >= 0 && **b >= 0);
+        let between = run.reader.contact_pairs(number)?.into_iter().filter(|pair| !pair.has_plate());
         let (normals, forces): (Vec<[f64; 3]>, Vec<f64>) =
-            between.map(|((n, force), _)| ([n[0], n[1], n[2]], force)).unzip();
+            between.map(|pair| (<[f64; 3]>::from(pair.normal), pair.normal_force)).unzip();
         let strain = states
             .get(number)
             .and_then(|state| increments.iter().position(|&n| n as u64 == state.increment))

@@ -10,13 +10,13 @@
 //!
 //! Curves count that are sheared from an isotropic state under one confining pressure. Of each the hyperbola runs
 //! through the points at 70 % and 95 % of its largest q, qf. B is q/3 over the volume strain at 70 %, or where the
-//! volume is least if that comes before.
+//! volume is least if that comes before. A q that still rises at the end is taken for qf; its cell says so.
 
 use crate::error::Result;
 
 use super::axis::short;
 use super::page::Section;
-use super::run::{Curve, Run, Shearing};
+use super::run::{Curve, Largest, Run, Shearing};
 use super::strength::{circle, differ};
 
 /// pa [Pa]
@@ -112,6 +112,17 @@ impl Hyperbola {
     fn friction_angle(&self) -> f64 {
         (self.failure_stress / (self.failure_stress + 2.0 * self.pressure)).asin()
     }
+
+    /// The cells of the table behind the run's name; qf says where the largest q is no peak.
+    fn cells(&self, largest: Option<Largest>) -> Vec<String> {
+        let mega = |x: f64| short(1e-6 * x);
+        let remark = largest.map_or("", Largest::remark);
+        let bulk = self.bulk_modulus.map_or("–".to_string(), mega);
+        let [ratio, misfit] = [self.failure_ratio(), self.misfit].map(short);
+        let angle = short(self.friction_angle().to_degrees());
+        let failure_stress = mega(self.failure_stress) + remark;
+        vec![mega(self.pressure), mega(self.initial_modulus), failure_stress, ratio, bulk, angle, misfit]
+    }
 }
 
 /// Intercept and slope of the least-squares line through `values` over `log10(s3/pa)`; none of one pressure.
@@ -157,14 +168,8 @@ pub fn sections(runs: &[Run]) -> Result<Vec<Section>> {
         let pressures: Vec<f64> = shearing.rows.iter().map(|row| confining[*row]).collect();
         match check(&shearing, &pressures).and_then(|()| Hyperbola::of(&shearing.curve, circle.minor)) {
             Ok(h) => {
-                let mega = |x: f64| short(1e-6 * x);
-                let bulk = h.bulk_modulus.map_or("–".to_string(), mega);
-                let [ratio, misfit] = [h.failure_ratio(), h.misfit].map(short);
-                let angle = short(h.friction_angle().to_degrees());
-                let cells = [h.pressure, h.initial_modulus, h.failure_stress].map(mega);
-                rows.push(
-                    [vec![run.label.clone()], cells.to_vec(), vec![ratio, bulk, angle, misfit]].concat(),
-                );
+                let largest = shearing.curve.largest().map(|(_, largest)| largest);
+                rows.push([vec![run.label.clone()], h.cells(largest)].concat());
                 found.push(h);
             }
             Err(problem) => {
@@ -211,6 +216,20 @@ mod tests {
             check(&sheared(0.0, None), &undrained),
             Err("is not sheared under one confining pressure")
         );
+    }
+
+    #[test]
+    fn a_strength_that_is_not_reached_is_marked() {
+        let h = Hyperbola {
+            pressure: 1e6,
+            initial_modulus: 1e8,
+            failure_stress: 3e6,
+            ultimate_stress: 4e6,
+            bulk_modulus: None,
+            misfit: 0.0,
+        };
+        assert_eq!(h.cells(Some(Largest::Peak))[2], "3");
+        assert_eq!(h.cells(Some(Largest::AtEnd))[2], "3, at the end: still rising");
     }
 
     /// Curves that the model itself makes, 2000 points each, so that interpolation between them is good to 1e-6.

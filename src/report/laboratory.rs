@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The first line names the columns, in any order, each with its unit in brackets, square or round: `axial_strain` is needed, and at least
-//! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart. Other usual names are known too ([`NAMES`]). Strains are in `%`
+//! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart, an empty cell of it as the one above. Other usual names are known too ([`NAMES`]). Strains are in `%`
 //! or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2` or `N/mm2`; a column without its unit is refused. Compression and contraction count positive. A cell may be empty.
 //! Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals may stand behind a comma. Other columns are left out, so that what `riprap export --csv` writes can be
 //! overlaid too.
@@ -212,6 +212,7 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
         Decimals::Comma
     });
     let mut curves: Vec<LaboratoryCurve> = Vec::new();
+    let mut above = "";
     for (line, cells) in rows {
         let (count, columns) = (cells.len(), header.len());
         if cells.iter().skip(columns).any(|cell| !cell.trim().is_empty()) {
@@ -223,10 +224,20 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
             faults.push((*line, fault));
             [f64::NAN; 3]
         });
-        let label = match places[0] {
-            Some((at, _)) => cells.get(at).unwrap_or(""),
-            None => name,
+        let own = places[0].map_or(name, |(at, _)| cells.get(at).unwrap_or(""));
+        let label = match (own, row.iter().any(|x| x.is_finite())) {
+            // A row of remarks.
+            ("", false) => continue,
+            // Cells that a spreadsheet merged: the first has the text.
+            ("", true) => above,
+            (own, _) => own,
         };
+        if label.is_empty() {
+            let problem = "is empty, and no row above names one";
+            faults.push((*line, format!("{}: {problem}", COLUMNS[0])));
+            continue;
+        }
+        above = label;
         let found = curves.iter().position(|curve| curve.label == label);
         let at = found.unwrap_or_else(|| {
             curves.push(LaboratoryCurve { label: label.to_string(), ..LaboratoryCurve::default() });
@@ -256,6 +267,16 @@ mod tests {
         assert_eq!(curves[0].axial_strain, [0.0, 0.01]);
         assert!(curves[0].deviatoric_stress[1].is_nan() && curves[0].volumetric_strain[0].is_nan());
         assert_eq!((curves[1].axial_strain[0], curves[1].deviatoric_stress[0]), (0.015, 2e6));
+    }
+
+    #[test]
+    fn merged_cells_name_the_rows_below() {
+        let text = "curve;axial_strain [%];q [MPa];remark\nA;0;0;\n;1;2;\n;;;by hand\nB;0;1;\n;1;3;\n";
+        let curves = parse(text, "file").unwrap_or_else(|e| panic!("{e:?}"));
+        let told: Vec<_> = curves.iter().map(|c| (c.label.as_str(), c.axial_strain.len())).collect();
+        assert_eq!(told, [("A", 2), ("B", 2)]);
+        let faults = parse("curve;axial_strain [%];q [MPa]\n;0;0\nA;1;2\n", "file").expect_err("no name");
+        assert!(faults[0].0 == 2 && faults[0].1.contains("curve: is empty"), "{faults:?}");
     }
 
     /// What spreadsheets write where the comma parts decimals; the message on decimal commas between commas sends there.

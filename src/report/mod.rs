@@ -33,8 +33,8 @@ mod viewer;
 pub use axis::{Axis, duration, short};
 pub use energy::SOUND;
 pub use heading::{heading, plain_unit};
-pub use laboratory::{LaboratoryCurve, read_laboratories, read_laboratory};
-pub use run::{Curve, Largest, Run, Shearing, safe};
+pub use laboratory::read_laboratory;
+pub use run::{Run, safe};
 pub use sheet::{Row, Sheet};
 
 use std::path::{Path, PathBuf};
@@ -43,6 +43,7 @@ use crate::error::{Error, Result};
 
 use chart::Chart;
 use drawing::Drawing;
+use laboratory::read_laboratories;
 pub use page::Section;
 
 use page::Page;
@@ -189,7 +190,8 @@ impl Output<'_> {
             let fabrics = fabric::fabrics(run)?;
             if let Some(chart) = fabric::chart(run, &fabrics) {
                 let svg = self.chart(&format!("forces_{}", run.stem), &chart)?;
-                let caption = "Contact points between grains; those with the plates are left out.";
+                let caption = "Contacts between grains, each pair once, by the sum of its normal forces; those with the plates \
+                     are left out.";
                 page.sections.push(Section::Chart(svg, caption.into()));
             }
             if let Some(rose) = fabric::roses(run, &fabrics) {

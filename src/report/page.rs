@@ -220,7 +220,7 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
         }
         if let Some(last) = curve.axial_strain.len().checked_sub(1) {
             let of = |values: &[f64], factor: f64| short(factor * values[last]);
-            line("axial strain reached", format!("{} %", of(&curve.axial_strain, 100.0)));
+            line("axial strain at the end", format!("{} %", of(&curve.axial_strain, 100.0)));
             line("volume strain there", format!("{} %", of(&curve.volumetric_strain, 100.0)));
             line("q there", format!("{} MPa", of(&curve.deviatoric_stress, 1e-6)));
         }

@@ -53,33 +53,37 @@ impl Stroke {
     }
 }
 
-/// Viridis (van der Walt & Smith 2015) at `share` from 0 to 1: evenly lighter from dark blue to yellow, in greyscale too.
+/// Red, green and blue of viridis (van der Walt & Smith 2015), 0 to 255 each, at even shares from 0 to 1.
+pub const VIRIDIS: [[f64; 3]; 9] = [
+    [68.0, 1.0, 84.0],
+    [71.0, 44.0, 122.0],
+    [59.0, 81.0, 139.0],
+    [44.0, 113.0, 142.0],
+    [33.0, 144.0, 141.0],
+    [39.0, 173.0, 129.0],
+    [92.0, 200.0, 99.0],
+    [170.0, 220.0, 50.0],
+    [253.0, 231.0, 37.0],
+];
+
+/// The same of a scale from nearly white over orange to dark red.
+pub const HEAT: [[f64; 3]; 6] = [
+    [247.0, 238.0, 222.0],
+    [253.0, 212.0, 158.0],
+    [252.0, 165.0, 100.0],
+    [234.0, 101.0, 65.0],
+    [189.0, 33.0, 25.0],
+    [105.0, 0.0, 10.0],
+];
+
+/// [`VIRIDIS`] at `share` from 0 to 1: evenly lighter from dark blue to yellow, in greyscale too.
 pub fn viridis(share: f64) -> Colour {
-    const STOPS: [[f64; 3]; 9] = [
-        [68.0, 1.0, 84.0],
-        [71.0, 44.0, 122.0],
-        [59.0, 81.0, 139.0],
-        [44.0, 113.0, 142.0],
-        [33.0, 144.0, 141.0],
-        [39.0, 173.0, 129.0],
-        [92.0, 200.0, 99.0],
-        [170.0, 220.0, 50.0],
-        [253.0, 231.0, 37.0],
-    ];
-    interpolated(&STOPS, share)
+    interpolated(&VIRIDIS, share)
 }
 
-/// From nearly white over orange to dark red at `share` from 0 to 1: evenly darker.
+/// [`HEAT`] at `share` from 0 to 1: evenly darker.
 pub fn heat(share: f64) -> Colour {
-    const STOPS: [[f64; 3]; 6] = [
-        [247.0, 238.0, 222.0],
-        [253.0, 212.0, 158.0],
-        [252.0, 165.0, 100.0],
-        [234.0, 101.0, 65.0],
-        [189.0, 33.0, 25.0],
-        [105.0, 0.0, 10.0],
-    ];
-    interpolated(&STOPS, share)
+    interpolated(&HEAT, share)
 }
 
 fn interpolated(stops: &[[f64; 3]], share: f64) -> Colour {

@@ -73,6 +73,7 @@ impl Run {
         // What a legend shows of them, with room for a status.
         let [cut_titles, cut_stems] = [&titles, &stems]
             .map(|names| names.iter().map(|name| legend_text(name, WIDTH, STATUS_ROOM)).collect::<Vec<_>>());
+        let file_stems = own_stems(&stems);
         let is_own =
             |names: &[String], at: usize| names.iter().filter(|name| **name == names[at]).count() == 1;
         for (at, run) in runs.iter_mut().enumerate() {
@@ -85,10 +86,7 @@ impl Run {
             if run.summary.status != "finished" {
                 run.label = format!("{} ({})", run.label, run.summary.status);
             }
-            run.stem = safe(&stems[at], "-_");
-            if !is_own(&stems, at) {
-                run.stem = format!("{}_{}", run.stem, at + 1);
-            }
+            run.stem = file_stems[at].clone();
         }
         Ok(runs)
     }
@@ -201,6 +199,22 @@ pub fn safe(name: &str, also: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || also.contains(c) { c } else { '_' }).collect()
 }
 
+/// What files of each run are called, all different: two stems may be the same, or become so where a character is left out.
+fn own_stems(stems: &[String]) -> Vec<String> {
+    let plain: Vec<String> = stems.iter().map(|stem| safe(stem, "-_")).collect();
+    let mut own: Vec<String> = Vec::new();
+    for (at, stem) in plain.iter().enumerate() {
+        let is_alone = plain.iter().filter(|other| *other == stem).count() == 1;
+        let mut name = if is_alone { stem.clone() } else { format!("{stem}_{}", at + 1) };
+        // Another file may be called what the number makes of this one.
+        while own.contains(&name) || (!is_alone && plain.contains(&name)) {
+            name.push('_');
+        }
+        own.push(name);
+    }
+    own
+}
+
 fn stem_of(path: &Path) -> String {
     path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
@@ -212,6 +226,13 @@ mod tests {
     #[test]
     fn charts_of_files_in_any_script_stay_apart() {
         assert_eq!(["试验一", "试验二", "a b.c"].map(|stem| safe(stem, "-_")), ["试验一", "试验二", "a_b_c"]);
+    }
+
+    #[test]
+    fn charts_of_files_that_are_called_nearly_alike_stay_apart() {
+        let own = |stems: &[&str]| own_stems(&stems.iter().map(|stem| stem.to_string()).collect::<Vec<_>>());
+        assert_eq!(own(&["a b", "a=b", "c"]), ["a_b_1", "a_b_2", "c"]);
+        assert_eq!(own(&["a", "a", "a_2"]), ["a_1", "a_2_", "a_2"]);
     }
 
     #[test]

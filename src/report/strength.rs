@@ -10,7 +10,7 @@ use super::axis::{Axis, short};
 use super::chart::{Arrangement, Chart, Layer, Panel};
 use super::curves::joined;
 use super::palette::{DASHED, INK, Stroke};
-use super::run::{Run, Shearing};
+use super::run::{Largest, Run, Shearing};
 
 /// Confining pressures that differ by less than this share are one, and tell no cohesion.
 const SAME_PRESSURE: f64 = 0.05;
@@ -174,21 +174,39 @@ fn stage_of_largest(run: &Run, shearing: &Shearing) -> Result<Option<usize>> {
     Ok(Some(run.column("stage")?[shearing.rows[at]] as usize))
 }
 
-/// Whether the largest deviatoric stress is that of an oedometer, which is no failure.
-fn is_oedometer(run: &Run, shearing: &Shearing) -> Result<bool> {
+/// Whether the largest deviatoric stress is one of shearing: that of a consolidation, a hold or an oedometer is no failure.
+fn is_sheared(run: &Run, shearing: &Shearing) -> Result<bool> {
     let kind = stage_of_largest(run, shearing)?.and_then(|stage| run.summary.stages.get(stage));
-    Ok(kind.is_some_and(|kind| kind == "oedometer"))
+    Ok(kind.is_some_and(|kind| kind == "reload" || SHEARS.contains(&kind.as_str())))
+}
+
+/// What the caption says of runs whose circles are no failures, and of those whose largest q is their last.
+fn remarks(confined: &[&str], rising: &[&str]) -> String {
+    let mut said = String::new();
+    if !rising.is_empty() {
+        said += &format!(" Still rising, q at the end: {}.", rising.join(", "));
+    }
+    if !confined.is_empty() {
+        let confined = confined.join(", ");
+        said += &format!(" What is not sheared is at no failure: the line leaves out {confined}.");
+    }
+    said
 }
 
 /// The circles of all specimens and the line that they touch, with its caption; `None` where no run was sheared.
 pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
-    let (mut found, mut failures, mut confined) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut found, mut failures) = (Vec::new(), Vec::new());
+    let (mut confined, mut rising) = (Vec::new(), Vec::new());
     for (number, run) in runs.iter().enumerate().filter(|(_, run)| !run.is_scene()) {
         let shearing = run.shearing()?;
         if let Some(circle) = circle(run, &shearing)? {
-            match is_oedometer(run, &shearing)? {
-                true => confined.push(run.label.as_str()),
-                false => failures.push(circle),
+            match (is_sheared(run, &shearing)?, shearing.curve.largest()) {
+                (true, Some((_, Largest::AtEnd))) => {
+                    failures.push(circle);
+                    rising.push(run.label.as_str());
+                }
+                (true, _) => failures.push(circle),
+                (false, _) => confined.push(run.label.as_str()),
             }
             found.push((number, run, circle));
         }
@@ -228,10 +246,7 @@ pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
             )
         };
     }
-    if !confined.is_empty() {
-        let confined = confined.join(", ");
-        caption += &format!(" An oedometer's state is no failure: the line leaves out {confined}.");
-    }
+    caption += &remarks(&confined, &rising);
     let chart = Chart::new("Strength", vec![panel], Arrangement::Stacked, SIZE);
     Ok(Some((Chart { beside: Some(BESIDE), ..chart }, caption)))
 }
@@ -271,6 +286,16 @@ mod tests {
         let three = [2e5, 4e5, 8e5].map(|minor| touching(minor, c, phi));
         let found = envelope(&three).expect("a line");
         assert!((found.cohesion / c - 1.0).abs() < 1e-9 && (found.friction_angle - phi).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_failure_is_said() {
+        assert_eq!(remarks(&[], &[]), "");
+        let said = remarks(&["held"], &["short", "shorter"]);
+        assert!(
+            said.contains("q at the end: short, shorter.") && said.contains("leaves out held."),
+            "{said}"
+        );
     }
 
     #[test]

@@ -11,14 +11,13 @@ void main() {
   float light = mix(1.0, abs(dot(normal, normalize(eye))) * 0.65 + 0.35, lit);
   shown = vec4(paint * light, opacity);
 }`;
-  const VIRIDIS = [[0.267, 0.005, 0.329], [0.229, 0.322, 0.546], [0.128, 0.567, 0.551], [0.369, 0.789, 0.383], [0.993, 0.906, 0.144]];
-  const HEAT = [[0.87, 0.85, 0.82], [0.95, 0.7, 0.45], [0.84, 0.37, 0.0], [0.5, 0.1, 0.05], [0.15, 0.02, 0.02]];
   const ORANGE = [0.84, 0.37, 0.0];
 
   const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+  // Of colours at even shares from 0 to 1, 0 to 255 each.
   const shade = (scale, share) => {
-    const x = Math.min(3.999, Math.max(0, share * 4)), k = Math.floor(x);
-    return scale[k].map((a, j) => a + (scale[k + 1][j] - a) * (x - k));
+    const last = scale.length - 1, x = last * Math.min(1, Math.max(0, share)), k = Math.min(Math.floor(x), last - 1);
+    return scale[k].map((a, j) => (a + (scale[k + 1][j] - a) * (x - k)) / 255);
   };
   const rock = owner => {
     const h = Math.abs(Math.sin(owner * 12.9898) * 43758.5453) % 1;
@@ -79,8 +78,8 @@ void main() {
       }
       for (let i = 0; i < triangles * 3; i++) {
         const t = Math.floor(i / 3);
-        const c = by === 'displacement' ? shade(VIRIDIS, moved[i] / (most || 1))
-          : by === 'damage' ? shade(HEAT, damage[state * triangles + t] / 255) : rock(owners[t]);
+        const c = by === 'displacement' ? shade(data.displacement_colours, moved[i] / (most || 1))
+          : by === 'damage' ? shade(data.damage_colours, damage[state * triangles + t] / 255) : rock(owners[t]);
         colours.set(c, 3 * i);
       }
       return by === 'displacement' ? ', yellow: moved by ' + (1e3 * most).toPrecision(3) + ' mm' : '';

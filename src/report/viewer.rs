@@ -12,13 +12,14 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::error::Result;
-use crate::results::SavedCells;
+use crate::results::{ContactPair, SavedCells, SavedState};
 
 use super::axis::short;
+use super::palette::{HEAT, VIRIDIS};
 use super::run::Run;
 
 pub const SCRIPT: &str = include_str!("viewer.js");
-/// Most bytes of places in a page, coded: with more, states are left out evenly.
+/// Most bytes of places in a page, coded: with more, states are left out evenly, but for the end of the consolidation.
 const MOST: usize = 12_000_000;
 
 /// A view: the script's data, its caption, and whether there are forces and damage to show.
@@ -51,10 +52,8 @@ pub fn view(run: &Run) -> Result<Option<View>> {
         return Ok(None);
     }
     let bytes = outside.nodes.len() * 6 * 4 / 3;
-    let most = (MOST / bytes.max(1)).clamp(2, all.len().max(2));
-    let step = last.div_ceil(most - 1).max(1);
-    // The last state always.
-    let states: Vec<usize> = (0..all.len()).filter(|state| (last - state).is_multiple_of(step)).collect();
+    let leading = run.leading_consolidations();
+    let states = shown(&all, leading, MOST / bytes.max(1));
     let (mut places, mut damage, mut labels) = (Vec::new(), Vec::new(), Vec::new());
     for &state in &states {
         let points = run.reader.saved_points(&cells, state)?;
@@ -71,8 +70,7 @@ pub fn view(run: &Run) -> Result<Option<View>> {
     });
     let coded = |bytes: Vec<u8>| STANDARD.encode(&bytes);
     let (lines, forces) = lines(run, &states)?;
-    let leading = run.leading_consolidations() as f64;
-    let reference = states.iter().position(|&state| all[state].time >= leading - 1e-9);
+    let reference = states.iter().position(|&state| is_behind(&all[state], leading));
     let reference = reference.filter(|&at| at + 1 < states.len()).unwrap_or(0);
     let has_forces = forces.iter().any(|forces| !forces.is_empty());
     let has_damage = damage.iter().any(|&value| value > 0);
@@ -84,10 +82,11 @@ pub fn view(run: &Run) -> Result<Option<View>> {
         "owners": coded(outside.owners.iter().flat_map(|o| o.to_le_bytes()).collect()),
         "damage": coded(damage),
         "labels": labels, "reference": reference, "lines": lines, "forces": forces,
+        "displacement_colours": VIRIDIS, "damage_colours": HEAT,
     });
     let mut caption =
         "Drag to turn, shift and wheel to zoom; the slider goes through the saved states".to_string();
-    if step > 1 {
+    if states.len() < all.len() {
         caption += &format!(" ({} of {}, to keep the page small)", states.len(), all.len());
     }
     caption += ". Displacement counts from ";
@@ -99,6 +98,23 @@ pub fn view(run: &Run) -> Result<Option<View>> {
         caption += " Cells that failed stay in sight, at damage 1.";
     }
     Ok(Some(View { data, caption, has_forces, has_damage }))
+}
+
+/// Whether a state is the end of the leading consolidation, or comes behind it.
+fn is_behind(state: &SavedState, leading: usize) -> bool {
+    state.time >= leading as f64 - 1e-9
+}
+
+/// The states to show, about `most`: every so many up to the last, and the end of the consolidation, from which displacements count.
+fn shown(all: &[SavedState], leading: usize, most: usize) -> Vec<usize> {
+    let Some(last) = all.len().checked_sub(1) else { return Vec::new() };
+    let step = last.div_ceil(most.clamp(2, all.len().max(2)) - 1).max(1);
+    let consolidated = match leading {
+        0 => None,
+        _ => all.iter().position(|state| is_behind(state, leading)),
+    };
+    let is_shown = |state: &usize| (last - state).is_multiple_of(step) || Some(*state) == consolidated;
+    (0..all.len()).filter(is_shown).collect()
 }
 
 impl Outside {
@@ -137,18 +153,13 @@ fn lines(run: &Run, states: &[usize]) -> Result<Bars> {
         let group = format!("contacts/{state}");
         let (mut line, mut force) = (Vec::new(), Vec::new());
         if !places.is_empty() && run.reader.has(&format!("{group}/normal_force")) {
-            let bodies = |name: &str| run.reader.integers(&format!("{group}/{name}"));
-            let (a, b) = (bodies("body_a")?, bodies("body_b")?);
-            let normal = run.reader.floats(&format!("{group}/normal_force"))?;
-            let mut pairs: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-            for ((a, b), force) in a.iter().zip(&b).zip(&normal) {
-                // Plates are below zero; parts of broken grains have no place of their own in the table of grains.
-                let numbers = [*a, *b].map(|n| usize::try_from(n).ok().filter(|n| *n < grains));
-                if let [Some(a), Some(b)] = numbers {
-                    *pairs.entry([a.min(b), a.max(b)]).or_default() += force;
-                }
-            }
-            let mean = pairs.values().sum::<f64>() / pairs.len().max(1) as f64;
+            // Plates are below zero; parts of broken grains have no place of their own in the table of grains.
+            let between = |pair: ContactPair| {
+                let [a, b] = pair.bodies.map(|n| usize::try_from(n).ok().filter(|n| *n < grains));
+                Some(([a?, b?], pair.normal_force))
+            };
+            let pairs: Vec<_> = run.reader.contact_pairs(state)?.into_iter().filter_map(between).collect();
+            let mean = pairs.iter().map(|(_, size)| size).sum::<f64>() / pairs.len().max(1) as f64;
             for ([a, b], size) in pairs.into_iter().filter(|(_, size)| *size > mean) {
                 let place =
                     |grain: usize| places.get(3 * (state * grains + grain)..).and_then(|p| p.get(..3));
@@ -183,6 +194,17 @@ mod tests {
     use super::*;
     use crate::results::CellKind;
     use crate::tensor::Vec3;
+
+    /// Without the end of the consolidation displacements would count from amid the shearing.
+    #[test]
+    fn the_end_of_the_consolidation_is_kept() {
+        let state = |k: u32| SavedState { time: f64::from(k) / 4.0, increment: u64::from(k) };
+        let all: Vec<SavedState> = (0..=12).map(state).collect();
+        assert_eq!(shown(&all, 1, 3), [0, 4, 6, 12]);
+        assert_eq!(shown(&all, 0, 3), [0, 6, 12]);
+        assert_eq!(shown(&all, 1, 100).len(), 13);
+        assert!(shown(&[], 1, 3).is_empty());
+    }
 
     /// Two tetrahedra with a face in common, their points apart: one outside of six facets while they are one piece, eight when they came apart.
     #[test]

@@ -18,6 +18,7 @@ mod inspect;
 pub mod journal;
 mod lock;
 mod network;
+mod pairs;
 mod reader;
 mod record;
 mod resume;
@@ -39,6 +40,7 @@ pub use history::{
 };
 pub use lock::check_unused;
 pub use network::{write_network, write_stl};
+pub use pairs::ContactPair;
 pub use reader::{NumberKind, Reader, Restart};
 pub use record::{COMMIT, CaseRecord, ENDINGS, Outcome, Status, VERSION, host, results_file};
 pub use resume::put_back;

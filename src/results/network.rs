@@ -1,7 +1,8 @@
 //! Exports the contact network as lines, and the grains of a state as STL.
 //!
 //! Sources: VTK file formats (Kitware), XML PolyData, ASCII; STL, binary. A line goes from one body's centre to the other's; what has no centre in the
-//! file (a plate, a part that came off) is met at the contact point.
+//! file (a plate, a part that came off) is met at the contact point. Strong is a pair that carries more than the mean of the
+//! pairs without a plate.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::tensor::Vec3;
 
+use super::pairs::ContactPair;
 use super::reader::Reader;
 use super::store::failure;
 use super::vtu::{entry, write_collection};
@@ -58,12 +60,13 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
         }
     }
     let numbers = |name: &str| -> Result<Vec<f64>> { reader.floats(&table(name)) };
-    let mut pairs: BTreeMap<[i64; 2], f64> = BTreeMap::new();
-    for row in 0..rows {
-        *pairs.entry([a[row].min(b[row]), a[row].max(b[row])]).or_default() += normal[row];
-    }
-    let mean = pairs.values().sum::<f64>() / pairs.len().max(1) as f64;
-    let of_pair = |row: usize| pairs.get(&[a[row].min(b[row]), a[row].max(b[row])]).copied().unwrap_or(0.0);
+    let pairs = reader.contact_pairs(state)?;
+    let between: Vec<f64> =
+        pairs.iter().filter(|pair| !pair.has_plate()).map(|pair| pair.normal_force).collect();
+    // Not a number where only plates touch: nothing is strong then.
+    let mean = between.iter().sum::<f64>() / between.len() as f64;
+    let forces: BTreeMap<[i64; 2], f64> = pairs.iter().map(|pair| (pair.bodies, pair.normal_force)).collect();
+    let of_pair = |row: usize| forces.get(&ContactPair::key(a[row], b[row])).copied().unwrap_or(0.0);
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n\
          <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{rows}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\

@@ -125,7 +125,8 @@ fn size_name(heading: &str, settings: &[Setting]) -> String {
             (Ok(value), Some(size)) => (of(value) / size - 1.0).abs() < 1e-6,
             (Err(_), _) | (_, None) => false,
         };
-        settings.iter().all(same)
+        // Of the exact one, at zero, no number can be said.
+        settings.iter().filter(|setting| setting.size != Some(0.0)).all(same)
     };
     let name = heading.split(" [").next().unwrap_or(heading);
     match (is(|value| value), is(|value| 1.0 / value)) {
@@ -221,6 +222,16 @@ mod tests {
         assert!(label == "q: order 2.0" && (points[0][1] / points[1][1] - 4.0).abs() < 1e-4, "{points:?}");
         assert!(other == "e: no order; from the finest" && two.len() == 2, "{other} {two:?}");
         assert_eq!(chart.panels[0].x.label, "increment");
+        // Strict balance has no place on a logarithmic axis, and is not what the others converge to by themselves.
+        let exact = Setting { label: "null".into(), size: Some(0.0), overrides: vec![] };
+        let settings = [&sizes.map(setting)[..], &[exact]].concat();
+        let with = Figure { name: "q [Pa]".into(), values: vec![5.16, 5.04, 5.01, 4.9] };
+        let chart = convergence("unrest", &settings, &[with]).expect("a chart");
+        let Layer::Curve { label, points, .. } = &chart.panels[0].layers[0] else {
+            panic!("{:?}", chart.panels[0].layers)
+        };
+        assert!(label == "q: order 2.0" && points.len() == 3, "{label} {points:?}");
+        assert_eq!(chart.panels[0].x.label, "unrest");
         let counted = |n: f64| Setting { label: n.to_string(), size: Some(1.0 / n), overrides: vec![] };
         assert_eq!(size_name("increments [1]", &[20.0, 40.0].map(counted)), "1 / increments [1]");
     }

@@ -101,7 +101,6 @@ impl Launch<'_> {
         let mut waiting = Vec::new();
         for member in members {
             let standing = standing(member);
-            let file = member.results.display();
             match &standing {
                 Standing::New => waiting.push((member, standing)),
                 _ if self.force && standing != Standing::Running => waiting.push((member, standing)),
@@ -109,17 +108,8 @@ impl Launch<'_> {
                 Standing::Finished | Standing::Stopped(_) | Standing::Running => {
                     tell(Event::Skipped(member, &standing));
                 }
-                Standing::Foreign => {
-                    let message = format!(
-                        "{file}: holds another case than {} is now; --force replaces it, or choose another --out",
-                        member.name
-                    );
-                    return Err(Error::Usage(message));
-                }
-                Standing::Unreadable(reason) => {
-                    let message = format!("{file}: cannot be read ({reason}); --force replaces it");
-                    return Err(Error::Usage(message));
-                }
+                Standing::Foreign => return Err(foreign(member)),
+                Standing::Unreadable(reason) => return Err(unreadable(member, reason)),
             }
         }
         let mut waiting = waiting.into_iter();
@@ -183,13 +173,37 @@ impl Launch<'_> {
     }
 }
 
-/// Generates the specimen of a member's case into its file, in a process of its own, unless it is there.
+/// A file of another case in a member's place.
+fn foreign(member: &Member) -> Error {
+    let (file, name) = (member.results.display(), &member.name);
+    let ways = "remove it, choose another --out, or --force runs all again";
+    Error::Usage(format!("{file}: holds another case than {name} is now; {ways}"))
+}
+
+/// A file in a member's place that cannot be read, for this reason.
+fn unreadable(member: &Member, reason: &str) -> Error {
+    let file = member.results.display();
+    Error::Usage(format!("{file}: cannot be read ({reason}); remove it, or --force runs all again"))
+}
+
+/// Generates the specimen of a member's case into its file, in a process of its own, unless it is there. `force` replaces
+/// a file of another case, or one that cannot be read.
 ///
 /// # Errors
-/// A process that cannot be started; `Error::Usage` with what it said where there is no such specimen.
-pub fn generate(program: &Path, member: &Member, threads: usize) -> Result<()> {
-    if standing(member) == Standing::Finished {
-        return Ok(());
+/// A process that cannot be started; `Error::Usage` with what it said where there is no such specimen, for a file that is not
+/// replaced, and for one that another process is writing.
+pub fn generate(program: &Path, member: &Member, threads: usize, force: bool) -> Result<()> {
+    match standing(member) {
+        Standing::Finished => return Ok(()),
+        Standing::Running => {
+            let file = member.results.display();
+            return Err(Error::Usage(format!("{file}: is being written by another process")));
+        }
+        Standing::Foreign if !force => return Err(foreign(member)),
+        Standing::Unreadable(reason) if !force => return Err(unreadable(member, &reason)),
+        // Without a finished specimen there is nothing to lose.
+        Standing::New | Standing::Stopped(_) | Standing::Broken { .. } => {}
+        Standing::Foreign | Standing::Unreadable(_) => {}
     }
     if let Some(folder) = member.results.parent() {
         std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
@@ -248,6 +262,26 @@ pub fn last_line(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_specimen_replaces_no_file_of_another_unasked() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let member = Member {
+            name: "specimen".into(),
+            case: "a.json".into(),
+            overrides: Vec::new(),
+            completed: serde_json::Value::Null,
+            results: folder.path().join("specimen.vtkhdf"),
+        };
+        std::fs::write(&member.results, "notes").expect("written");
+        // No program is found, so that what is said tells how far it came.
+        let program = folder.path().join("none");
+        let refused = generate(&program, &member, 1, false).expect_err("a file of somebody's").to_string();
+        assert!(refused.contains("remove it, or --force runs all again"), "{refused}");
+        let forced = generate(&program, &member, 1, true).expect_err("no program").to_string();
+        assert!(forced.contains("none") && !forced.contains("remove it"), "{forced}");
+        assert_eq!(std::fs::read_to_string(&member.results).expect("the file"), "notes");
+    }
 
     #[test]
     fn a_log_ends_with_its_message_not_with_the_dossier_below() {

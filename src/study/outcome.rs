@@ -1,6 +1,6 @@
 //! What the members of a series came to, read from their results files.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::report::Run;
 
 use super::Member;
@@ -9,7 +9,7 @@ use super::launch::{last_line, log_of};
 /// A member that has a results file, and the figures to compare it by.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figures {
-    /// `finished`, `stopped`, `interrupted`, `running`, `killed`; `failed` or `not run` without a file.
+    /// `finished`, `stopped`, `interrupted`, `running`, `killed`; `failed` or `not run` without a file; `unreadable`.
     pub status: String,
     pub reason: String,
     pub increments: usize,
@@ -41,14 +41,22 @@ pub struct Figure {
 }
 
 impl Figures {
-    /// # Errors
-    /// A results file that is there and cannot be read.
-    pub fn of(member: &Member) -> Result<Figures> {
+    /// Of a member; one whose file cannot be read has the reason and no figures.
+    pub fn of(member: &Member) -> Figures {
         if !member.results.exists() {
             let log = log_of(member);
             let status = if log.exists() { "failed" } else { "not run" };
-            return Ok(Figures { status: status.into(), reason: last_line(&log), ..Figures::nothing() });
+            return Figures { status: status.into(), reason: last_line(&log), ..Figures::nothing() };
         }
+        let unreadable = |error: Error| Figures {
+            status: "unreadable".into(),
+            reason: error.to_string(),
+            ..Figures::nothing()
+        };
+        Figures::read(member).unwrap_or_else(unreadable)
+    }
+
+    fn read(member: &Member) -> Result<Figures> {
         let run = Run::open(&member.results)?;
         let sum = |name: &str| -> Result<f64> { Ok(run.column(name)?.iter().sum()) };
         let last = |name: &str| -> Result<f64> { Ok(run.column(name)?.last().copied().unwrap_or(f64::NAN)) };
@@ -254,6 +262,23 @@ mod tests {
         assert!(curve_difference(&short, &long, 0.01) < 1e-12);
         let doubled = figures(&[0.0, 0.02], &[0.0, 8e6]);
         assert!((curve_difference(&doubled, &long, 0.01) - 1.0).abs() < 1e-12);
+    }
+
+    /// One torn file must not hide what the others came to.
+    #[test]
+    fn a_file_that_cannot_be_read_is_a_row_with_its_reason() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let member = Member {
+            name: "a".into(),
+            case: "a.json".into(),
+            overrides: Vec::new(),
+            completed: serde_json::Value::Null,
+            results: folder.path().join("a.vtkhdf"),
+        };
+        std::fs::write(&member.results, "torn").expect("written");
+        let figures = Figures::of(&member);
+        assert!(figures.status == "unreadable" && figures.reason.contains("a.vtkhdf"), "{figures:?}");
+        assert!(figures.wall_time.is_nan() && !figures.is_finished());
     }
 
     /// Rows need not lie at the strain that all have reached, and a member may have none.

@@ -146,7 +146,7 @@ fn check(raw: &RawCase, folder: &Path, out: Option<&Path>, faults: &mut Vec<Faul
         let accepted = "a path without line breaks and other control characters";
         faults.fault(place, format!("{:?}", whole), "is no line of text", accepted);
     }
-    let points: usize = grid.iter().map(|(_, values)| values.len()).product();
+    let points = points_of(&grid);
     let number = entries.len().saturating_mul(points).saturating_mul(seeds.len().max(1));
     if number > MOST_MEMBERS {
         let accepted = format!("at most {MOST_MEMBERS}");
@@ -248,6 +248,11 @@ fn grid_of(given: &Value, faults: &mut Vec<Fault>) -> Vec<(String, Vec<Value>)> 
     grid
 }
 
+/// How many combinations a grid has, or all that can be counted.
+fn points_of(grid: &[(String, Vec<Value>)]) -> usize {
+    grid.iter().fold(1_usize, |all, (_, values)| all.saturating_mul(values.len()))
+}
+
 /// The values of a list; a second one of the same is a fault.
 fn each_once(values: &[Value], path: &str, faults: &mut Vec<Fault>) -> Vec<Value> {
     let mut own: Vec<Value> = Vec::new();
@@ -293,8 +298,7 @@ fn members_of(
                 continue;
             }
         };
-        let points: usize = grid.iter().map(|(_, values)| values.len()).product();
-        for point in 0..points {
+        for point in 0..points_of(grid) {
             let (mut name, mut overrides) = (entry.name.clone(), common.to_vec());
             overrides.extend(entry.set.iter().cloned());
             let mut rest = point;
@@ -474,6 +478,9 @@ mod tests {
             r#"{"case": "rock.json", "seeds": {"count": 99999}, "grid": {"/seed": [1, 2]}}"#,
             &["are too many"],
         );
+        // 2^64 are none, counted in 64 bits.
+        let pairs: Vec<String> = (0..64).map(|k| format!("\"/a{k}\": [1, 2]")).collect();
+        faulty(&format!(r#"{{"case": "rock.json", "grid": {{{}}}}}"#, pairs.join(", ")), &["are too many"]);
     }
 
     /// What comes to a shell, a stack or a file system.

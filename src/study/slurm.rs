@@ -8,21 +8,24 @@ use crate::error::{Error, Result};
 
 use super::plan::Plan;
 
-/// The words that run these members of a plan, or another part of the batch. `program` is the riprap to run on the cluster, unless
-/// the plan says how it is started there.
-fn command(plan: &Plan, program: &Path, force: bool, what: &str) -> String {
+/// By this a batch runs again what is finished.
+const FORCE: &str = " --force";
+
+/// The words that run these members of a plan, or another part of the batch; `force` stands behind its options. `program` is the
+/// riprap to run on the cluster, unless the plan says how it is started there.
+fn command(plan: &Plan, program: &Path, force: &str, what: &str) -> String {
     let own = || quoted(&program.to_string_lossy());
     format!(
-        "{} batch {} --out {} --threads {}{} {what}",
+        "{} batch {} --out {} --threads {}{force} {what}",
         plan.slurm.program.clone().unwrap_or_else(own),
         quoted(&absolute(&plan.file).to_string_lossy()),
         quoted(&absolute(&plan.out).to_string_lossy()),
         plan.threads,
-        if force { " --force" } else { "" },
     )
 }
 
-/// The script of the array.
+/// The script of the array. With `force`, a task that its node lost must not run again what it had done: one that starts again goes on
+/// without it, and one of several members, some of whose files may be old ones yet, does not start again.
 pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>, force: bool) -> String {
     // Without a number the cluster says how many run at a time.
     let at_a_time = jobs.map_or(String::new(), |jobs| format!("%{jobs}"));
@@ -34,7 +37,8 @@ pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>, force: bool) -> 
     // Ctrl-C's signal two minutes before the time is up: the run ends cleanly.
     lines.push("#SBATCH --signal=B:INT@120".to_string());
     // A task that its node lost starts again, and goes on where its run was.
-    lines.push("#SBATCH --requeue".to_string());
+    let requeue = if force && each > 1 { "--no-requeue" } else { "--requeue" };
+    lines.push(format!("#SBATCH {requeue}"));
     lines.push("#SBATCH --open-mode=append".to_string());
     if let Some(memory) = &plan.slurm.memory {
         lines.push(format!("#SBATCH --mem={memory}"));
@@ -49,7 +53,12 @@ pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>, force: bool) -> 
         "# exec: the signal reaches riprap itself. An array submitted again skips what is finished.".into(),
     );
     let members = if each > 1 { "\"$first-$last\"" } else { "\"$SLURM_ARRAY_TASK_ID\"" };
-    lines.push(format!("exec {}", command(plan, program, force, &format!("--only {members}"))));
+    let exec = |force: &str| format!("exec {}", command(plan, program, force, &format!("--only {members}")));
+    if force && each == 1 {
+        lines.push("# Started again, it goes on with what it had begun to run again.".into());
+        lines.push(format!("[ \"${{SLURM_RESTART_COUNT:-0}}\" -gt 0 ] && {}", exec("")));
+    }
+    lines.push(exec(if force { FORCE } else { "" }));
     lines.join("\n") + "\n"
 }
 
@@ -58,7 +67,7 @@ pub fn summary_script(plan: &Plan, program: &Path) -> String {
     let mut lines = head(plan, "-summary", "slurm-%j-summary.log");
     lines.push(String::new());
     lines.extend(plan.slurm.setup.iter().cloned());
-    lines.push(format!("exec {}", command(plan, program, false, "--summary")));
+    lines.push(format!("exec {}", command(plan, program, "", "--summary")));
     lines.join("\n") + "\n"
 }
 
@@ -86,6 +95,7 @@ fn head(plan: &Plan, ending: &str, log: &str) -> Vec<String> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write_commands(plan: &Plan, program: &Path, force: bool) -> Result<PathBuf> {
+    let force = if force { FORCE } else { "" };
     let line = |at: usize| command(plan, program, force, &format!("--only {at}")) + "\n";
     write(plan, "commands.txt", &(0..plan.members.len()).map(line).collect::<String>())
 }
@@ -180,7 +190,9 @@ mod tests {
             "--cpus-per-task=4\n",
             "#SBATCH --time=1:00\n",
             "#SBATCH --account=a\n",
-            "exec /bin/riprap batch '/x/it'\\''s.json' --out /x/out --threads 4 --force --only \"$SLURM_ARRAY_TASK_ID\"\n",
+            "#SBATCH --requeue\n",
+            "[ \"${SLURM_RESTART_COUNT:-0}\" -gt 0 ] && exec /bin/riprap batch '/x/it'\\''s.json' --out /x/out --threads 4 --only \"$SLURM_ARRAY_TASK_ID\"\n",
+            "\nexec /bin/riprap batch '/x/it'\\''s.json' --out /x/out --threads 4 --force --only \"$SLURM_ARRAY_TASK_ID\"\n",
         ] {
             assert!(script.contains(part), "{script}\nhas no {part}");
         }
@@ -210,6 +222,9 @@ mod tests {
         ] {
             assert!(script.contains(part), "{script}\nhas no {part}");
         }
+        assert!(script.contains("#SBATCH --requeue\n") && !script.contains("RESTART_COUNT"), "{script}");
+        let forced = self::script(&plan, Path::new("/bin/riprap"), None, true);
+        assert!(forced.contains("#SBATCH --no-requeue\n") && forced.contains(" --force --only"), "{forced}");
         assert!(summary_script(&plan, Path::new("/bin/riprap")).ends_with(" --threads 4 --summary\n"));
     }
 }

@@ -185,10 +185,10 @@ pub fn orders(settings: &[Setting], compared: &[Figure]) -> Table {
     Table { header: header.map(String::from).to_vec(), rows }
 }
 
-/// A figure over what goes to zero.
+/// A figure over what goes to zero; what is at zero is left out.
 pub fn series(settings: &[Setting], figure: &Figure) -> Vec<(f64, f64)> {
     let sized = settings.iter().zip(&figure.values);
-    sized.filter_map(|(setting, value)| Some((setting.size?, *value))).collect()
+    sized.filter_map(|(setting, value)| Some((setting.size.filter(|size| *size > 0.0)?, *value))).collect()
 }
 
 /// One row a figure: mean and scatter over the members.
@@ -358,6 +358,19 @@ mod tests {
         let figure = Figure { name: "q".into(), values: vec![2.0, 1.0 + 1e-8, 1.0] };
         let table = orders(&[0.4, 0.2, 0.1].map(setting), &[figure]);
         assert_eq!(table.rows[0], ["q", "above 20", "", "", "", ""]);
+    }
+
+    /// Increments in strict balance are the limit itself, of size zero, which no order can be observed with.
+    #[test]
+    fn a_size_of_zero_is_left_out_of_the_order() {
+        let setting = |size| Setting { label: String::new(), size: Some(size), overrides: vec![] };
+        let rows = |sizes: &[f64], values: &[f64]| {
+            let settings: Vec<Setting> = sizes.iter().copied().map(setting).collect();
+            orders(&settings, &[Figure { name: "q".into(), values: values.to_vec() }]).rows
+        };
+        let without = rows(&[0.4, 0.2, 0.1], &[1.16, 1.04, 1.01]);
+        assert_eq!(rows(&[0.4, 0.2, 0.1, 0.0], &[1.16, 1.04, 1.01, 0.9]), without);
+        assert!(without[0][1].starts_with('2'), "{without:?}");
     }
 
     #[test]

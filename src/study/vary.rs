@@ -33,7 +33,8 @@ pub enum Vary {
 pub struct Setting {
     /// As shown.
     pub label: String,
-    /// What goes to zero as results become exact; `None` for what has no such size.
+    /// What goes to zero as results become exact; `None` for what has no such size. Zero is what is exact by itself, a limit and no
+    /// member of a series.
     pub size: Option<f64>,
     pub overrides: Vec<(String, Value)>,
 }
@@ -101,7 +102,7 @@ impl Vary {
             }
             Vary::Seed => {
                 let base = case.seed as usize;
-                let numbers = whole(values, 0, || (base..base + 5).collect())?;
+                let numbers = whole(values, 0, || (base..=base.saturating_add(4)).collect())?;
                 in_place("/seed", &numbers, usize::to_string, |_| None)
             }
         };
@@ -280,7 +281,9 @@ fn increments(source: &RawCase, case: &Case, values: &[String]) -> Result<Vec<Se
                     .iter()
                     .filter(|(at, _)| given(*at))
                     .map(|(at, own)| {
-                        let scaled = (own * number).div_ceil(base).max(1);
+                        // The product of two such numbers fits.
+                        let scaled = (*own as u128 * number as u128).div_ceil(base as u128).max(1);
+                        let scaled = usize::try_from(scaled).unwrap_or(usize::MAX);
                         (format!("/stages/{at}/increments"), json!(scaled))
                     })
                     .collect(),
@@ -530,6 +533,18 @@ mod tests {
         let seed = |text: &str| Vary::Seed.settings(&raw, &case, &[text.into()]).unwrap_err().to_string();
         assert!(seed("99999999999999999999").contains("is too large: at most 18446744073709551615"));
         assert!(seed("1.5").contains("is not a whole number"));
+    }
+
+    #[test]
+    fn the_largest_numbers_do_not_wrap() {
+        let (mut raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
+        let most = usize::MAX.to_string();
+        let settings = Vary::Increment.settings(&raw, &case, &[most]).unwrap();
+        let (_, last) = settings[0].overrides.last().unwrap();
+        assert_eq!(*last, json!(usize::MAX));
+        raw.set(&[("/seed".into(), json!(u64::MAX))]);
+        let case = raw.check().unwrap();
+        assert_eq!(Vary::Seed.settings(&raw, &case, &[]).unwrap().len(), 1);
     }
 
     #[test]
