@@ -24,7 +24,7 @@ pub fn chart(runs: &[Run], laboratory: &[LaboratoryCurve]) -> Result<Option<Char
     bottom.weight = 0.72;
     let mut drawn = false;
     for (number, run) in runs.iter().enumerate().filter(|(_, run)| !run.is_scene()) {
-        let curve = run.shearing()?.from_start();
+        let curve = run.shearing()?.into_curve();
         let stroke = Stroke::of(number);
         let q = joined(&curve.axial_strain, 100.0, &curve.deviatoric_stress, 1e-6);
         let volume = joined(&curve.axial_strain, 100.0, &curve.volumetric_strain, 100.0);

@@ -157,7 +157,7 @@ impl Run {
 
 impl Shearing {
     /// The curve from where strains are zero, which need not be a row.
-    pub fn from_start(self) -> Curve {
+    pub fn into_curve(self) -> Curve {
         let mut curve = self.curve;
         if let Some(deviatoric_stress) = self.start {
             curve.axial_strain.insert(0, 0.0);
@@ -243,8 +243,8 @@ mod tests {
             deviatoric_stress: vec![3e5, 4e5],
         };
         let rows = Shearing { rows: vec![0, 1], curve, behind_consolidation: false, start: None };
-        assert_eq!(rows.clone().from_start().axial_strain, rows.curve.axial_strain);
-        let curve = Shearing { start: Some(2e5), ..rows }.from_start();
+        assert_eq!(rows.clone().into_curve().axial_strain, rows.curve.axial_strain);
+        let curve = Shearing { start: Some(2e5), ..rows }.into_curve();
         assert_eq!(curve.axial_strain, [0.0, 0.001, 0.002]);
         assert_eq!(curve.volumetric_strain, [0.0, 0.0005, 0.0008]);
         assert_eq!(curve.deviatoric_stress, [2e5, 3e5, 4e5]);

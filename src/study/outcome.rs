@@ -81,7 +81,7 @@ impl Figures {
                 figures.bodies.push((body.clone(), far));
             }
         } else {
-            let curve = run.shearing()?.from_start();
+            let curve = run.shearing()?.into_curve();
             figures.strain = curve.axial_strain;
             figures.deviatoric_stress = curve.deviatoric_stress;
             figures.volumetric_strain = curve.volumetric_strain;
