@@ -1,5 +1,6 @@
 //! Reads a results file: finished, killed, or still being written.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
@@ -365,12 +366,32 @@ impl Reader {
         if !self.has(name) {
             return Err(failure(&self.path, name, "is missing; is this a results file of riprap?"));
         }
-        self.named(name, self.file.dataset(name))
+        let dataset = self.named(name, self.file.dataset(name))?;
+        if self.named(name, has_all_chunks(&dataset))? {
+            return Ok(dataset);
+        }
+        Err(failure(&self.path, name, "has lost values: its index is damaged"))
     }
 
     pub(super) fn named<T>(&self, name: &str, result: hdf5::Result<T>) -> Result<T> {
         result.map_err(|e| failure(&self.path, name, explain(&e)))
     }
+}
+
+/// Whether a dataset's index has every chunk in its place. The index has no checksum, and values of a chunk that it does not name are read as zeros.
+fn has_all_chunks(dataset: &Dataset) -> hdf5::Result<bool> {
+    let (shape, Some(chunk)) = (dataset.shape(), dataset.chunk()) else { return Ok(true) };
+    let all: usize = shape.iter().zip(&chunk).map(|(rows, chunk)| rows.div_ceil(*chunk)).product();
+    let mut places = BTreeSet::new();
+    dataset.chunks_visit(|found| {
+        let mut along = found.offset.iter().zip(&chunk).zip(&shape);
+        let is_place = along.all(|((at, chunk), rows)| at % *chunk as u64 == 0 && *at < *rows as u64);
+        if is_place {
+            places.insert(found.offset.to_vec());
+        }
+        0
+    })?;
+    Ok(places.len() == all)
 }
 
 /// The dataset of a column of `/history`.
