@@ -12,6 +12,9 @@ use crate::triaxial::stage::{Lateral, Path, Stage, Steps};
 /// Prescribed kinematic quantities are met to this share of an increment's axial strain.
 pub const CONTROL_TOLERANCE: f64 = 1e-3;
 
+/// A pressure that follows from something else may not fall below this share of that at the start of the stage.
+const LEAST_PRESSURE: f64 = 1e-3;
+
 /// Where a stage starts: what of the state its path depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
@@ -96,9 +99,12 @@ impl Drive {
         }
     }
 
-    /// Whether the stage says what the pressure is.
-    pub fn prescribes_pressure(&self) -> bool {
-        self.is_loaded() || matches!(self.kind, Kind::Driven { lateral: Lateral::Pressure, .. })
+    /// To what a pressure that follows from something else may fall [Pa]; one that the stage prescribes may fall to anything.
+    pub fn least_pressure(&self) -> f64 {
+        match self.kind {
+            Kind::Loaded { .. } | Kind::Driven { lateral: Lateral::Pressure, .. } => 0.0,
+            Kind::Driven { .. } => LEAST_PRESSURE * self.origin.pressure,
+        }
     }
 
     /// Whether the pressure follows from the volume under the cover.
@@ -238,6 +244,33 @@ impl Drive {
                 let volume = self.volume(to).unwrap_or(origin.volume);
                 relative(state.volume, volume, swept).max(position(travel))
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_prescribed_pressure_may_fall_to_anything() {
+        let least = |kind: Kind| {
+            let origin = Origin {
+                height: 0.6,
+                volume: 0.04,
+                pressure: 1e7,
+                deviatoric_stress: 0.0,
+                top: 0.6,
+                loaded: false,
+            };
+            Drive { origin, kind, height: 0.6 }.least_pressure()
+        };
+        let driven = |lateral: Lateral| Kind::Driven { travel: -0.01, lateral };
+        // From 10 MPa to 5 kPa: a thousandth was taken for a collapse.
+        assert_eq!(least(Kind::Loaded { pressure: 5e3, deviatoric_stress: 0.0 }), 0.0);
+        assert_eq!(least(driven(Lateral::Pressure)), 0.0);
+        for follows in [Lateral::Volume, Lateral::Area, Lateral::MeanStress] {
+            assert_eq!(least(driven(follows)), 1e4);
         }
     }
 }

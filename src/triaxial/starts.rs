@@ -22,12 +22,11 @@ pub(super) struct Last {
 
 impl Last {
     /// The same where bodies broke: they and their parts begin at rest. `None` where nodes of a membrane have other numbers now.
-    pub(super) fn behind(mut self, fractures: &[Fracture], rig: &Rig) -> Option<Self> {
-        let now = &rig.committed.poses;
-        if now.len() != self.poses.len() && rig.model.membrane.is_some() {
+    pub(super) fn behind(mut self, fractures: &[Fracture], now: &[Pose], has_nodes: bool) -> Option<Self> {
+        if now.len() != self.poses.len() && has_nodes {
             return None;
         }
-        self.poses.extend(now.iter().skip(self.poses.len()).cloned().collect::<Vec<_>>());
+        self.poses.extend(now.iter().skip(self.poses.len()).copied().collect::<Vec<_>>());
         let broken = fractures.iter().flat_map(|fracture| fracture.parts.iter().chain([&fracture.body]));
         broken.for_each(|body| self.poses[*body] = now[*body]);
         Some(self)
@@ -101,5 +100,41 @@ pub(super) fn describe(rig: &Rig, report: &IncrementReport, pressure: f64) -> St
             rig.model.bodies[*body].name,
             report.history.len()
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tensor::Rotation;
+
+    /// What broke and its parts do not go on; all else goes on as it did.
+    #[test]
+    fn the_last_motion_goes_on_but_for_what_broke() {
+        let at = |x: f64| Pose::new(Vec3::new(x, 0.0, 0.0), Rotation::identity());
+        let last = Last {
+            poses: vec![at(0.0), at(1.0), at(2.0)],
+            share: 0.1,
+            area: 1.0,
+            pressure: 1e6,
+            deviatoric_stress: 0.0,
+        };
+        let now = [at(0.1), at(1.1), at(2.1), at(1.3)];
+        let fracture = Fracture {
+            body: 1,
+            parts: vec![1, 3],
+            deleted_cells: 1,
+            crushed_volume: 0.0,
+            lost_parts: 0,
+            lost_energy: 0.0,
+            former: Vec::new(),
+        };
+        let behind = |has_nodes: bool| last.clone().behind(std::slice::from_ref(&fracture), &now, has_nodes);
+        let went_on = behind(false).expect("no nodes");
+        let next: Vec<f64> =
+            continued_poses(&went_on.poses, &now, 1.0).iter().map(|pose| pose.position.x).collect();
+        let off = next.iter().zip([0.2, 1.1, 2.2, 1.3]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-15, "{next:?}");
+        assert!(behind(true).is_none());
     }
 }

@@ -23,8 +23,6 @@ const MOST_UNREST: f64 = 1.0;
 pub(super) const REST_SHARE: f64 = 1e-3;
 /// Increments under constant loads that follow the last one of a stage where grains went on breaking.
 const MOST_AFTERMATHS: usize = 20;
-/// A pressure that follows from something else may not fall below this share of that at the start of the stage.
-const LEAST_PRESSURE: f64 = 1e-3;
 
 impl Test {
     /// Runs a stage, or the rest of the one that was interrupted; `observe` is called after each accepted
@@ -84,7 +82,9 @@ impl Loaded for UnderTest<'_> {
         if let Some(fractures) = self.test.break_up(self.rig, &stage.own.drive, stage.pace.done())? {
             stage.own.broke = true;
             let last = stage.own.last.take();
-            stage.own.last = last.and_then(|last| last.behind(&fractures, self.rig));
+            let has_nodes = self.rig.model.membrane.is_some();
+            stage.own.last =
+                last.and_then(|last| last.behind(&fractures, &self.rig.committed.poses, has_nodes));
         }
         Ok(())
     }
@@ -219,8 +219,7 @@ impl UnderTest<'_> {
             let reason = describe(rig, &report, pressure);
             return Err(Miss { reason, counters: report.counters });
         }
-        let least = if drive.prescribes_pressure() { 0.0 } else { LEAST_PRESSURE * drive.origin.pressure };
-        match falls_apart(&report, pressure, least) {
+        match falls_apart(&report, pressure, drive.least_pressure()) {
             Some(reason) => Err(Miss { reason, counters: report.counters }),
             None => Ok(report),
         }
