@@ -61,7 +61,7 @@ energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
-for path, colour, label in [(HERE / "p0800_full.csv", COLOURS[1], "3643 grains, 9.0 mm"), (HERE.parent / "2026-11-26-shuibuya" / "p0800_3643.csv", COLOURS[3], "3643 grains, 10 mm, 4 steps an increment"), (HERE / "p0800.csv", COLOURS[0], "300 grains, 9.0 mm")]:
+for path, colour, label in [(HERE / "p0800_full.csv", COLOURS[1], "3643 grains, 9.0 mm, before decision 0193"), (HERE / "p0800_full_few.csv", COLOURS[2], "3643 grains, 9.0 mm"), (HERE.parent / "2026-11-26-shuibuya" / "p0800_3643.csv", COLOURS[3], "3643 grains, 10 mm, 4 steps an increment"), (HERE / "p0800.csv", COLOURS[0], "300 grains, 9.0 mm")]:
     if path.exists():
         draw(axes, path, colour, "-", 1.4)
         axes[0].plot([], [], color=colour, label=label)
