@@ -181,15 +181,16 @@ impl Contacts {
         self.evaluate_skin(model, poses)
     }
 
-    /// Searches anew where bodies have moved far enough at `poses`; the list of pairs is another one then.
-    pub(crate) fn look_around(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
+    /// Searches anew where bodies have moved far enough at `poses`; whether they have: the list of pairs is another one then.
+    pub(crate) fn look_around(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) -> bool {
         if self.neighbours.is_valid(&model.shapes, poses) {
-            return;
+            return false;
         }
         let start = Instant::now();
         self.place(model, committed, poses, |_| true);
         self.search(model, committed, poses);
         self.timings.book(Kernel::Search, start);
+        true
     }
 
     /// Evaluates the contacts between bodies of those pairs that `counts` holds for, by number in the list, whose bodies were placed at `poses`. What
@@ -271,13 +272,8 @@ impl Contacts {
         }
     }
 
-    /// Tangents of all active points in the configuration last evaluated.
-    pub fn update_tangents(&mut self, model: &Model, poses: &[Pose]) {
-        self.update_tangents_of(model, poses, |_| true);
-    }
-
-    /// The same of those pairs that `counts` holds for.
-    pub(crate) fn update_tangents_of(
+    /// Tangents of all active points in the configuration last evaluated, of those pairs that `counts` holds for.
+    pub fn update_tangents(
         &mut self,
         model: &Model,
         poses: &[Pose],

@@ -164,6 +164,10 @@ impl PairWork {
     pub fn key(&self) -> PairKey {
         (self.features.a, self.features.b)
     }
+    /// Whether one of the two is among these bodies, which are told by number.
+    pub fn is_of(&self, bodies: &[bool]) -> bool {
+        bodies[self.a()] || bodies[self.b()]
+    }
     pub fn active(&self) -> impl Iterator<Item = &ContactPoint> {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }

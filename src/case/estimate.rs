@@ -1,9 +1,9 @@
 //! What a case would build and about what it would cost: for the check, before anything is built.
 //!
 //! Sizes follow from the case; memory and time are estimates, meant to be right within a factor of two. Their coefficients are fits to what runs took
-//! (`benchmarks/runs`, 2026): rigid grains 0.05, 0.3, 1 and 9 CPU s an increment of 2e-4 over the first percent of strain at 100, 300, 1000 and 3643 grains,
-//! 300 grains 0.5 over fifteen; longer increments take more steps. The tests below hold the estimates to runs that were timed. A specimen that collapses often takes longer, one that stands
-//! still less.
+//! (`benchmarks/runs`, 2026): rigid grains 0.05, 0.3, 1 and 9 CPU s an increment of 2e-4 over the first percent of strain at 100, 300, 1000 and 3643
+//! grains, 300 grains 0.5 over fifteen; longer increments take more steps. The tests below hold the estimates to runs that were timed. A specimen that
+//! collapses often takes longer, one that stands still less.
 
 use super::size::median_class;
 use super::types::*;
@@ -40,13 +40,14 @@ const NODES_OF_SURFACE: f64 = 3.7;
 /// Volume of a cell over the cube of the longest edge that is asked for (measured: 0.01 for a cylinder of twelve sides, 0.03 for a sphere).
 const CELL_VOLUME: f64 = 0.018;
 
-/// CPU seconds of an increment at [`REFERENCE`] grains, of [`REFERENCE_INCREMENT`] of strain: rigid, condensed and full. Behind asperities grains that deform take [`BEHIND`] times
-/// what rigid ones do.
+/// CPU seconds of an increment at [`REFERENCE`] grains, of [`REFERENCE_INCREMENT`] of strain: rigid, condensed and full. Behind asperities grains that
+/// deform take [`BEHIND`] times what rigid ones do.
 const INCREMENT_TIME: [f64; 3] = [0.5, 5.0, 6.5];
 const BEHIND: f64 = 2.5;
 const REFERENCE: f64 = 300.0;
 const REFERENCE_INCREMENT: f64 = 2e-4;
-/// Powers of the grains and of the strain of an increment in that time (measured: 14,477 and 10,106 factorisations in increments of 4e-4 and 8e-4; decision 0192).
+/// Powers of the grains and of the strain of an increment in that time (measured: 14,477 and 10,106 factorisations in increments
+/// of 4e-4 and 8e-4; decision 0192).
 const TIME_POWER: f64 = 1.4;
 const STRAIN_POWER: f64 = 0.5;
 /// What grains that can break take longer: rigid ones, and ones that bend (measured: 473 to 1007 s for 300 rigid grains to 15 %, 16,200 s for 3643).

@@ -2,7 +2,8 @@
 //!
 //! A triaxial test is alike around its axis, so a rose shows directions by their angle to the horizontal plane only. A
 //! sector's radius is the number of contacts (or the mean normal force) per solid angle over that of an isotropic fabric: isotropy
-//! is the unit circle. A pair of bodies is one contact, as in the history. Fabric tensor after Satake (1982): the mean of n ⊗ n; its deviator is 0 for isotropy.
+//! is the unit circle. A pair of bodies is one contact, as in the history. Fabric tensor after Satake (1982): the mean of
+//! n ⊗ n; its deviator is 0 for isotropy.
 
 use crate::error::Result;
 

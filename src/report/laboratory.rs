@@ -9,10 +9,10 @@
 //! ```
 //!
 //! The first line names the columns, in any order, each with its unit in brackets, square or round: `axial_strain` is needed, and at least
-//! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart, an empty cell of it as the one above. Other usual names are known too ([`NAMES`]). Strains are in `%`
-//! or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2` or `N/mm2`; a column without its unit is refused. Compression and contraction count positive. A cell may be empty.
-//! Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals may stand behind a comma. Other columns are left out, so that what `riprap export --csv` writes can be
-//! overlaid too.
+//! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart, an empty cell of it as the one above. Other usual names are known too
+//! ([`NAMES`]). Strains are in `%` or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2` or `N/mm2`; a column without its unit is refused. Compression and
+//! contraction count positive. A cell may be empty. Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals
+//! may stand behind a comma. Other columns are left out, so that what `riprap export --csv` writes can be overlaid too.
 
 use std::path::{Path, PathBuf};
 

@@ -202,8 +202,8 @@ rows! {
     resting_utilisation: f64, "1", "largest effective strain in a rigid body over its damage threshold, where fidelity is chosen";
     transition_jump: f64, "1", "largest change of a contact force by changes of fidelity, over the mean contact force";
     augmentations: i64, "1", "augmentations in this increment";
-    newton_iterations: i64, "1", "Newton iterations in this increment";
-    factorisations: i64, "1", "factorisations in this increment";
+    newton_iterations: i64, "1", "Newton iterations on all unknowns in this increment";
+    factorisations: i64, "1", "factorisations of all unknowns in this increment";
     snapped: i64, "1", "1 where more was still moving at the end of this increment than solver.stabilisation asks for, or it took many steps to rest; in a scene, where it snapped to another equilibrium, so that its energy is known by balance only";
     cuts: i64, "1", "times this increment was cut before it was accepted";
     wall_time: f64, "s", "wall-clock time since the start of the run";

@@ -46,9 +46,10 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
     let (a, b) = (reader.integers(&table("body_a"))?, reader.integers(&table("body_b"))?);
     let points = vectors(&reader.floats(&table("point"))?);
     let centres = centres(reader, state)?;
+    let normals = vectors(&reader.floats(&table("normal"))?);
     let normal = reader.floats(&table("normal_force"))?;
     let rows = a.len();
-    if [b.len(), points.len(), normal.len()].iter().any(|found| *found != rows) {
+    if [b.len(), points.len(), normals.len(), normal.len()].iter().any(|found| *found != rows) {
         return Err(failure(reader.path(), &table("body_b"), "is not as long as the columns beside it"));
     }
     let mut ends = String::new();
@@ -60,7 +61,7 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
         }
     }
     let numbers = |name: &str| -> Result<Vec<f64>> { reader.floats(&table(name)) };
-    let pairs = reader.contact_pairs(state)?;
+    let pairs = ContactPair::of_points((0..rows).map(|row| ([a[row], b[row]], normals[row], normal[row])));
     let between: Vec<f64> =
         pairs.iter().filter(|pair| !pair.has_plate()).map(|pair| pair.normal_force).collect();
     // Not a number where only plates touch: nothing is strong then.

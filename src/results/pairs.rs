@@ -35,7 +35,7 @@ impl ContactPair {
 
     /// The pairs of contact points, ordered by their bodies: each point with its bodies, its normal from the first to the second, and
     /// its normal force.
-    fn of_points(points: impl Iterator<Item = ([i64; 2], Vec3, f64)>) -> Vec<ContactPair> {
+    pub(super) fn of_points(points: impl Iterator<Item = ([i64; 2], Vec3, f64)>) -> Vec<ContactPair> {
         let mut sums: BTreeMap<[i64; 2], (Vec3, f64)> = BTreeMap::new();
         for ([a, b], normal, force) in points {
             let (sum, total) = sums.entry(Self::key(a, b)).or_insert_with(|| (Vec3::zeros(), 0.0));

@@ -55,7 +55,7 @@ impl Newton<'_> {
         let mut worst = vec![false; carriers];
         forces[..=last].iter().for_each(|(_, body)| worst[*body] = true);
         let mut few = worst.clone();
-        for (pair, _) in self.contacts.active().filter(|(pair, _)| worst[pair.a()] || worst[pair.b()]) {
+        for (pair, _) in self.contacts.active().filter(|(pair, _)| pair.is_of(&worst)) {
             few[pair.a()] = true;
             few[pair.b()] = true;
         }

@@ -176,11 +176,9 @@ impl<'a> Newton<'a> {
             None => self.contacts.evaluate(self.model, &self.committed, &self.poses).is_ok(),
             Some(few) => {
                 let (contacts, model, committed) = (&mut self.contacts, self.model, &self.committed);
-                let searches = contacts.searches;
-                contacts.look_around(model, committed, &self.poses);
+                let is_new = contacts.look_around(model, committed, &self.poses);
                 contacts.place(model, committed, &self.poses, |body| few[body]);
-                let is_new = contacts.searches > searches;
-                let counts = |_, pair: &PairWork| is_new || few[pair.a()] || few[pair.b()];
+                let counts = |_, pair: &PairWork| is_new || pair.is_of(few);
                 contacts.evaluate_pairs(model, committed, &self.poses, counts).is_ok()
             }
         };

@@ -179,9 +179,7 @@ impl Newton<'_> {
                 if follows {
                     self.contacts.displace(between(&start.fields, &fields, share), false);
                 }
-                let searches = self.contacts.searches;
-                self.contacts.look_around(model, &self.committed, &poses);
-                if self.contacts.searches > searches {
+                if self.contacts.look_around(model, &self.committed, &poses) {
                     of_pair = of_pairs(&self.contacts);
                 }
                 let mut meets = vec![count == of_others; model.bodies.len()];

@@ -6,7 +6,7 @@
 
 use std::time::Instant;
 
-use crate::assembly::{self, BlockPattern, Kernel, PairWork};
+use crate::assembly::{self, BlockPattern, Kernel};
 use crate::linalg::lu::SolveFailure;
 use crate::solver::newton::{Newton, weight_of};
 use crate::solver::system::{System, Unknowns};
@@ -14,13 +14,8 @@ use crate::solver::system::{System, Unknowns};
 impl Newton<'_> {
     /// The Newton step for `held`, or `None` where the matrix is singular.
     pub(super) fn step(&mut self, held: &[f64]) -> Option<Vec<f64>> {
-        match &self.few {
-            None => self.contacts.update_tangents(self.model, &self.poses),
-            Some(few) => {
-                let counts = |pair: &PairWork| few[pair.a()] || few[pair.b()];
-                self.contacts.update_tangents_of(self.model, &self.poses, counts);
-            }
-        }
+        let few = self.few.as_ref();
+        self.contacts.update_tangents(self.model, &self.poses, |pair| few.is_none_or(|few| pair.is_of(few)));
         let (unknown_forces, generation) =
             (&self.contacts.unknown_forces, self.contacts.unknown_forces.generation);
         if self.together_for != Some(generation) && unknown_forces.can_be_split() {

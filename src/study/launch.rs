@@ -266,13 +266,7 @@ mod tests {
     #[test]
     fn a_specimen_replaces_no_file_of_another_unasked() {
         let folder = tempfile::tempdir().expect("a folder");
-        let member = Member {
-            name: "specimen".into(),
-            case: "a.json".into(),
-            overrides: Vec::new(),
-            completed: serde_json::Value::Null,
-            results: folder.path().join("specimen.vtkhdf"),
-        };
+        let member = Member::sample("specimen", folder.path());
         std::fs::write(&member.results, "notes").expect("written");
         // No program is found, so that what is said tells how far it came.
         let program = folder.path().join("none");

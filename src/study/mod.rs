@@ -38,6 +38,20 @@ pub struct Member {
     pub results: PathBuf,
 }
 
+#[cfg(test)]
+impl Member {
+    /// One whose results file is in a folder.
+    fn sample(name: &str, folder: &std::path::Path) -> Self {
+        Member {
+            name: name.into(),
+            case: "a.json".into(),
+            overrides: Vec::new(),
+            completed: Value::Null,
+            results: folder.join(format!("{name}.vtkhdf")),
+        }
+    }
+}
+
 /// Why a member cannot be run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Refusal {

@@ -268,13 +268,7 @@ mod tests {
     #[test]
     fn a_file_that_cannot_be_read_is_a_row_with_its_reason() {
         let folder = tempfile::tempdir().expect("a folder");
-        let member = Member {
-            name: "a".into(),
-            case: "a.json".into(),
-            overrides: Vec::new(),
-            completed: serde_json::Value::Null,
-            results: folder.path().join("a.vtkhdf"),
-        };
+        let member = Member::sample("a", folder.path());
         std::fs::write(&member.results, "torn").expect("written");
         let figures = Figures::of(&member);
         assert!(figures.status == "unreadable" && figures.reason.contains("a.vtkhdf"), "{figures:?}");

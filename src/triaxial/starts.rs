@@ -26,7 +26,7 @@ impl Last {
         if now.len() != self.poses.len() && has_nodes {
             return None;
         }
-        self.poses.extend(now.iter().skip(self.poses.len()).copied().collect::<Vec<_>>());
+        self.poses.extend(now.iter().skip(self.poses.len()));
         let broken = fractures.iter().flat_map(|fracture| fracture.parts.iter().chain([&fracture.body]));
         broken.for_each(|body| self.poses[*body] = now[*body]);
         Some(self)

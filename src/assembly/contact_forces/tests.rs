@@ -77,7 +77,7 @@ fn compare(faces: FaceContact) {
         contacts.yield_to_forces(0.0);
         contacts.evaluate(&model, &committed, &poses).expect("far enough apart");
         let (rows, excess) = forces(&contacts, &model, &dofs, &poses);
-        contacts.update_tangents(&model, &poses);
+        contacts.update_tangents(&model, &poses, |_| true);
         let touching = contacts.pairs.iter().map(|pair| (pair.a(), pair.b()));
         let pattern = BlockPattern::new(&dofs, touching.chain(contacts.unknown_forces.couplings(&dofs)));
         let mut values = vec![0.0; pattern.entries()];
@@ -139,7 +139,7 @@ fn split_is_the_stiffness() {
     contacts.unknown_forces.move_by(&dofs, &away);
     contacts.yield_to_forces(0.0);
     contacts.evaluate(&model, &committed, &poses).expect("far enough apart");
-    contacts.update_tangents(&model, &poses);
+    contacts.update_tangents(&model, &poses, |_| true);
     let (unknown_forces, bodies) = (&contacts.unknown_forces, dofs.without_contacts());
     let touching = || contacts.pairs.iter().map(|pair| (pair.a(), pair.b()));
     let whole = BlockPattern::new(&dofs, touching().chain(unknown_forces.couplings(&dofs)));

@@ -11,8 +11,8 @@ use crate::triaxial::test::Test;
 use crate::triaxial::test::increments::REST_SHARE;
 
 impl Test {
-    /// Breaks up what the last increment left to, `done` of the stage behind it; which bodies broke, `None` where no rock failed. Contacts on failed rock and on new shapes store other energy: what they
-    /// lose is crushing, what they gain came from nowhere and is told as such.
+    /// Breaks up what the last increment left to, `done` of the stage behind it; which bodies broke, `None` where no rock failed. Contacts on failed rock
+    /// and on new shapes store other energy: what they lose is crushing, what they gain came from nowhere and is told as such.
     pub(super) fn break_up(
         &mut self,
         rig: &mut Rig,
