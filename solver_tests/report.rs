@@ -408,10 +408,12 @@ fn measured_lines_join_their_own_points() {
     let folder = tempfile::tempdir().expect("a folder");
     let (file, table) = (folder.path().join("run.h5"), folder.path().join("lab.csv"));
     write_made_run(&file, Outcome::Finished);
-    let header = "axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]";
+    let header = "axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%], u [kPa]";
     std::fs::write(&table, format!("{header}\n0,0,\n1,,0.2\n2,2,\n3,,0.5\n4,3,\n5,,0.7\n")).expect("a table");
     let out = folder.path().join("report");
-    write_report(&[file], &[table], &out, None).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_report(&[file], &[table], &out, None).unwrap_or_else(|e| panic!("{e}"));
+    let told = &report.remarks[0];
+    assert!(told.ends_with("lab.csv: columns not used: u [kPa]"), "{told}");
     let svg = read(&out.join("stress_strain.svg"));
     // Other black lines (axes, ticks) are of two or three points, too, but not this far along.
     let long = |line: &&Vec<[f64; 2]>| line.len() == 3 && line[0][0] < line[1][0] && line[1][0] < line[2][0];

@@ -72,10 +72,10 @@ pub fn write_report(
 ) -> Result<Report> {
     let runs = Run::open_all(files)?;
     let labels: Vec<String> = runs.iter().map(|run| run.label.clone()).collect();
-    let curves = read_laboratories(laboratory, &labels)?;
+    let (curves, remarks) = read_laboratories(laboratory, &labels)?;
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     let width = width.map(|width| width * PIXELS_PER_METRE);
-    let mut output = Output { folder, width, report: Report::default() };
+    let mut output = Output { folder, width, report: Report { remarks, ..Report::default() } };
     let mut page = Page::new(&runs)?;
 
     let overlay = curves::chart(&runs, &curves)?;
