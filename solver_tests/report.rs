@@ -437,6 +437,18 @@ fn files_without_runs_are_errors_and_empty_runs_are_reports() {
     drop(Writer::create(&empty, &record, Existing::Refuse).expect("a new file"));
     let report = write_report(&[empty], &[], &out, None).unwrap_or_else(|e| panic!("{e}"));
     assert!(read(&report.page).contains("killed"));
+    // A specimen as generated.
+    let specimen = folder.path().join("specimen.h5");
+    let mut writer = Writer::create(&specimen, &record, Existing::Refuse).expect("a new file");
+    writer
+        .write_table("specimen", &[Column::floats("void_ratio", "1", "void ratio", vec![0.45])])
+        .expect("a table");
+    writer.finish(Outcome::Finished, "", 0).expect("an end");
+    drop(writer);
+    let report = write_report(&[specimen], &[], &out, None).unwrap_or_else(|e| panic!("{e}"));
+    let page = read(&report.page);
+    assert!(page.contains("<th>void ratio, generated</th><td>0.45</td>"), "{page}");
+    assert!(page.contains("<th>increments</th><td>0</td>") && !page.contains("factorisations"), "{page}");
 }
 
 /// Two blocks, the upper pressed and pushed over the lower.

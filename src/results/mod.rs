@@ -18,6 +18,7 @@ mod inspect;
 pub mod journal;
 mod lock;
 mod network;
+mod number;
 mod pairs;
 mod reader;
 mod record;
@@ -40,6 +41,7 @@ pub use history::{
 };
 pub use lock::check_unused;
 pub use network::{write_network, write_stl};
+pub use number::fixed;
 pub use pairs::ContactPair;
 pub use reader::{NumberKind, Reader, Restart};
 pub use record::{COMMIT, CaseRecord, ENDINGS, Outcome, Status, VERSION, host, results_file};
