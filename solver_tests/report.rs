@@ -603,6 +603,18 @@ fn a_batch_says_why_a_member_has_no_results() {
     );
     let (_, stderr) = ends_with(2, folder.path(), &["batch", "none.json"]);
     assert!(stderr.contains("none.json"), "{stderr}");
+    // One kind of file for another.
+    write_made_run(&folder.path().join("made.vtkhdf"), Outcome::Finished);
+    for (command, file, says) in [
+        ("batch", "dense.json", "riprap run dense.json"),
+        ("run", "plan.json", "riprap batch plan.json"),
+        ("check", "plan.json", "riprap batch plan.json"),
+        ("run", "made.vtkhdf", "riprap info made.vtkhdf"),
+        ("batch", "made.vtkhdf", "riprap info made.vtkhdf"),
+    ] {
+        let (_, stderr) = ends_with(2, folder.path(), &[command, file]);
+        assert!(stderr.contains(says), "{stderr}");
+    }
 }
 
 #[test]

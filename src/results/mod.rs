@@ -36,6 +36,7 @@ mod writer;
 
 pub use breakage::breakage_tables;
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
+pub use head::is_results;
 pub use history::{
     BODY_QUANTITIES, BodyRow, GRAIN_QUANTITIES, GrainRow, HISTORY, HistoryRow, Quantity, Value,
 };
