@@ -350,6 +350,10 @@ fn charts_are_as_wide_as_a_column() {
     let physical = png.windows(4).position(|name| name == b"pHYs").expect("its pixels a metre");
     let millimetres = 1e3 * f64::from(number(16)) / f64::from(number(physical + 4));
     assert!((millimetres - 84.0).abs() < 0.5, "{millimetres}");
+    // 300 an inch.
+    assert_eq!(number(physical + 4), 11811);
+    let svg = read(&out.join("stress_strain.svg"));
+    assert!(svg.contains("contraction +") && svg.contains("volume strain [%],"), "an axis has lost its name");
 }
 
 /// Strains of a run without a stage behind the consolidation, or without one, count from its start.
