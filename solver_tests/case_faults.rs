@@ -417,7 +417,7 @@ const BROKEN: &[Row] = &[
     (SPECIMEN, "/contact/limit_pressure", "0", "$.contact.limit_pressure", "0", &["must be positive"]),
     (SPECIMEN, "/solver/first_penalty", "1e4", "$.solver.first_penalty", "10000.0", &["must be at most 1000"]),
     (SPECIMEN, "/contact/rounding", "0.5", "$.contact.rounding", "0.5", &["must be at most 0.1"]),
-    (SPECIMEN, "/stages/1/axial_strain", "15", "$.stages[1].axial_strain", "15", &["must be at most 0.5"]),
+    (SPECIMEN, "/stages/1/axial_strain", "15", "$.stages[1].axial_strain", "15", &["must be at most 0.5: did you mean \"15 %\"?"]),
     (SPECIMEN, "/stages/1/axial_strain", "5e-5", "$.stages[1].increment", "0.0001", &["exceeds the stage's axial_strain"]),
     (SPECIMEN, "/stages/1/increment", "0.2", "$.stages[1].increment", "0.2", &["exceeds the stage's axial_strain 0.15"]),
     (SPECIMEN, "/stages/1/increment", "1e-9", "$.stages[1].increment", "1e-9", &["makes more than 1e7 increments", "at least 1.5e-8"]),

@@ -350,6 +350,10 @@ fn charts_are_as_wide_as_a_column() {
     let physical = png.windows(4).position(|name| name == b"pHYs").expect("its pixels a metre");
     let millimetres = 1e3 * f64::from(number(16)) / f64::from(number(physical + 4));
     assert!((millimetres - 84.0).abs() < 0.5, "{millimetres}");
+    // 300 an inch.
+    assert_eq!(number(physical + 4), 11811);
+    let svg = read(&out.join("stress_strain.svg"));
+    assert!(svg.contains("contraction +") && svg.contains("volume strain [%],"), "an axis has lost its name");
 }
 
 /// Strains of a run without a stage behind the consolidation, or without one, count from its start.
@@ -408,10 +412,12 @@ fn measured_lines_join_their_own_points() {
     let folder = tempfile::tempdir().expect("a folder");
     let (file, table) = (folder.path().join("run.h5"), folder.path().join("lab.csv"));
     write_made_run(&file, Outcome::Finished);
-    let header = "axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%]";
+    let header = "axial_strain [%], deviatoric_stress [MPa], volumetric_strain [%], u [kPa]";
     std::fs::write(&table, format!("{header}\n0,0,\n1,,0.2\n2,2,\n3,,0.5\n4,3,\n5,,0.7\n")).expect("a table");
     let out = folder.path().join("report");
-    write_report(&[file], &[table], &out, None).unwrap_or_else(|e| panic!("{e}"));
+    let report = write_report(&[file], &[table], &out, None).unwrap_or_else(|e| panic!("{e}"));
+    let told = &report.remarks[0];
+    assert!(told.ends_with("lab.csv: columns not used: u [kPa]"), "{told}");
     let svg = read(&out.join("stress_strain.svg"));
     // Other black lines (axes, ticks) are of two or three points, too, but not this far along.
     let long = |line: &&Vec<[f64; 2]>| line.len() == 3 && line[0][0] < line[1][0] && line[1][0] < line[2][0];
@@ -435,6 +441,18 @@ fn files_without_runs_are_errors_and_empty_runs_are_reports() {
     drop(Writer::create(&empty, &record, Existing::Refuse).expect("a new file"));
     let report = write_report(&[empty], &[], &out, None).unwrap_or_else(|e| panic!("{e}"));
     assert!(read(&report.page).contains("killed"));
+    // A specimen as generated.
+    let specimen = folder.path().join("specimen.h5");
+    let mut writer = Writer::create(&specimen, &record, Existing::Refuse).expect("a new file");
+    writer
+        .write_table("specimen", &[Column::floats("void_ratio", "1", "void ratio", vec![0.45])])
+        .expect("a table");
+    writer.finish(Outcome::Finished, "", 0).expect("an end");
+    drop(writer);
+    let report = write_report(&[specimen], &[], &out, None).unwrap_or_else(|e| panic!("{e}"));
+    let page = read(&report.page);
+    assert!(page.contains("<th>void ratio, generated</th><td>0.45</td>"), "{page}");
+    assert!(page.contains("<th>increments</th><td>0</td>") && !page.contains("factorisations"), "{page}");
 }
 
 /// Two blocks, the upper pressed and pushed over the lower.
@@ -589,6 +607,18 @@ fn a_batch_says_why_a_member_has_no_results() {
     );
     let (_, stderr) = ends_with(2, folder.path(), &["batch", "none.json"]);
     assert!(stderr.contains("none.json"), "{stderr}");
+    // One kind of file for another.
+    write_made_run(&folder.path().join("made.vtkhdf"), Outcome::Finished);
+    for (command, file, says) in [
+        ("batch", "dense.json", "riprap run dense.json"),
+        ("run", "plan.json", "riprap batch plan.json"),
+        ("check", "plan.json", "riprap batch plan.json"),
+        ("run", "made.vtkhdf", "riprap info made.vtkhdf"),
+        ("batch", "made.vtkhdf", "riprap info made.vtkhdf"),
+    ] {
+        let (_, stderr) = ends_with(2, folder.path(), &[command, file]);
+        assert!(stderr.contains(says), "{stderr}");
+    }
 }
 
 #[test]

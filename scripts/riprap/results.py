@@ -74,7 +74,7 @@ class Results(riprap_results.Results):
         record = numpy.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("pad", "<u2")])
         record["normal"], record["corners"] = normals, corners
         with open(path, "wb") as file:
-            file.write(b"riprap: grains, in metres".ljust(80, b" "))
+            file.write(b"riprap, all bodies, in metres".ljust(80, b" "))
             file.write(numpy.uint32(len(record)).tobytes())
             file.write(record.tobytes())
         return len(record)

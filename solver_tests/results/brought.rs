@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use riprap::mesh::file::read_mesh;
-use riprap::mesh::formats::read_points;
+use riprap::mesh::formats::{holds_all_bodies, read_points};
 use riprap::results::{
     CellKind, Column, Existing, FieldMesh, Reader, Writer, write_network, write_stl, write_vtu_series,
 };
@@ -175,7 +175,9 @@ fn grains_go_out_as_stl_and_come_back() {
     let (all, bodies) = write_stl(&reader, dir.path(), "two").expect("exported");
     assert_eq!(bodies, 2);
     assert_eq!(std::fs::metadata(&all).expect("a file").len(), 84 + 24 * 50);
-    let points = read_points(&dir.path().join("two_00001.stl")).unwrap_or_else(|e| panic!("{e}"));
+    let one = dir.path().join("two_00001.stl");
+    assert!(holds_all_bodies(&all) && !holds_all_bodies(&one), "a folder of grains is a library of them");
+    let points = read_points(&one).unwrap_or_else(|e| panic!("{e}"));
     let hull = riprap::geometry::Polyhedron::convex_hull(&points).expect("a hull");
     assert!((hull.volume() / 1e-6 - 1.0).abs() < 1e-6, "{}", hull.volume());
     assert!((hull.centroid() - Vec3::new(0.0152, 0.005, 0.005)).norm() < 1e-7, "{}", hull.centroid());

@@ -1,10 +1,14 @@
 //! What is far from any rockfill, mostly by a forgotten unit, and what would be more than a machine can bear.
 
+use crate::specimen::Unreachable;
+
 use super::types::*;
 
 /// Plausible sizes of the coarsest grains [m] and pressures [Pa].
 const SIZES: [f64; 2] = [1e-4, 3.0];
 const PRESSURES: [f64; 2] = [1e3, 2e8];
+/// Volume of voids over that of solids: broadly graded rock at its densest has more than the first.
+const VOID_RATIOS: [f64; 2] = [0.15, 2.0];
 /// Gravity [m/s2]: of a small body to that of a large centrifuge.
 const GRAVITY: [f64; 2] = [1e-3, 3e3];
 /// Rotations [rad]: degrees are more than a turn.
@@ -68,6 +72,11 @@ impl Case {
             Geometry::Specimen(it) => {
                 found.look("specimen.grading: the largest size", first_size(&it.grading), "m", SIZES, METRES);
                 found.look("specimen.diameter", it.diameter, "m", [1e-3, 1e1], METRES);
+                // Whoever takes the nearest may ask for the densest so; another code's packing is as it is.
+                if it.packing.is_none() && it.unreachable == Unreachable::Refuse {
+                    let instead = "no packing of such grains is so dense, and compaction would take its time to find that out";
+                    found.look("specimen.void_ratio", it.void_ratio, "", VOID_RATIOS, instead);
+                }
             }
             Geometry::Scene(scene) => {
                 // Those that are too thick are told of as meshes are, by what they span.
@@ -200,6 +209,10 @@ mod tests {
             ("/specimen/grading=[[60, 1], [40, 0]]", "specimen.grading: the largest size is 60 m"),
             ("/stages/0/pressure=0.8", "stages[0]: the pressure is 0.8 Pa"),
             ("/rock/density=2.7", "rock.density is 2.7 kg/m3"),
+            (
+                "/specimen/void_ratio=0.06",
+                "specimen.void_ratio is 0.06, which is far from rockfill's (0.15 to 2):",
+            ),
             ("/contact/friction=5", "contact.friction is 5, which is far from rockfill's (0 to 2):"),
             ("/rock/tensile_strength=2500", "rock.tensile_strength is 2500 Pa"),
             ("/membrane/shear_modulus=20", "membrane.shear_modulus is 20 Pa"),
@@ -207,6 +220,9 @@ mod tests {
             let found = remarks(&["/specimen/grains=2000", given]);
             assert!(found.iter().any(|remark| remark.starts_with(says)), "{given}: {found:?}");
         }
+        // As dense as can be.
+        let nearest = ["/specimen/void_ratio=0.06", "/specimen/unreachable=nearest", "/specimen/grains=2000"];
+        assert_eq!(remarks(&nearest), none);
         // 2 mm of 0.45 MPa at 0.8 MPa: 1.4 mm.
         let thin = remarks(&["/membrane/thickness=2 mm", "/membrane/shear_modulus=0.45 MPa"]);
         assert!(

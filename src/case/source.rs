@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Fault, Faults, Result};
 use crate::input;
+use crate::results::is_results;
 
 use super::path::{child, fault_of_pointer, is_within, path_of, shortened};
 use super::walk::shown;
@@ -27,8 +28,15 @@ pub struct RawCase {
 /// Reads a case file that a user names, which may be a pipe.
 ///
 /// # Errors
-/// `Error::Io` if it can't be read, `Error::Json` with line and column if it isn't JSON.
+/// `Error::Io` if it can't be read, `Error::Json` with line and column if it isn't JSON, `Error::Usage` for a results file.
 pub fn read(path: &Path) -> Result<RawCase> {
+    if is_results(path) {
+        let file = path.display();
+        let message = format!(
+            "{file} is a results file: riprap info {file} says what is in it, riprap report {file} draws it"
+        );
+        return Err(Error::Usage(message));
+    }
     from_bytes(path, input::read_at_most(path, input::LARGEST_CASE))
 }
 

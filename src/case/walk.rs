@@ -350,11 +350,19 @@ fn in_si(value: &Value, dimension: Dimension, range: &Range) -> Result<Value, St
     let x = quantity::read(value, dimension)?;
     match (range.problem(x, dimension), dimension.si_unit()) {
         (None, _) => Ok(Value::from(x)),
+        (Some(problem), "") => Err(meant(&problem, in_per_cent(x, range).as_deref())),
         (Some(problem), unit) if value.is_number() && !unit.is_empty() && x != 0.0 => {
             Err(format!("{problem} (a plain number is in {unit})"))
         }
         (Some(problem), _) => Err(problem),
     }
+}
+
+/// What a number beyond the range of shares and strains was most likely meant as: 15 for 15 %.
+fn in_per_cent(x: f64, range: &Range) -> Option<String> {
+    let is_share = range.low >= 0.0 && range.high <= 1.0;
+    let fits = range.problem(0.01 * x, Dimension::None).is_none();
+    (is_share && x >= 1.0 && fits).then(|| format!("{x} %"))
 }
 
 /// A whole number between two, or what is wrong with it.
@@ -420,6 +428,22 @@ pub fn number(object: &Value, key: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_in_per_cent_are_told_how_to_say_so() {
+        let said = |value: Value, range: Range| in_si(&value, Dimension::None, &range).expect_err("a fault");
+        let strain = Range { low: 0.0, above: true, high: 0.5, below: false };
+        let share = Range { low: 0.0, above: false, high: 1.0, below: false };
+        assert_eq!(said(15.into(), strain), "must be at most 0.5: did you mean \"15 %\"?");
+        assert_eq!(said("62.5".into(), share), "must be at most 1: did you mean \"62.5 %\"?");
+        assert_eq!(said(100.into(), share), "must be at most 1: did you mean \"100 %\"?");
+        // No share or strain, or none that would be sound.
+        for (value, range) in
+            [(120.0, share), (0.8, strain), (-3.0, strain), (15.0, Range { high: 10.0, ..share })]
+        {
+            assert!(!said(value.into(), range).contains("did you mean"), "{value}");
+        }
+    }
 
     #[test]
     fn long_values_are_shortened_between_characters() {

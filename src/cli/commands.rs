@@ -224,6 +224,7 @@ pub fn checked(input: &CaseInput, extra: Option<String>) -> Result<(RawCase, Cas
 /// The case as given, overrides applied.
 fn given(input: &CaseInput, extra: Option<String>) -> Result<RawCase, Failure> {
     let mut source = read(&input.case).map_err(Failure::of_input)?;
+    plan::refuse_plan(&source)?;
     let (mut overrides, mut faults) = (Vec::new(), Vec::new());
     for argument in input.overrides.iter().chain(&extra) {
         match parse_override(argument) {

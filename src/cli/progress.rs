@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::loading::StageEnd;
 use crate::material::Drawn;
 use crate::report::{SOUND, duration, short};
-use crate::results::{HISTORY, HistoryRow, Value as Number};
+use crate::results::{HISTORY, HistoryRow, Value as Number, fixed};
 use crate::setup::PlannedStage;
 use crate::simulation::{
     End, Observer, Options, Outcome, Resumption, Seating, SpecimenReport, StageReport, Step,
@@ -358,9 +358,9 @@ fn set_style(bar: &ProgressBar, template: &str) {
 }
 
 fn bar_message(row: &HistoryRow) -> String {
-    let (ea, q) = (100.0 * row.axial_strain, 1e-6 * row.deviatoric_stress);
+    let (ea, q) = (fixed(100.0 * row.axial_strain, 2), fixed(1e-6 * row.deviatoric_stress, 3));
     let work = format!("{} aug {} fact", row.augmentations, row.factorisations);
-    if ea.is_nan() { work } else { format!("ea {ea:.2} %  q {q:.3} MPa  {work}") }
+    if row.axial_strain.is_nan() { work } else { format!("ea {ea} %  q {q} MPa  {work}") }
 }
 
 /// What a specimen came to, its grading and the shape of its grains included.

@@ -107,13 +107,14 @@ fn show_study(
     values.write_csv(&folder.join("study.csv"))?;
     let mut sections = vec![Section::Table(turned.header, turned.rows)];
     let ensemble = vary == Vary::Seed;
-    let second = match ensemble {
-        true => table::scatter(&quantities),
-        false => table::orders(kept, &quantities),
+    let (second, file) = match ensemble {
+        true => (table::scatter(&quantities), "scatter.csv"),
+        false => (table::orders(kept, &quantities), "order.csv"),
     };
     if ensemble || kept.iter().any(|setting| setting.size.is_some()) {
         say(&format!("\n{}", second.to_list()));
-        second.write_csv(&folder.join(if ensemble { "scatter.csv" } else { "order.csv" }))?;
+        let numbers = if ensemble { second.clone() } else { table::order_numbers(kept, &quantities) };
+        numbers.write_csv(&folder.join(file))?;
         sections.push(Section::Table(second.header, second.rows));
     }
     let mut draw = |stem: &str, chart: Option<Chart>, caption: &str| -> Result<(), Error> {

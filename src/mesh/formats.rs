@@ -4,7 +4,8 @@
 //! Sources: Gmsh reference manual, "Gmsh file formats", MSH 2.2 and 4.1; STL by `stl_io`; PLY: Turk (1994), "The PLY polygon file format"; OBJ: the
 //! `v` lines alone; `.vtu`: `mesh::encoded`. Cells have VTK's types and order of points. Lengths are those of the file.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{Cursor, Read as _};
 use std::path::Path;
 use std::str::SplitWhitespace;
 
@@ -17,6 +18,10 @@ use crate::tensor::Vec3;
 /// Endings of files of cells, and of files of points alone.
 pub const OF_CELLS: [&str; 2] = ["vtu", "msh"];
 pub const OF_POINTS: [&str; 3] = ["stl", "obj", "ply"];
+
+/// What riprap's own binary .stl begin with: the file of one body, and that of all bodies together.
+pub const STL_OF_ONE: &[u8] = b"riprap, one body, in metres";
+pub const STL_OF_ALL: &[u8] = b"riprap, all bodies, in metres";
 
 /// VTK's types of what a `.msh` may hold.
 const VERTEX: u32 = 1;
@@ -35,6 +40,17 @@ type Read<T> = std::result::Result<T, String>;
 /// The ending of a file's name, in small letters.
 pub fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// Whether a file is an `.stl` in which riprap put all bodies of a state together. One that cannot be read is none.
+pub fn holds_all_bodies(path: &Path) -> bool {
+    // A pipe that nobody writes to would never open.
+    if ending(path) != "stl" || !path.is_file() {
+        return false;
+    }
+    let mut head = vec![0; STL_OF_ALL.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == STL_OF_ALL
 }
 
 /// All points of a file of cells or of a surface, in the file's unit of length.

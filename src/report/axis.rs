@@ -1,5 +1,7 @@
 //! Axes: ranges, ticks and their labels.
 
+use crate::results::fixed;
+
 /// An axis of a panel.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Axis {
@@ -176,12 +178,7 @@ fn label(tick: f64, step: f64) -> String {
         return scientific(tick);
     }
     let decimals = (-step.log10() - 1e-9).ceil().clamp(0.0, 8.0) as usize;
-    let text = format!("{tick:.decimals$}");
-    minus(if text.trim_start_matches(['-', '0', '.']).is_empty() {
-        text.trim_start_matches('-')
-    } else {
-        &text
-    })
+    minus(&fixed(tick, decimals))
 }
 
 /// A number in few characters.

@@ -5,6 +5,7 @@
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, text_width};
+use super::lettering::{fitted, least_width, shortened, wrapped};
 use super::note;
 use super::palette::{AXIS, BLACK, Colour, GRID, INK, Stroke, WHITE};
 
@@ -72,9 +73,15 @@ pub struct Chart {
     pub beside: Option<[f64; 2]>,
 }
 
+/// Right of a panel, and below its axis [px].
+const RIGHT: f64 = 22.0;
+const BELOW: f64 = 52.0;
+/// By how much the name of an ordinate may be longer than its axis, and from its first line to a second [px].
+const OVERHANG: f64 = 30.0;
+const LINE: f64 = 15.0;
 /// Panels beside each other are no narrower than this [px].
 const NARROWEST: f64 = 290.0;
-/// A narrow chart is not lower than this share of its height.
+/// A narrow chart is not lower than this share of its height, nor than the names of its ordinates ask for.
 const LOWEST: f64 = 0.6;
 
 /// Where a panel's axes are [px].
@@ -132,11 +139,68 @@ impl Chart {
             height = self.size[1] * share.clamp(LOWEST, 1.0) / rows(columns).max(1.0) * rows(fit);
             chart.arrangement = Arrangement::Beside(fit);
         }
-        if let Some([x, y]) = self.beside {
-            height = y + (self.size[1] - y) * (width - x) / (self.size[0] - x);
-        }
+        height = height.max(chart.least_height());
         chart.size = [width, height];
+        if let Some([x, y]) = self.beside {
+            let tall = |beside: f64| y + (self.size[1] - y) * (width - beside) / (self.size[0] - x);
+            chart.size[1] = tall(x);
+            // Its room is none of the axes'.
+            chart.size[1] = tall(x + chart.second_line());
+        }
         chart
+    }
+
+    /// The height at which no name of an ordinate need be cut [px].
+    fn least_height(&self) -> f64 {
+        let needed = |panel: &Panel| (least_width(&panel.y.label, LABEL_SIZE) + 1.0 - OVERHANG).max(0.0);
+        match self.arrangement {
+            Arrangement::Stacked => {
+                let weights = self.weights();
+                let free = self.panels.iter().map(|panel| needed(panel) * weights / panel.weight.max(1e-9));
+                BELOW + self.gaps() + free.fold(0.0, f64::max)
+            }
+            Arrangement::Beside(_) => {
+                let cell = self.panels.iter().map(|panel| panel.above() + needed(panel) + BELOW);
+                self.rows() * cell.fold(0.0, f64::max)
+            }
+        }
+    }
+
+    /// How long the ordinates of the panels are [px].
+    fn heights(&self) -> Vec<f64> {
+        let height = |panel: &Panel| match self.arrangement {
+            Arrangement::Stacked => {
+                (self.size[1] - BELOW - self.gaps()).max(10.0) * panel.weight / self.weights()
+            }
+            Arrangement::Beside(_) => self.size[1] / self.rows() - panel.above() - BELOW,
+        };
+        self.panels.iter().map(height).collect()
+    }
+
+    /// The room of the second line of an ordinate's name, where one needs it [px].
+    fn second_line(&self) -> f64 {
+        let mut panels = self.panels.iter().zip(self.heights());
+        let is_needed =
+            panels.any(|(panel, height)| text_width(&panel.y.label, LABEL_SIZE) > height + OVERHANG);
+        if is_needed { LINE } else { 0.0 }
+    }
+
+    fn weights(&self) -> f64 {
+        self.panels.iter().map(|panel| panel.weight).sum::<f64>().max(1e-9)
+    }
+
+    /// Of stacked panels, what is above and between them [px].
+    fn gaps(&self) -> f64 {
+        self.panels.iter().map(|panel| panel.above() + 8.0).sum()
+    }
+
+    /// Rows of panels beside each other.
+    fn rows(&self) -> f64 {
+        let columns = match self.arrangement {
+            Arrangement::Stacked => 1,
+            Arrangement::Beside(columns) => columns.clamp(1, self.panels.len().max(1)),
+        };
+        self.panels.len().div_ceil(columns).max(1) as f64
     }
 
     /// Lays the chart out.
@@ -202,40 +266,36 @@ impl Chart {
         scales: &'a [(Scale, Scale)],
         head: f64,
     ) -> Vec<(&'a Panel, Frame, (&'a Scale, &'a Scale), bool)> {
+        let (heights, second_line) = (self.heights(), self.second_line());
         let margin = |y: &Scale| {
             let widest = y.labels().iter().map(|label| text_width(label, TICK_SIZE)).fold(0.0, f64::max);
-            widest + 42.0
+            widest + 42.0 + second_line
         };
         let left = scales.iter().map(|(_, y)| margin(y)).fold(0.0, f64::max);
         let [width, height] = self.size;
-        let (right, below) = (22.0, 52.0);
-        let title = |panel: &Panel| if panel.title.is_empty() { 8.0 } else { 26.0 };
         let mut frames = Vec::new();
         match self.arrangement {
             Arrangement::Stacked => {
-                let gaps: f64 = self.panels.iter().map(title).sum::<f64>() + 8.0 * self.panels.len() as f64;
-                let weights: f64 = self.panels.iter().map(|panel| panel.weight).sum();
-                let free = (height - below - gaps).max(10.0);
                 let mut top = head;
                 for (at, (panel, (x, y))) in self.panels.iter().zip(scales).enumerate() {
-                    top += title(panel);
-                    let bottom = top + free * panel.weight / weights.max(1e-9);
-                    let frame = Frame { left, right: width - right, top, bottom };
+                    top += panel.above();
+                    let bottom = top + heights[at];
+                    let frame = Frame { left, right: width - RIGHT, top, bottom };
                     frames.push((panel, frame, (x, y), at + 1 == self.panels.len()));
                     top = bottom + 8.0;
                 }
             }
             Arrangement::Beside(columns) => {
                 let columns = columns.clamp(1, self.panels.len().max(1));
-                let rows = self.panels.len().div_ceil(columns);
-                let cell = [width / columns as f64, height / rows.max(1) as f64];
+                let cell = [width / columns as f64, height / self.rows()];
                 for (at, (panel, (x, y))) in self.panels.iter().zip(scales).enumerate() {
                     let corner = [(at % columns) as f64 * cell[0], head + (at / columns) as f64 * cell[1]];
+                    let top = corner[1] + panel.above();
                     let frame = Frame {
                         left: corner[0] + left,
-                        right: corner[0] + cell[0] - right,
-                        top: corner[1] + title(panel),
-                        bottom: corner[1] + cell[1] - below,
+                        right: corner[0] + cell[0] - RIGHT,
+                        top,
+                        bottom: top + heights[at],
                     };
                     frames.push((panel, frame, (x, y), true));
                 }
@@ -282,33 +342,6 @@ impl Chart {
 
 fn entry_width(label: &str) -> f64 {
     SAMPLE + 7.0 + text_width(label, TICK_SIZE) + 22.0
-}
-
-/// The text, cut with an ellipsis to `width` [px].
-pub fn fitted(text: &str, size: f64, width: f64) -> String {
-    if text_width(text, size) <= width {
-        return text.to_string();
-    }
-    let mut kept: String = text.to_string();
-    while !kept.is_empty() && text_width(&kept, size) + size > width {
-        kept.pop();
-    }
-    kept.trim_end().to_string() + "…"
-}
-
-/// The text, its middle cut out to `width` [px], since names often differ at their ends.
-fn shortened(text: &str, size: f64, width: f64) -> String {
-    if text_width(text, size) <= width {
-        return text.to_string();
-    }
-    let letters: Vec<char> = text.chars().collect();
-    let cut = |kept: usize| -> String {
-        let (head, tail) = (&letters[..kept.div_ceil(2)], &letters[letters.len() - kept / 2..]);
-        let [head, tail] = [head, tail].map(|part| part.iter().collect::<String>());
-        format!("{}…{}", head.trim_end(), tail.trim_start())
-    };
-    let fits = |kept: &usize| text_width(&cut(*kept), size) <= width;
-    cut((0..letters.len()).rev().find(fits).unwrap_or(0))
 }
 
 /// What the legend of a chart `width` wide shows of a label that leaves `room` for more [px].
@@ -403,6 +436,11 @@ fn draw_grid(drawing: &mut Drawing, axes: Axes<'_>) {
 }
 
 impl Panel {
+    /// What is above its axes [px].
+    fn above(&self) -> f64 {
+        if self.title.is_empty() { 8.0 } else { 26.0 }
+    }
+
     /// All abscissae (axis 0) or ordinates (axis 1).
     pub fn values(&self, axis: usize) -> Vec<f64> {
         self.layers.iter().flat_map(|layer| layer.values(axis)).collect()
@@ -453,8 +491,12 @@ impl Panel {
             drawing.text([middle, bottom + 36.0], &self.x.label, LABEL_SIZE, INK, Anchor::Middle);
         }
         let widest = y.labels().iter().map(|label| text_width(label, TICK_SIZE)).fold(0.0, f64::max);
-        let label = fitted(&self.y.label, LABEL_SIZE, bottom - top + 30.0);
-        drawing.turned_text([left - widest - 24.0, 0.5 * (top + bottom)], &label, LABEL_SIZE, INK);
+        // It reads upwards: the first line is the outer one.
+        let lines = wrapped(&self.y.label, LABEL_SIZE, bottom - top + OVERHANG);
+        for (at, line) in lines.iter().rev().enumerate() {
+            let place = [left - widest - 24.0 - LINE * at as f64, 0.5 * (top + bottom)];
+            drawing.turned_text(place, line, LABEL_SIZE, INK);
+        }
         if !self.title.is_empty() {
             let title = fitted(&self.title, LABEL_SIZE, right - left + 20.0);
             drawing.text([left, top - 12.0], &title, LABEL_SIZE, BLACK, Anchor::Left);
@@ -518,148 +560,4 @@ fn name_inside(drawing: &mut Drawing, layer: &Layer, place: &impl Fn(&[f64; 2]) 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::drawing::Mark;
-    use super::super::palette::{BLUE, FULL};
-    use super::*;
-
-    const SIZE: [f64; 2] = [WIDTH, 460.0];
-
-    fn curve(points: &[[f64; 2]]) -> Layer {
-        let stroke = Stroke { colour: BLUE, width: 2.0, dash: FULL };
-        Layer::Curve { label: "a curve".into(), points: points.to_vec(), stroke }
-    }
-
-    fn lines(drawing: &Drawing, colour: Colour) -> Vec<Vec<[f64; 2]>> {
-        let of = |mark: &Mark| match mark {
-            Mark::Line { points, stroke } if stroke.colour == colour => Some(points.clone()),
-            _ => None,
-        };
-        drawing.marks.iter().filter_map(of).collect()
-    }
-
-    /// Ticks' labels and the curve agree on where a value lies.
-    #[test]
-    fn data_lie_where_the_ticks_say() {
-        let mut panel = Panel::new(Axis::new("x"), Axis::new("y"));
-        panel.layers.push(curve(&[[0.0, 0.0], [1.0, 10.0], [2.0, 20.0]]));
-        let drawing = Chart::new("t", vec![panel], Arrangement::Stacked, SIZE).draw();
-        let curves = lines(&drawing, BLUE);
-        // The first is the legend's sample.
-        let points = &curves[1];
-        let at = |wanted: &str, axis: usize| -> Vec<f64> {
-            let of = |mark: &Mark| match mark {
-                Mark::Text { at, text, .. } if text == wanted => Some(at[axis]),
-                _ => None,
-            };
-            drawing.marks.iter().filter_map(of).collect()
-        };
-        assert!(at("1.0", 0).iter().any(|x| (x - points[1][0]).abs() < 1e-9), "{:?}", at("1.0", 0));
-        assert!(at("10", 1).iter().any(|y| (y - points[1][1]).abs() < 1e-9), "{:?}", at("10", 1));
-        // Straight data make a straight line: the mapping is linear.
-        let [a, b, c] = [points[0], points[1], points[2]];
-        assert!((a[0] + c[0] - 2.0 * b[0]).abs() < 1e-9 && (a[1] + c[1] - 2.0 * b[1]).abs() < 1e-9);
-        assert!(a[0] < c[0] && a[1] > c[1], "x to the right, y upwards");
-    }
-
-    /// No two texts of a crowded chart touch, and none leaves it.
-    #[test]
-    fn texts_do_not_overlap() {
-        let mut panels = Vec::new();
-        for at in 0..4 {
-            let mut panel = Panel::new(Axis::new("abscissa [m]"), Axis::new("ordinate [N]"));
-            panel.title = format!("panel {at}");
-            for number in 0..9 {
-                let points = (0..5).map(|k| [f64::from(k) * 1234.5, f64::from(k * number) * 1e-4]).collect();
-                let label = format!("a run with a rather long name, number {number}");
-                panel.layers.push(Layer::Curve { label, points, stroke: Stroke::of(number as usize) });
-            }
-            panels.push(panel);
-        }
-        for arrangement in [Arrangement::Stacked, Arrangement::Beside(2)] {
-            let drawing = Chart::new("A title", panels.clone(), arrangement, [720.0, 620.0]).draw();
-            let boxes: Vec<([f64; 4], String)> = drawing
-                .marks
-                .iter()
-                .filter_map(|mark| match mark {
-                    Mark::Text { at, text, size, anchor, turned, .. } => {
-                        let (long, half) = (text_width(text, *size), 0.36 * size);
-                        let shift = match anchor {
-                            Anchor::Left => 0.0,
-                            Anchor::Middle => 0.5,
-                            Anchor::Right => 1.0,
-                        };
-                        let rect = match turned {
-                            false => [
-                                at[0] - shift * long,
-                                at[1] - half,
-                                at[0] + (1.0 - shift) * long,
-                                at[1] + half,
-                            ],
-                            true => [at[0] - half, at[1] - 0.5 * long, at[0] + half, at[1] + 0.5 * long],
-                        };
-                        Some((rect, text.clone()))
-                    }
-                    _ => None,
-                })
-                .collect();
-            for (k, (a, text)) in boxes.iter().enumerate() {
-                assert!(
-                    a[0] >= 0.0 && a[2] <= drawing.size[0] && a[1] >= 0.0 && a[3] <= drawing.size[1],
-                    "{text}"
-                );
-                for (b, other) in &boxes[..k] {
-                    let apart = a[0] >= b[2] || b[0] >= a[2] || a[1] >= b[3] || b[1] >= a[3];
-                    assert!(apart, "{arrangement:?}: {text:?} {a:?} on {other:?} {b:?}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn long_texts_are_cut() {
-        let cut = fitted(&"very ".repeat(60), 12.0, 200.0);
-        assert!(cut.ends_with('…') && text_width(&cut, 12.0) <= 200.0, "{cut}");
-        let cut = shortened(&format!("first {}last", "very ".repeat(60)), 12.0, 200.0);
-        assert!(cut.starts_with("first ") && cut.ends_with(" last"), "{cut}");
-        assert!(cut.contains('…') && text_width(&cut, 12.0) <= 200.0, "{cut}");
-    }
-
-    /// Names of curves that differ only in what does not fit are still told apart.
-    #[test]
-    fn no_two_entries_of_a_legend_are_alike() {
-        let mut panel = Panel::new(Axis::new("x"), Axis::new("y"));
-        for letter in ["a", "b", "c"] {
-            let far = "far ".repeat(60);
-            let label = format!("{far}{letter} {far}");
-            let (points, stroke) = (vec![[0.0, 0.0], [1.0, 1.0]], Stroke::of(0));
-            panel.layers.push(Layer::Curve { label, points, stroke });
-        }
-        let chart = Chart::new("t", vec![panel], Arrangement::Stacked, SIZE);
-        let mut labels: Vec<String> =
-            chart.legend(WIDTH).into_iter().flatten().map(|(_, label)| label).collect();
-        assert!(labels.iter().all(|label| entry_width(label) <= WIDTH - 16.0), "{labels:?}");
-        labels.dedup();
-        assert_eq!(labels.len(), 3, "{labels:?}");
-    }
-
-    #[test]
-    fn in_a_column_circles_are_round_and_panels_below_each_other() {
-        let arc = |k: usize| (std::f64::consts::PI * k as f64 / 60.0).sin_cos();
-        let circle: Vec<[f64; 2]> = (0..=60).map(arc).map(|(sine, cosine)| [1.0 - cosine, sine]).collect();
-        let (x, y) = (Axis::new("x").from(0.0).to(2.2), Axis::new("y").from(0.0).to(2.2 * 316.0 / 628.0));
-        let panel = Panel { layers: vec![curve(&circle)], ..Panel::new(x, y) };
-        let mut chart = Chart::new("", vec![panel.clone()], Arrangement::Stacked, [720.0, 384.0]);
-        chart.beside = Some([92.0, 68.0]);
-        for width in [720.0, 317.0] {
-            let drawn = lines(&chart.of_width(width).draw(), BLUE);
-            let reach = |axis: usize| {
-                let all = drawn.iter().flatten().map(|p| p[axis]);
-                all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min)
-            };
-            assert!((reach(0) / reach(1) / 2.0 - 1.0).abs() < 0.08, "{width}: {} {}", reach(0), reach(1));
-        }
-        let pair = Chart::new("", vec![panel.clone(), panel], Arrangement::Beside(2), SIZE).of_width(317.0);
-        assert!(pair.arrangement == Arrangement::Beside(1) && pair.size[1] > 500.0, "{:?}", pair.size);
-    }
-}
+mod tests;

@@ -2,8 +2,8 @@
 //!
 //! Charts are laid out once, in pixels of [`Drawing::size`] with y downwards; both formats are painted from the same
 //! marks by plotters' backends. Those take whole pixels, so marks are painted four times larger: an SVG is then exact to
-//! a quarter of a pixel, and a PNG, averaged over two by two, has twice the drawing's pixels and smooth edges. Texts are
-//! measured and rasterised with the embedded font; an SVG leaves them as text.
+//! a quarter of a pixel, and a PNG, averaged over two by two, has twice the drawing's pixels and smooth edges. For print marks are
+//! painted larger still. Texts are measured and rasterised with the embedded font; an SVG leaves them as text.
 
 use std::sync::OnceLock;
 
@@ -16,12 +16,15 @@ use crate::error::{Error, Result};
 use super::image::Image;
 use super::palette::{Colour, Dash, Stroke, WHITE};
 
-/// Backend pixels per drawing pixel.
+/// Backend pixels per drawing pixel, but for print.
 const SCALE: f64 = 4.0;
 /// Backend pixels averaged along a PNG pixel's edge.
 const AVERAGED: usize = 2;
 /// PNG pixels per drawing pixel.
 pub const PNG_SCALE: f64 = SCALE / AVERAGED as f64;
+/// Pixels an inch of a drawing, and of its PNG in print.
+const PER_INCH: f64 = 96.0;
+pub const PRINT: f64 = 300.0;
 
 const FONT: &str = "sans-serif";
 /// What viewers of an SVG take: nearly the widths of the embedded font.
@@ -114,12 +117,12 @@ impl Drawing {
     /// The drawing as an SVG document.
     pub fn to_svg(&self) -> Result<String> {
         let mut text = String::new();
-        let [width, height] = self.backend_size();
+        let [width, height] = self.backend_size(SCALE);
         {
             let mut backend = SVGBackend::with_string(&mut text, (width, height));
             background(&mut backend)?;
             for mark in &self.marks {
-                paint(&mut backend, mark, Format::Svg)?;
+                paint(&mut backend, mark, Format::Svg, SCALE)?;
             }
             backend.present().map_err(|e| fault(&e))?;
         }
@@ -136,24 +139,34 @@ impl Drawing {
     /// The drawing as pixels, [`PNG_SCALE`] times as many as its own along each edge. `under` is put below it, its
     /// upper left corner at a point of the drawing, its pixels those of the result times [`AVERAGED`].
     pub fn to_image(&self, under: &[([f64; 2], Image)]) -> Result<Image> {
-        let [width, height] = self.backend_size();
+        self.painted(SCALE, under)
+    }
+
+    /// The drawing as pixels of a figure in print, [`PRINT`] an inch.
+    pub fn to_print(&self) -> Result<Image> {
+        self.painted(PRINT / PER_INCH * AVERAGED as f64, &[])
+    }
+
+    fn painted(&self, scale: f64, under: &[([f64; 2], Image)]) -> Result<Image> {
+        let [width, height] = self.backend_size(scale);
         let mut image = Image::new(width as usize, height as usize, WHITE);
         for (at, picture) in under {
-            image.put([(at[0] * SCALE) as usize, (at[1] * SCALE) as usize], picture);
+            image.put([(at[0] * scale) as usize, (at[1] * scale) as usize], picture);
         }
         {
             let mut backend = BitMapBackend::with_buffer(&mut image.pixels, (width, height));
             for mark in &self.marks {
-                paint(&mut backend, mark, Format::Bitmap)?;
+                paint(&mut backend, mark, Format::Bitmap, scale)?;
             }
             backend.present().map_err(|e| fault(&e))?;
         }
         Ok(image.averaged(AVERAGED))
     }
 
-    fn backend_size(&self) -> [u32; 2] {
+    fn backend_size(&self, scale: f64) -> [u32; 2] {
         // Whole averages.
-        self.size.map(|x| (x.ceil().clamp(1.0, 8192.0) * SCALE) as u32)
+        let whole = |x: f64| (x * scale / AVERAGED as f64).ceil() as u32 * AVERAGED as u32;
+        self.size.map(|x| whole(x.ceil().clamp(1.0, 8192.0)))
     }
 }
 
@@ -195,16 +208,18 @@ fn background<B: DrawingBackend>(backend: &mut B) -> Result<()> {
     backend.draw_rect((0, 0), (width as i32, height as i32), &white, true).map_err(|e| fault(&e))
 }
 
-fn paint<B: DrawingBackend>(backend: &mut B, mark: &Mark, format: Format) -> Result<()> {
-    let place = |p: &[f64; 2]| ((p[0] * SCALE).round() as i32, (p[1] * SCALE).round() as i32);
+/// `scale` is the backend's pixels per drawing pixel.
+fn paint<B: DrawingBackend>(backend: &mut B, mark: &Mark, format: Format, scale: f64) -> Result<()> {
+    let place = |p: &[f64; 2]| ((p[0] * scale).round() as i32, (p[1] * scale).round() as i32);
     let rgb = |c: Colour| RGBColor(c.0, c.1, c.2);
     match mark {
         Mark::Line { points, stroke } => {
-            let width = (stroke.width * SCALE).round().max(1.0);
+            let width = (stroke.width * scale).round().max(1.0);
             let style = ShapeStyle::from(&rgb(stroke.colour)).stroke_width(width as u32);
             for piece in dashed(points, stroke.dash) {
                 // The bitmap's own thick lines have gaps and spikes at sharp turns.
                 if format == Format::Bitmap && width > 1.5 {
+                    let piece: Vec<[f64; 2]> = piece.iter().map(|p| p.map(|x| x * scale)).collect();
                     thick_line(backend, &piece, 0.5 * width, stroke.colour)?;
                     continue;
                 }
@@ -217,13 +232,13 @@ fn paint<B: DrawingBackend>(backend: &mut B, mark: &Mark, format: Format) -> Res
             backend.fill_polygon(points.iter().map(place), &style).map_err(|e| fault(&e))
         }
         Mark::Disc { centre, radius, colour } => {
-            let radius = (radius * SCALE).round().max(1.0) as u32;
+            let radius = (radius * scale).round().max(1.0) as u32;
             let style = ShapeStyle::from(&rgb(*colour)).filled();
             backend.draw_circle(place(centre), radius, &style, true).map_err(|e| fault(&e))
         }
         Mark::Text { at, text, size, colour, anchor, turned } => {
             font_is_there()?;
-            let em = size * SCALE;
+            let em = size * scale;
             let h_pos = match anchor {
                 Anchor::Left => HPos::Left,
                 Anchor::Middle => HPos::Center,
@@ -248,7 +263,7 @@ fn paint<B: DrawingBackend>(backend: &mut B, mark: &Mark, format: Format) -> Res
     }
 }
 
-/// A line as quads and discs of its half width, in backend pixels.
+/// A line as quads and discs of its half width, all in backend pixels.
 fn thick_line<B: DrawingBackend>(
     backend: &mut B,
     points: &[[f64; 2]],
@@ -258,7 +273,7 @@ fn thick_line<B: DrawingBackend>(
     let style = ShapeStyle::from(&RGBColor(colour.0, colour.1, colour.2)).filled();
     let whole = |x: f64, y: f64| (x.round() as i32, y.round() as i32);
     for (at, pair) in points.windows(2).enumerate() {
-        let [a, b] = [pair[0], pair[1]].map(|p| [p[0] * SCALE, p[1] * SCALE]);
+        let [a, b] = [pair[0], pair[1]];
         let along = [b[0] - a[0], b[1] - a[1]];
         let length = along[0].hypot(along[1]);
         if length < 1e-9 {
@@ -348,6 +363,10 @@ mod tests {
         assert_eq!((image.width, image.height), (80, 40));
         assert_eq!(image.at(40, 20), INK);
         assert_eq!(image.at(4, 4), WHITE);
+        // 300 an inch where the drawing has 96.
+        let print = drawing.to_print().unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((print.width, print.height), (125, 63));
+        assert_eq!([print.at(62, 31), print.at(6, 6)], [INK, WHITE]);
         let svg = drawing.to_svg().unwrap_or_else(|e| panic!("{e}"));
         assert!(svg.contains(r#"width="40" height="20" viewBox="0 0 160 80""#), "{svg}");
         assert!(svg.contains(r#"points="40,20 120,20 120,60 40,60 ""#), "{svg}");

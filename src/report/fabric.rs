@@ -8,8 +8,9 @@
 use crate::error::Result;
 
 use super::axis::{Axis, short};
-use super::chart::{Arrangement, Chart, Layer, Panel, fitted};
+use super::chart::{Arrangement, Chart, Layer, Panel};
 use super::drawing::{Anchor, Drawing};
+use super::lettering::fitted;
 use super::palette::{AXIS, BLACK, BLUE, Colour, DASHED, GRID, INK, ORANGE, Stroke};
 use super::run::{Largest, Run};
 

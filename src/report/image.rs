@@ -6,8 +6,8 @@ use crate::error::{Error, Result};
 
 use super::palette::Colour;
 
-/// 192 an inch, twice those of the page: a PNG is as large in print as its SVG.
-const PIXELS_PER_METRE: u32 = 7559;
+/// Of pictures, twice those of the page: a PNG is as large in print as on it.
+const PER_INCH: f64 = 192.0;
 
 /// Eight bits a channel, row after row from the upper left corner.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -68,13 +68,19 @@ impl Image {
 
     /// The image as a PNG file.
     pub fn to_png(&self) -> Result<Vec<u8>> {
+        self.to_png_of(PER_INCH)
+    }
+
+    /// The same of so many pixels an inch.
+    pub fn to_png_of(&self, per_inch: f64) -> Result<Vec<u8>> {
         let fault = |e: png::EncodingError| Error::Usage(format!("a picture cannot be encoded: {e}"));
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_compression(png::Compression::Balanced);
-        let (xppu, yppu) = (PIXELS_PER_METRE, PIXELS_PER_METRE);
+        let per_metre = (per_inch / 0.0254).round() as u32;
+        let (xppu, yppu) = (per_metre, per_metre);
         encoder.set_pixel_dims(Some(png::PixelDimensions { xppu, yppu, unit: png::Unit::Meter }));
         let mut writer = encoder.write_header().map_err(fault)?;
         writer.write_image_data(&self.pixels).map_err(fault)?;

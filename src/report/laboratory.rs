@@ -12,12 +12,13 @@
 //! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart, an empty cell of it as the one above. Other usual names are known too
 //! ([`NAMES`]). Strains are in `%` or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2` or `N/mm2`; a column without its unit is refused. Compression and
 //! contraction count positive. A cell may be empty. Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals
-//! may stand behind a comma. Other columns are left out, so that what `riprap export --csv` writes can be overlaid too.
+//! may stand behind a comma. Other columns are left out and named, but those that `riprap export --csv` writes: its tables can be overlaid too.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
+use crate::results::HISTORY;
 
 use super::decimal::Decimals;
 use super::heading::{heading, plain_unit};
@@ -33,30 +34,66 @@ pub struct LaboratoryCurve {
     pub volumetric_strain: Vec<f64>,
 }
 
+/// A file of laboratory curves.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LaboratoryTable {
+    pub curves: Vec<LaboratoryCurve>,
+    /// Headings of columns that were left out, those of riprap's own tables not among them.
+    pub unused: Vec<String>,
+}
+
 const COLUMNS: [&str; 4] = ["curve", "axial_strain", "deviatoric_stress", "volumetric_strain"];
-/// What else sheets call the columns: in small letters, without spaces, underscores, brackets and hyphens (a minus included).
+/// What else sheets call the columns: in small letters, without spaces, points, commas, underscores, brackets and hyphens (a minus included).
 const NAMES: [&[&str]; 4] = [
     &["curve", "test", "specimen", "sample", "versuch", "probe", "试样", "编号"],
-    &["axialstrain", "eps1", "epsilon1", "ε1", "εa", "epsa", "axialdehnung", "轴向应变", "轴应变"],
+    &[
+        "axialstrain",
+        "axstrain",
+        "eps1",
+        "epsilon1",
+        "ε1",
+        "e1",
+        "εa",
+        "epsa",
+        "epsilona",
+        "ea",
+        "axialdehnung",
+        "axialestauchung",
+        "stauchung",
+        "轴向应变",
+        "轴应变",
+    ],
     &[
         "deviatoricstress",
         "deviatorstress",
+        "devstress",
+        "deviator",
         "q",
         "sigma1sigma3",
+        "s1s3",
         "σ1σ3",
         "principalstressdifference",
+        "stressdifference",
         "deviatorspannung",
         "偏应力",
+        "偏差应力",
         "主应力差",
     ],
     &[
         "volumetricstrain",
         "volumestrain",
+        "volstrain",
         "volumechange",
+        "volchange",
         "epsv",
+        "epsvol",
         "epsilonv",
         "εv",
+        "εvol",
+        "ev",
         "volumendehnung",
+        "体变",
+        "体变率",
         "体应变",
         "体积应变",
     ],
@@ -66,30 +103,45 @@ const STRAINS: &[(&str, f64)] = &[("%", 0.01), ("1", 1.0), ("-", 1.0)];
 const STRESSES: &[(&str, f64)] = &[("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("kN/m2", 1e3), ("N/mm2", 1e6)];
 /// Faults of a table that are listed; the others are counted.
 const LISTED: usize = 10;
+/// Columns without use that are named; the others are counted.
+const NAMED: usize = 5;
 
 /// A line of a table and what is wrong there.
 type Fault = (usize, String);
 /// Where a row has the columns, and what makes their cells SI.
 type Places = [Option<(usize, f64)>; 4];
 
+impl LaboratoryTable {
+    /// What of a file's columns no curve shows, if any.
+    fn remark(&self, path: &Path) -> Option<String> {
+        let named = self.unused.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let more = match self.unused.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            count => format!(" and {count} more"),
+        };
+        (!named.is_empty()).then(|| format!("{}: columns not used: {named}{more}", path.display()))
+    }
+}
+
 /// Reads a file of laboratory curves.
 ///
 /// # Errors
 /// `Error::Io`; `Error::Usage` with file and line of everything that keeps it from being such a table.
-pub fn read_laboratory(path: &Path) -> Result<Vec<LaboratoryCurve>> {
+pub fn read_laboratory(path: &Path) -> Result<LaboratoryTable> {
     let bytes = input::read_at_most(path, input::LARGEST).map_err(|e| Error::io("read", path, e))?;
     let text = input::text_of(&bytes);
     let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
     parse(&text, &format!("laboratory, {stem}")).map_err(|faults| Error::Usage(listed(path, &faults)))
 }
 
-/// Reads several files. A curve's name that another file has, or that is among `taken`, gets its file's name behind it.
+/// Reads several files: their curves, and a remark on each that has columns without use. A curve's name that another file has, or that is among
+/// `taken`, gets its file's name behind it.
 ///
 /// # Errors
 /// As [`read_laboratory`].
-pub fn read_laboratories(paths: &[PathBuf], taken: &[String]) -> Result<Vec<LaboratoryCurve>> {
+pub fn read_laboratories(paths: &[PathBuf], taken: &[String]) -> Result<(Vec<LaboratoryCurve>, Vec<String>)> {
     let tables = paths.iter().map(|path| read_laboratory(path)).collect::<Result<Vec<_>>>()?;
-    let has = |table: &[LaboratoryCurve], label: &str| table.iter().any(|curve| curve.label == label);
+    let has = |table: &LaboratoryTable, label: &str| table.curves.iter().any(|curve| curve.label == label);
     let mut curves = Vec::new();
     for (at, (path, table)) in paths.iter().zip(&tables).enumerate() {
         let others: Vec<usize> = (0..paths.len()).filter(|&other| other != at).collect();
@@ -98,7 +150,7 @@ pub fn read_laboratories(paths: &[PathBuf], taken: &[String]) -> Result<Vec<Labo
             (true, Some(stem)) => stem.to_string_lossy().into_owned(),
             (_, _) => path.display().to_string(),
         };
-        for curve in table {
+        for curve in &table.curves {
             let elsewhere = others.iter().any(|&other| has(&tables[other], &curve.label));
             let label = match elsewhere || taken.contains(&curve.label) {
                 true => format!("{} ({file})", curve.label),
@@ -107,7 +159,8 @@ pub fn read_laboratories(paths: &[PathBuf], taken: &[String]) -> Result<Vec<Labo
             curves.push(LaboratoryCurve { label, ..curve.clone() });
         }
     }
-    Ok(curves)
+    let remarks = paths.iter().zip(&tables).filter_map(|(path, table)| table.remark(path)).collect();
+    Ok((curves, remarks))
 }
 
 /// The faults of a file, a line each.
@@ -120,20 +173,28 @@ fn listed(path: &Path, faults: &[Fault]) -> String {
     lines.join("\n")
 }
 
-/// Where a header has the columns, and what is wrong with it.
+/// Where a header has the columns, and what is wrong with it. A column that is called so and has no unit of its quantity counts only where no other
+/// has one: a volume change in cm³ beside the strain in %.
 fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
     let (mut places, mut faults): (Places, Vec<String>) = Default::default();
-    for (at, cell) in header.iter().enumerate() {
-        let (column, unit) = heading(cell);
-        let Some(number) = column_of(column) else { continue };
-        if places[number].is_some() {
+    for (number, place) in places.iter_mut().enumerate() {
+        let called_so = header.iter().enumerate().map(|(at, cell)| (at, heading(cell)));
+        let called_so = called_so.filter(|(_, (name, _))| column_of(name) == Some(number));
+        let (mut known, mut unknown) = (Vec::new(), Vec::new());
+        for (at, (_, unit)) in called_so {
+            match factor(number, unit) {
+                Ok(factor) => known.push((at, factor)),
+                Err(fault) => unknown.push((at, fault)),
+            }
+        }
+        if known.len() > 1 {
             faults.push(format!("has two columns {}", COLUMNS[number]));
         }
-        let factor = factor(number, unit).unwrap_or_else(|fault| {
+        *place = known.first().copied();
+        if let (None, Some((at, fault))) = (*place, unknown.into_iter().next()) {
             faults.push(fault);
-            f64::NAN
-        });
-        places[number] = Some((at, factor));
+            *place = Some((at, f64::NAN));
+        }
     }
     let names: Vec<&str> = header.iter().map(|cell| heading(cell).0).collect();
     let found = names.join(", ");
@@ -147,9 +208,17 @@ fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
     (places, faults)
 }
 
+/// Headings of columns that are not among `places` and that riprap does not write itself.
+fn unused(header: &csv::StringRecord, places: &Places) -> Vec<String> {
+    let is_used = |at: usize| places.iter().flatten().any(|(place, _)| *place == at);
+    let is_ours = |cell: &str| HISTORY.iter().any(|quantity| quantity.name == heading(cell).0);
+    let others = header.iter().enumerate().filter(|(at, cell)| !is_used(*at) && !cell.is_empty());
+    others.filter(|(_, cell)| !is_ours(cell)).map(|(_, cell)| cell.to_string()).collect()
+}
+
 /// The number of a column by its name or another usual one.
 fn column_of(name: &str) -> Option<usize> {
-    let left_out = |c: &char| !matches!(c, ' ' | '_' | '-' | '−' | '–' | '(' | ')' | '（' | '）');
+    let left_out = |c: &char| !matches!(c, ' ' | '.' | ',' | '_' | '-' | '−' | '–' | '(' | ')' | '（' | '）');
     let plain: String = name.to_lowercase().chars().filter(left_out).collect();
     // A word may have its symbol behind it: "Axial strain ε1".
     let is = |names: &&[&str]| {
@@ -196,7 +265,7 @@ fn numbers(cells: &csv::StringRecord, places: &Places, decimals: Decimals) -> Re
 }
 
 /// `name` is the curve's where the table has no `curve` column.
-fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
+fn parse(text: &str, name: &str) -> Result<LaboratoryTable, Vec<Fault>> {
     let Sheet { separator, rows } = Sheet::parse(text).map_err(|fault| vec![fault])?;
     let Some(((header_line, header), rows)) = rows.split_first() else {
         return Err(vec![(1, "has no header line".into())]);
@@ -251,12 +320,41 @@ fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
     if curves.is_empty() && faults.is_empty() {
         faults.push((*header_line, "has no rows below its header".into()));
     }
-    if faults.is_empty() { Ok(curves) } else { Err(faults) }
+    match faults.is_empty() {
+        true => Ok(LaboratoryTable { curves, unused: unused(header, &places) }),
+        false => Err(faults),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The curves alone.
+    fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
+        super::parse(text, name).map(|table| table.curves)
+    }
+
+    #[test]
+    fn columns_without_use_are_named() {
+        let unused = |header: &str| {
+            let cells = "1;".repeat(header.split(';').count());
+            let table = super::parse(&format!("{header}\n{}\n", cells.trim_end_matches(';')), "file");
+            table.unwrap_or_else(|e| panic!("{header}: {e:?}")).unused
+        };
+        assert_eq!(unused("ε1 [%];q [kPa];u [kPa];date;"), ["u [kPa]", "date"]);
+        // A quantity in another unit beside the one that counts.
+        assert_eq!(unused("ε1 [%];体变 [cm3];体应变 [%]"), ["体变 [cm3]"]);
+        let ours: Vec<String> = HISTORY.iter().map(|q| format!("{} [{}]", q.name, q.units)).collect();
+        assert_eq!(unused(&ours.join(";")), Vec::<String>::new());
+        let table = |count: usize| {
+            let unused = (1..=count).map(|k| format!("x{k}")).collect();
+            LaboratoryTable { curves: vec![], unused }.remark(Path::new("lab.csv"))
+        };
+        assert_eq!(table(0), None);
+        assert_eq!(table(2).as_deref(), Some("lab.csv: columns not used: x1, x2"));
+        assert_eq!(table(8).as_deref(), Some("lab.csv: columns not used: x1, x2, x3, x4, x5 and 3 more"));
+    }
 
     #[test]
     fn units_and_curves() {
@@ -319,6 +417,10 @@ mod tests {
             "Test; Axial strain (%); Deviator stress (kPa); Volume strain (%)",
             "curve;ε1 [%];σ1-σ3 [kN/m²];εv [%]",
             "sample;eps_1 (%);sigma1 - sigma3 (kN/m2);eps_v (%)",
+            "Sample;Axial strain, ea (%);Dev. stress (kPa);Vol. strain (%)",
+            "test;axial strain ea [%];deviator [kPa];vol strain ev [%]",
+            "试样;轴向应变/%;偏差应力/kPa;体变/%",
+            "试样;轴应变（%）;主应力差（kPa）;体变率（%）",
             "试样;轴向应变 (%);主应力差 (kPa);体应变 (%)",
             "试样编号;轴向应变ε1/%;偏应力(σ1-σ3)/kPa;体应变εv/%",
             "试样;轴向应变（％）;偏应力q（KPa）;体积应变（％）",
@@ -383,7 +485,9 @@ mod tests {
             path
         };
         let labels = |paths: &[PathBuf]| -> Vec<String> {
-            let curves = read_laboratories(paths, &["a run".into()]).unwrap_or_else(|e| panic!("{e}"));
+            let (curves, remarks) =
+                read_laboratories(paths, &["a run".into()]).unwrap_or_else(|e| panic!("{e}"));
+            assert!(remarks.is_empty(), "{remarks:?}");
             curves.into_iter().map(|curve| curve.label).collect()
         };
         let (wet, dry) = (write("wet.csv", ["0.8 MPa", "wet"]), write("dry.csv", ["0.8 MPa", "a run"]));

@@ -19,6 +19,7 @@ mod heading;
 mod hyperbola;
 mod image;
 mod laboratory;
+mod lettering;
 mod note;
 mod page;
 pub mod palette;
@@ -42,7 +43,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 
 use chart::Chart;
-use drawing::Drawing;
+use drawing::{Drawing, PRINT};
 use laboratory::read_laboratories;
 pub use page::Section;
 
@@ -72,10 +73,10 @@ pub fn write_report(
 ) -> Result<Report> {
     let runs = Run::open_all(files)?;
     let labels: Vec<String> = runs.iter().map(|run| run.label.clone()).collect();
-    let curves = read_laboratories(laboratory, &labels)?;
+    let (curves, remarks) = read_laboratories(laboratory, &labels)?;
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     let width = width.map(|width| width * PIXELS_PER_METRE);
-    let mut output = Output { folder, width, report: Report::default() };
+    let mut output = Output { folder, width, report: Report { remarks, ..Report::default() } };
     let mut page = Page::new(&runs)?;
 
     let overlay = curves::chart(&runs, &curves)?;
@@ -155,7 +156,7 @@ impl Output<'_> {
     fn drawing(&mut self, stem: &str, drawing: &Drawing) -> Result<String> {
         let svg = drawing.to_svg()?;
         self.write(&self.folder.join(format!("{stem}.svg")), svg.as_bytes())?;
-        let png = drawing.to_image(&[])?.to_png()?;
+        let png = drawing.to_print()?.to_png_of(PRINT)?;
         self.write(&self.folder.join(format!("{stem}.png")), &png)?;
         Ok(svg)
     }

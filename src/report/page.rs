@@ -6,7 +6,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::error::Result;
-use crate::results::escaped;
+use crate::results::{escaped, fixed};
 
 use super::axis::{duration, short};
 use super::cost::Cost;
@@ -231,12 +231,15 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
         line(name, short(value));
     }
     line("increments", cost.increments.to_string());
-    let each =
-        |sum: f64| if cost.increments > 0 { short(sum / cost.increments as f64) } else { "–".into() };
-    line("factorisations", format!("{:.0}, {} an increment", cost.factorisations, each(cost.factorisations)));
-    line("augmentations", format!("{:.0}, {} an increment", cost.augmentations, each(cost.augmentations)));
-    line("cuts", format!("{:.0}", cost.cuts));
-    line("worst out of balance", short(cost.out_of_balance));
+    // A specimen alone has none.
+    if cost.increments > 0 {
+        for (name, sum) in [("factorisations", cost.factorisations), ("augmentations", cost.augmentations)] {
+            let each = short(sum / cost.increments as f64);
+            line(name, format!("{}, {each} an increment", fixed(sum, 0)));
+        }
+        line("cuts", fixed(cost.cuts, 0));
+        line("worst out of balance", short(cost.out_of_balance));
+    }
     line("wall time", duration(cost.wall_time));
     line("seed", s.seed.to_string());
     line("riprap", format!("{} ({})", s.riprap_version, s.riprap_commit));

@@ -4,9 +4,9 @@ use crate::error::Result;
 use crate::tensor::Vec3;
 
 use super::axis::{Axis, Scale, short};
-use super::chart::fitted;
 use super::drawing::{Anchor, Drawing, PNG_SCALE};
 use super::image::Image;
+use super::lettering::fitted;
 use super::palette::{AXIS, BLACK, Colour, INK, Stroke, heat, viridis};
 use super::raster::{View, picture};
 use super::run::Run;

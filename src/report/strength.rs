@@ -83,7 +83,16 @@ pub fn circle(run: &Run, shearing: &Shearing) -> Result<Option<Circle>> {
     Ok((minor > 0.0 && circle.major > minor).then_some(circle))
 }
 
-/// The overview's lines on the strength of a specimen: name and value.
+/// A void ratio inside the cover, with the nominal one of the whole cylinder behind it where that is another.
+fn void_ratios(inside: f64, nominal: f64) -> String {
+    let [inside, nominal] = [inside, nominal].map(|e| if e.is_finite() { short(e) } else { String::new() });
+    match nominal.is_empty() || nominal == inside {
+        true => format!("{inside} inside the cover"),
+        false => format!("{inside} inside the cover; nominal, of the whole cylinder: {nominal}"),
+    }
+}
+
+/// The overview's lines on the density and strength of a specimen: name and value.
 pub fn overview(run: &Run) -> Result<Vec<(String, String)>> {
     let mut lines = Vec::new();
     let shearing = run.shearing()?;
@@ -95,12 +104,23 @@ pub fn overview(run: &Run) -> Result<Vec<(String, String)>> {
     if let Some((at, _)) = shearing.curve.largest() {
         line("confining pressure", 1e-6 * run.column("confining_pressure")?[shearing.rows[at]], " MPa");
     }
+    let generated = "specimen/void_ratio";
+    if run.reader.has(generated)
+        && let Some(&value) = run.reader.floats(generated)?.first()
+    {
+        line("void ratio, generated", value, "");
+    }
     let void_ratio = run.column("void_ratio")?;
+    // Files of older versions have none.
+    let nominal = run.column("void_ratio_nominal").unwrap_or_else(|_| vec![f64::NAN; void_ratio.len()]);
     if let (Some(&first), Some(&last)) = (shearing.rows.first(), shearing.rows.last()) {
         let name =
             if shearing.behind_consolidation { "void ratio, consolidated" } else { "void ratio at first" };
-        line(name, void_ratio[first], " inside the cover");
-        line("void ratio at the end", void_ratio[last], " inside the cover");
+        for (name, row) in [(name, first), ("void ratio at the end", last)] {
+            if void_ratio[row].is_finite() {
+                lines.push((name.to_string(), void_ratios(void_ratio[row], nominal[row])));
+            }
+        }
     }
     lines.extend(angles(run, &shearing)?);
     lines.extend(moduli(run)?);
@@ -286,6 +306,13 @@ mod tests {
         let three = [2e5, 4e5, 8e5].map(|minor| touching(minor, c, phi));
         let found = envelope(&three).expect("a line");
         assert!((found.cohesion / c - 1.0).abs() < 1e-9 && (found.friction_angle - phi).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_void_ratio_of_the_whole_cylinder_is_told_where_it_is_another() {
+        assert_eq!(void_ratios(0.4, 0.4), "0.4 inside the cover");
+        assert_eq!(void_ratios(0.4, f64::NAN), "0.4 inside the cover");
+        assert!(void_ratios(0.382, 0.45).ends_with("cylinder: 0.45"));
     }
 
     #[test]

@@ -31,6 +31,17 @@ const CHECKED_AT: u64 = 64;
 const NAME_AT: u64 = 126;
 const LONGEST_NAME: usize = HEAD as usize - 128;
 
+/// Whether a file begins as results files do, or as other files of HDF5; what is no file or cannot be read does not.
+pub fn is_results(path: &Path) -> bool {
+    // A pipe that nobody writes to would never open.
+    if !path.is_file() {
+        return false;
+    }
+    let mut start = [0; MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && (start.starts_with(HDF5) || start == *MAGIC)
+}
+
 /// Which run a file is of: drawn once, when the file is made. Copies have it too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Identity(pub [u8; 16]);
@@ -236,6 +247,7 @@ mod tests {
             std::fs::write(&path, &bytes).expect("written");
         }
         std::fs::write(&path, b"\x89HDF\r\n\x1a\nand so on").expect("written");
+        assert!(is_results(&path) && !path.parent().is_some_and(is_results));
         assert_eq!(Head::read(&file, &path).unwrap_or_else(|e| panic!("{e}")), None);
     }
 }

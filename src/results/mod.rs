@@ -18,6 +18,7 @@ mod inspect;
 pub mod journal;
 mod lock;
 mod network;
+mod number;
 mod pairs;
 mod reader;
 mod record;
@@ -35,11 +36,13 @@ mod writer;
 
 pub use breakage::breakage_tables;
 pub use fields::{CellKind, FieldMesh, FieldState, von_mises};
+pub use head::is_results;
 pub use history::{
     BODY_QUANTITIES, BodyRow, GRAIN_QUANTITIES, GrainRow, HISTORY, HistoryRow, Quantity, Value,
 };
 pub use lock::check_unused;
 pub use network::{write_network, write_stl};
+pub use number::fixed;
 pub use pairs::ContactPair;
 pub use reader::{NumberKind, Reader, Restart};
 pub use record::{COMMIT, CaseRecord, ENDINGS, Outcome, Status, VERSION, host, results_file};

@@ -11,6 +11,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::mesh::formats::{STL_OF_ALL, STL_OF_ONE};
 use crate::tensor::Vec3;
 
 use super::pairs::ContactPair;
@@ -137,7 +138,7 @@ fn vectors(numbers: &[f64]) -> Vec<Vec3> {
 }
 
 /// Writes the bodies of the last saved state as binary STL [m], where they are in it: `<stem>.stl` of all, and `<stem>_<body>.stl` of each. Cells that failed are
-/// left out, plates and membrane too. Returns the file of all, and how many bodies there are.
+/// left out, plates and membrane too. The head of the file of all says so: it is no grain of a library. Returns the file of all, and how many bodies there are.
 ///
 /// # Errors
 /// No saved state; what cannot be read or written.
@@ -159,18 +160,19 @@ pub fn write_stl(reader: &Reader, folder: &Path, stem: &str) -> Result<(PathBuf,
     }
     std::fs::create_dir_all(folder).map_err(|e| Error::io("create", folder, e))?;
     for (body, facets) in &bodies {
-        put_stl(&folder.join(format!("{stem}_{body:05}.stl")), facets)?;
+        put_stl(&folder.join(format!("{stem}_{body:05}.stl")), STL_OF_ONE, facets)?;
     }
     let all = folder.join(format!("{stem}.stl"));
-    put_stl(&all, &bodies.values().flatten().copied().collect::<Vec<_>>())?;
+    put_stl(&all, STL_OF_ALL, &bodies.values().flatten().copied().collect::<Vec<_>>())?;
     Ok((all, bodies.len()))
 }
 
-fn put_stl(path: &Path, facets: &[[Vec3; 3]]) -> Result<()> {
+/// `says` is what its head of 80 bytes begins with.
+fn put_stl(path: &Path, says: &[u8], facets: &[[Vec3; 3]]) -> Result<()> {
     let write = || -> std::io::Result<()> {
         let mut output = BufWriter::new(File::create(path)?);
         let mut head = [b' '; 80];
-        head[..16].copy_from_slice(b"riprap, in metre");
+        head[..says.len()].copy_from_slice(says);
         output.write_all(&head)?;
         output.write_all(&(facets.len() as u32).to_le_bytes())?;
         for [a, b, c] in facets {

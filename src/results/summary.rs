@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
+use super::number::fixed;
 use super::reader::Reader;
 use super::verify::Verified;
 
@@ -180,13 +181,14 @@ impl fmt::Display for Summary {
         }
         writeln!(f, "  states      {}", self.states.len())?;
         if let Some(peak) = &self.peak {
-            let (q, strain) = (peak.deviatoric_stress / 1e6, 100.0 * peak.axial_strain);
+            let q = fixed(peak.deviatoric_stress / 1e6, 4);
+            let strain = fixed(100.0 * peak.axial_strain, 3);
             // Behind the last increment it may rise on.
             let (name, remark) = match self.last("deviatoric_stress") == Some(peak.deviatoric_stress) {
                 true => ("largest", ", at the end"),
                 false => ("peak   ", ""),
             };
-            writeln!(f, "  {name}     q = {q:.4} MPa at {strain:.3} % axial strain{remark}")?;
+            writeln!(f, "  {name}     q = {q} MPa at {strain} % axial strain{remark}")?;
         }
         for (name, factor, unit, label) in [
             ("axial_strain", 100.0, "%", "axial strain"),
@@ -198,7 +200,7 @@ impl fmt::Display for Summary {
             ("coordination_number", 1.0, "", "coordination"),
         ] {
             if let Some(value) = self.last(name) {
-                writeln!(f, "  last {label:<14} {:.5} {unit}", value * factor)?;
+                writeln!(f, "  last {label:<14} {} {unit}", fixed(value * factor, 5))?;
             }
         }
         for (group, bytes) in &self.group_bytes {

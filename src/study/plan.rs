@@ -94,6 +94,26 @@ pub fn schema() -> Value {
     schema
 }
 
+/// Keys that tell a plan from a case.
+const OF_PLANS: &[&str] = &["case", "cases"];
+const OF_CASES: &[&str] = &["specimen", "scene", "rock", "stages"];
+
+fn has_any(value: &Value, keys: &[&str]) -> bool {
+    keys.iter().any(|key| value.get(*key).is_some())
+}
+
+/// That a file is a plan, said to whoever took it for a case.
+///
+/// # Errors
+/// `Error::Usage`.
+pub fn refuse_plan(raw: &RawCase) -> Result<()> {
+    if !has_any(&raw.value, OF_PLANS) || has_any(&raw.value, OF_CASES) {
+        return Ok(());
+    }
+    let file = raw.file.display();
+    Err(Error::Usage(format!("{file} is a plan of a batch, and no case: riprap batch {file} runs its cases")))
+}
+
 /// One entry of `cases`.
 struct Entry {
     name: String,
@@ -106,9 +126,16 @@ struct Entry {
 /// Reads and checks a plan; `out` replaces its own folder.
 ///
 /// # Errors
-/// `Error::Io` and `Error::Json` for the plan itself, `Error::Case` with all of its faults and those of its cases.
+/// `Error::Io` and `Error::Json` for the plan itself, `Error::Usage` for a case in its place, `Error::Case` with all of its faults and those of its
+/// cases.
 pub fn read_plan(file: &Path, out: Option<&Path>) -> Result<Plan> {
     let raw = read(file)?;
+    if has_any(&raw.value, OF_CASES) && !has_any(&raw.value, OF_PLANS) {
+        let file = file.display();
+        return Err(Error::Usage(format!(
+            "{file} is a case, and no plan of a batch: riprap run {file} runs it"
+        )));
+    }
     let mut faults = raw.faults.clone();
     let folder = file.parent().unwrap_or(Path::new(""));
     let plan = check(&raw, folder, out, &mut faults);

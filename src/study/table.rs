@@ -140,6 +140,44 @@ pub fn study(heading: &str, settings: &[Setting], all: &[Figures], compared: &[F
     Table { header, rows }
 }
 
+/// What the values of a figure say of their order; not a number where they say nothing.
+struct Convergence {
+    order: Order,
+    /// Of each three neighbours that have one, and how many threes there are.
+    triples: Vec<f64>,
+    possible: usize,
+    /// At size zero.
+    limit: f64,
+    /// How far the finest value may be from it, and its grid convergence index [%].
+    error: f64,
+    index: f64,
+}
+
+impl Convergence {
+    fn of(settings: &[Setting], figure: &Figure) -> Self {
+        let series = series(settings, figure);
+        let order = observed(&series);
+        let finest = series.iter().rev().find(|(_, value)| value.is_finite()).map_or(f64::NAN, |(_, v)| *v);
+        let limit = match order {
+            Order::Observed { limit, .. } => limit,
+            Order::Same | Order::NotMonotone | Order::NotConverging | Order::TooFew => f64::NAN,
+        };
+        Convergence {
+            order,
+            triples: of_triples(&series),
+            possible: series.iter().filter(|(_, value)| value.is_finite()).count().saturating_sub(2),
+            limit,
+            error: 100.0 * ((finest - limit) / limit).abs(),
+            index: 100.0 * convergence_index(order, finest),
+        }
+    }
+
+    /// The smallest and the largest order of the triples.
+    fn range(&self) -> [f64; 2] {
+        [f64::min, f64::max].map(|end| self.triples.iter().copied().fold(f64::NAN, end))
+    }
+}
+
 /// One row a figure: the order observed from the three finest values, that of all neighbours, the value at size zero, and how far
 /// the finest may be from it.
 pub fn orders(settings: &[Setting], compared: &[Figure]) -> Table {
@@ -154,32 +192,49 @@ pub fn orders(settings: &[Setting], compared: &[Figure]) -> Table {
     let rows = compared
         .iter()
         .map(|figure| {
-            let series = series(settings, figure);
-            let order = observed(&series);
-            let finest =
-                series.iter().rev().find(|(_, value)| value.is_finite()).map_or(f64::NAN, |(_, v)| *v);
-            let (limit, error) = match order {
-                Order::Observed { limit, .. } if limit.is_finite() => {
-                    (number(limit), short(100.0 * ((finest - limit) / limit).abs()))
-                }
-                Order::Observed { .. }
-                | Order::Same
-                | Order::NotMonotone
-                | Order::NotConverging
-                | Order::TooFew => Default::default(),
-            };
-            let triples = of_triples(&series);
-            let least = triples.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = triples.iter().copied().fold(0.0, f64::max);
-            let possible = series.iter().filter(|(_, value)| value.is_finite()).count().saturating_sub(2);
-            let range = match (possible, triples.len()) {
+            let found = Convergence::of(settings, figure);
+            let [least, most] = found.range();
+            let range = match (found.possible, found.triples.len()) {
                 (0 | 1, _) => String::new(),
                 (all, 0) => format!("none of {all}"),
                 (all, some) => format!("{least:.2} to {most:.2} ({some} of {all})"),
             };
-            let index = 100.0 * convergence_index(order, finest);
-            let index = if index.is_finite() { short(index) } else { String::new() };
-            vec![figure.name.clone(), order.to_string(), range, limit, error, index]
+            let percent = |value: f64| if value.is_finite() { short(value) } else { String::new() };
+            let (order, limit) = (found.order.to_string(), number(found.limit));
+            vec![figure.name.clone(), order, range, limit, percent(found.error), percent(found.index)]
+        })
+        .collect();
+    Table { header: header.map(String::from).to_vec(), rows }
+}
+
+/// The same for programs: a number or nothing in each column of numbers, and why there is no order in one of its own.
+pub fn order_numbers(settings: &[Setting], compared: &[Figure]) -> Table {
+    let header = [
+        "figure",
+        "observed order",
+        "least of all triples",
+        "most of all triples",
+        "triples with an order",
+        "triples",
+        "at size zero",
+        "error of the finest [%]",
+        "its GCI [%]",
+        "remark",
+    ];
+    let rows = compared
+        .iter()
+        .map(|figure| {
+            let found = Convergence::of(settings, figure);
+            let (order, remark) = match found.order {
+                Order::Observed { order, .. } if order.is_finite() => (number(order), String::new()),
+                other => (String::new(), other.to_string()),
+            };
+            let mut row = vec![figure.name.clone(), order];
+            row.extend(found.range().map(number));
+            row.extend([found.triples.len(), found.possible].map(|count| count.to_string()));
+            row.extend([found.limit, found.error, found.index].map(number));
+            row.push(remark);
+            row
         })
         .collect();
     Table { header: header.map(String::from).to_vec(), rows }
@@ -358,6 +413,35 @@ mod tests {
         let figure = Figure { name: "q".into(), values: vec![2.0, 1.0 + 1e-8, 1.0] };
         let table = orders(&[0.4, 0.2, 0.1].map(setting), &[figure]);
         assert_eq!(table.rows[0], ["q", "above 20", "", "", "", ""]);
+    }
+
+    /// The printed table has powers of ten and reasons; a program reads numbers.
+    #[test]
+    fn programs_find_numbers_in_columns_of_numbers() {
+        let setting = |size| Setting { label: String::new(), size: Some(size), overrides: vec![] };
+        let settings = [0.4, 0.2, 0.1].map(setting);
+        let figure = |name: &str, error: f64, values: [f64; 3]| Figure {
+            name: name.into(),
+            values: values.map(|value| 1.0 + error * value).to_vec(),
+        };
+        let compared = [
+            figure("close", 1e-6, [4.0, 2.0, 1.0]),
+            figure("not", 1.0, [1.0, 2.0, 1.5]),
+            figure("accident", 1.0, [1.0, 1e-8, 0.0]),
+        ];
+        let shown = orders(&settings, &compared);
+        assert!(shown.rows[0][4].contains("10⁻⁴") && shown.rows[2][1] == "above 20", "{shown:?}");
+        let table = order_numbers(&settings, &compared);
+        assert!(table.rows.iter().all(|row| row.len() == table.header.len()), "{table:?}");
+        for row in &table.rows {
+            let numbers = &row[1..row.len() - 1];
+            assert!(numbers.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()), "{row:?}");
+        }
+        let column = |at: usize| -> Vec<&str> { table.rows.iter().map(|row| row[at].as_str()).collect() };
+        assert_eq!(column(9), ["", "no order: not monotone", "above 20"]);
+        assert_eq!((column(4), column(5)), (vec!["1", "0", "0"], vec!["1"; 3]));
+        let error: f64 = table.rows[0][7].parse().expect("a number");
+        assert!((error / 1e-4 - 1.0).abs() < 1e-3, "{error}");
     }
 
     /// Increments in strict balance are the limit itself, of size zero, which no order can be observed with.

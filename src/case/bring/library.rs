@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::error::Fault;
-use crate::mesh::formats::{OF_CELLS, OF_POINTS, ending};
+use crate::mesh::formats::{OF_CELLS, OF_POINTS, ending, holds_all_bodies};
 
 use super::super::walk::shown;
 use super::hull::{self, Hull};
@@ -19,8 +19,11 @@ pub type Shape = (String, Value);
 
 /// Lists of vertices in place of files, hulls of at most `most` corners; lists stay as they are.
 pub fn shapes(given: &Value, folder: &Path, most: usize) -> Result<(Vec<Shape>, Notes), Fault> {
+    let mut notes = Notes::new();
     let items = match given {
-        Value::String(name) => files_of(&folder.join(name)).map_err(|problem| fault(PATH, given, problem))?,
+        Value::String(name) => {
+            files_of(&folder.join(name), &mut notes).map_err(|problem| fault(PATH, given, problem))?
+        }
         Value::Array(items) => items.clone(),
         other => return Err(fault(PATH, other, "is neither".into())),
     };
@@ -40,7 +43,6 @@ pub fn shapes(given: &Value, folder: &Path, most: usize) -> Result<(Vec<Shape>, 
         shapes.push((name, serde_json::json!(corners)));
         shares.push(share);
     }
-    let mut notes = Notes::new();
     if let Some(least) = shares.iter().copied().reduce(f64::min) {
         notes.push(format!(
             "{} scanned grains stand as their convex hulls, hollows filled, of at most {most} corners (vertices has the number), which keep {:.0} % of a hull's volume or more",
@@ -51,18 +53,25 @@ pub fn shapes(given: &Value, folder: &Path, most: usize) -> Result<(Vec<Shape>, 
     Ok((shapes, notes))
 }
 
-/// The files of a folder that may be grains, by name.
-fn files_of(folder: &Path) -> Result<Vec<Value>, String> {
+/// The files of a folder that may be grains, by name. One in which `riprap export` put all bodies together is none, and noted.
+fn files_of(folder: &Path, notes: &mut Notes) -> Result<Vec<Value>, String> {
     let no_folder = |e: std::io::Error| format!("cannot be read as a folder: {e}");
     // Absolute paths stay what they are where they are joined to the case's folder.
     let root = std::path::absolute(folder).map_err(no_folder)?;
     let entries = std::fs::read_dir(&root).map_err(no_folder)?;
     let is_grain = |path: &PathBuf| [&OF_POINTS[..], &OF_CELLS[..]].concat().contains(&ending(path).as_str());
-    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(is_grain).collect();
+    let all = entries.flatten().map(|entry| entry.path()).filter(is_grain);
+    let (mut joined, mut files): (Vec<PathBuf>, Vec<PathBuf>) = all.partition(|path| holds_all_bodies(path));
+    joined.sort();
     files.sort();
-    match files.is_empty() {
-        true => Err("has no file of a grain in it".into()),
-        false => Ok(files.iter().map(|file| Value::from(file.to_string_lossy())).collect()),
+    notes.extend(joined.iter().map(|file| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        format!("{name} holds all bodies of an export together: no grain of the library")
+    }));
+    match (files.is_empty(), joined.is_empty()) {
+        (true, true) => Err("has no file of a grain in it".into()),
+        (true, false) => Err("has only files of all bodies together in it".into()),
+        (false, _) => Ok(files.iter().map(|file| Value::from(file.to_string_lossy())).collect()),
     }
 }
 
@@ -73,6 +82,7 @@ fn fault(path: &str, value: &Value, problem: String) -> Fault {
 #[cfg(test)]
 mod tests {
     use crate::case::{Geometry, RawCase};
+    use crate::mesh::formats::{STL_OF_ALL, STL_OF_ONE};
 
     #[test]
     fn scans_in_a_folder_are_a_library() {
@@ -115,6 +125,26 @@ mod tests {
         let again =
             RawCase::parse("y.json".as_ref(), &case.completed().to_string()).and_then(|raw| raw.check());
         assert_eq!(again.unwrap_or_else(|e| panic!("{e}")).completed(), case.completed());
+        // What an export put together is no grain.
+        let facet = [0.0_f32, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let stl = |head: &[u8]| {
+            let mut bytes = vec![b' '; 80];
+            bytes[..head.len()].copy_from_slice(head);
+            bytes.extend(1_u32.to_le_bytes());
+            bytes.extend(facet.iter().flat_map(|x| x.to_le_bytes()));
+            bytes.extend([0; 2]);
+            bytes
+        };
+        std::fs::write(scans.join("all.stl"), stl(STL_OF_ALL)).expect("an export");
+        let joined = check(r#""shapes": "scans""#).unwrap_or_else(|e| panic!("{e}"));
+        let remarks = joined.remarks();
+        assert!(remarks.iter().any(|remark| remark.contains("all.stl holds all bodies")), "{remarks:?}");
+        assert!(remarks.iter().any(|remark| remark.contains("2 scanned grains stand")), "{remarks:?}");
+        // That of one is a grain, here one without volume.
+        std::fs::remove_file(scans.join("all.stl")).expect("removed");
+        std::fs::write(scans.join("one.stl"), stl(STL_OF_ONE)).expect("an export");
+        assert!(refused(r#""shapes": "scans""#).contains("makes no grain"));
+        std::fs::remove_file(scans.join("one.stl")).expect("removed");
         // Few corners.
         let few = r#""vertices": [4, 6], "shapes": ["scans/b.obj"]"#;
         let case = check(few).unwrap_or_else(|e| panic!("{e}"));
