@@ -95,7 +95,7 @@ impl Case {
         if let Some((path, recovery)) = self.recovery() {
             remarks.push(format!(
                 "{path}.recovery_in_compression is {recovery}: where cracks close, stiffness comes back that nothing pays for. A bar pulled to twelve \
-                 times its peak strain made up a quarter of the work on it so; 0 does so no more"
+                 times its peak strain made up a part of the work on it so; 0 does so no more"
             ));
         }
         remarks.extend(self.sound_corners());
