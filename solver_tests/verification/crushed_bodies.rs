@@ -6,12 +6,12 @@
 //! - Sphere, elastic: Hertz at its refined pole, approach measured to the sphere's mean motion. Tolerance as in `verification::hertz`: nodes see
 //!   point loads, too soft by 0.64 s/a, and the sphere is a half-space up to a/R.
 
-use crate::crush::{Ending, Press, Record, bench, crush};
 use riprap::crushing::{Grip, Limits, Part};
 use riprap::grain::{Ancestry, DamagedGrain, contact_shapes};
 use riprap::material::{DamageLaw, DamageParameters, Elastic};
 use riprap::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, sphere_mesh};
 use riprap::tensor::Vec3;
+use riprap::verification::crush::{Ending, Press, Record, bench, crush};
 
 use riprap::verification::grains::sample_grain;
 use riprap::verification::hertz;

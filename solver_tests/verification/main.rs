@@ -13,7 +13,6 @@ mod condensed_grain;
 mod contact_patch;
 mod crossed_edges;
 mod crushed_bodies;
-mod crush;
 mod cube_on_cube;
 mod damage_law;
 mod damaged_grain;

@@ -10,36 +10,14 @@
 //!
 //! Bazant & Oh (1983), "Crack band theory for fracture of concrete", Mater. Struct. 16:155-177.
 
-use crate::crush::{Ending, Press, Record, bench, crush};
 use riprap::crushing::{Grip, Memory, Patches};
 use riprap::grain::{Ancestry, DamagedGrain};
-use riprap::material::{DamageLaw, DamageParameters, Elastic, Softening, crack_band_size};
+use riprap::material::{DamageLaw, DamageParameters, Elastic, Softening};
 use riprap::mesh::{CellId, Mesh, cuboid_mesh};
-use riprap::verification::damage::{E, F_BAR as F_T, G_F, LENGTH, chain};
+use riprap::verification::crush::{Ending, Record, bench};
+use riprap::verification::damage::{E, F_BAR as F_T, G_F, LENGTH, chain, meshed_bar, share_of_band};
 
-fn pull(bricks: usize, softening: Softening, recovery: f64) -> Record {
-    let edge = LENGTH / bricks as f64;
-    let mesh = cuboid_mesh([edge, edge, LENGTH], edge).expect("a mesh");
-    let elastic = Elastic::new(E, 0.0).expect("allowed");
-    let parameters =
-        DamageParameters { tension: softening, recovery_in_compression: recovery, ..Default::default() };
-    let laws: Vec<DamageLaw> = mesh
-        .cell_ids()
-        .map(|cell| {
-            let z = mesh.corners(cell).iter().map(|p| p.z / 4.0).sum::<f64>();
-            let strength = if z.abs() < 0.5 * edge { 0.98 * F_T } else { F_T };
-            let size = crack_band_size(mesh.cell_volume(cell));
-            DamageLaw::new(elastic, strength, 20.0 * F_T, &parameters, size).expect("a law")
-        })
-        .collect();
-    let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(0)).expect("a grain");
-    // Far enough for the band to fail: its strain at failure times its length, and some.
-    let press =
-        Press { grip: Grip::Tied, travel: -6e-5, increments: 120, max_change: 0.1, ..Default::default() };
-    crush(grain, &press).expect("solvable")
-}
-
-fn report(what: &str, bricks: usize, record: &Record) -> f64 {
+fn report(what: &str, bricks: usize, record: &Record) {
     let last = record.rows[record.rows.len() - 1];
     println!(
         "{what}, {bricks} bricks: {} rows to {:.2e} m, peak {:.4} f_t A, damage {:.6e} J, elastic {:.1e}, stabilisation {:.2e}, failed {}, deleted {}, {} factors, {}",
@@ -60,7 +38,6 @@ fn report(what: &str, bricks: usize, record: &Record) -> f64 {
             Ending::Stalled { reason } => format!("stalled: {reason}"),
         }
     );
-    last.damage
 }
 
 #[test]
@@ -78,12 +55,12 @@ fn chain_takes_the_fracture_energy_on_every_mesh() {
 #[test]
 fn meshed_bars_take_the_same_share_on_every_mesh() {
     let share = |bricks: usize| {
-        let record = pull(bricks, Softening::FractureEnergy(G_F), 0.0);
+        let record = meshed_bar(bricks);
         let area = (LENGTH / bricks as f64).powi(2);
-        assert!(matches!(record.ending, Ending::Finished | Ending::Broken(_)));
+        report("crack band, w_c = 0", bricks, &record);
         // The increments near the peak are 1/14 of its elongation.
         assert!((record.peak() / (0.98 * F_T * area) - 1.0).abs() < 1.0 / 14.0);
-        report("crack band, w_c = 0", bricks, &record) / (G_F * area)
+        share_of_band(&record, bricks)
     };
     let shares = [3, 5, 9].map(share);
     println!("damage energy over G_f A: {shares:.3?}");

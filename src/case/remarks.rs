@@ -95,11 +95,12 @@ impl Case {
         if let Some((path, recovery)) = self.recovery() {
             remarks.push(format!(
                 "{path}.recovery_in_compression is {recovery}: where cracks close, stiffness comes back that nothing pays for. A bar pulled to twelve \
-                 times its peak strain made up a quarter of the work on it so; 0 does so no more"
+                 times its peak strain made up a part of the work on it so; 0 does so no more"
             ));
         }
         remarks.extend(self.sound_corners());
         remarks.extend(self.sound_faces());
+        remarks.extend(self.faces_at_corners());
         remarks.extend(self.shortened_increments());
         remarks.extend(self.idle(&placed));
         remarks.extend(self.implausible());
@@ -125,6 +126,20 @@ impl Case {
         let both = (self.contact.normal, self.contact.faces) == (NormalLaw::Asperity, FaceContact::Area);
         both.then(|| {
             "contact.faces \"area\" beside contact.normal \"asperity\": faces yield elastically under any pressure, corners and edges alone crush"
+                .into()
+        })
+    }
+
+    /// Beside asperities a scene's faces carry at their corners unless it says otherwise: a block between walls hardly presses them.
+    fn faces_at_corners(&self) -> Option<String> {
+        let Geometry::Scene(scene) = &self.geometry else { return None };
+        let at_corners =
+            (self.contact.normal, self.contact.faces) == (NormalLaw::Asperity, FaceContact::Corners);
+        // Plates of a press meet nodes, and balls have no faces.
+        let faced = scene.bodies.iter().filter(|body| !matches!(body.shape, ShapeCase::Sphere(_))).count();
+        (at_corners && scene.press.is_none() && faced > 1).then(|| {
+            "contact.faces \"corners\" beside contact.normal \"asperity\": faces that lie on each other are borne by their corners and edges alone; \
+             where flat faces matter, contact.normal \"spring\" with contact.faces \"area\" has them share the load"
                 .into()
         })
     }
@@ -459,25 +474,39 @@ mod tests {
         assert!(remarked.contains("rock.damage.recovery_in_compression is 0.3"), "{remarked}");
     }
 
-    /// Asperities are corners and edges; so are faces beside them, unless the case says otherwise.
+    /// Asperities are corners and edges; so are faces beside them, unless the case says otherwise. Scenes are told of either.
     #[test]
-    fn faces_beside_asperities_are_corners_or_remarked_on() {
-        let checked = |contact: &str| {
+    fn faces_beside_asperities_are_remarked_on() {
+        let checked = |geometry: &str, contact: &str| {
             let text = format!(
-                r#"{{"scene": {{"bodies": [{{"name": "block", "shape": {{"box": [0.1, 0.1, 0.1]}}}}]}},
-                "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}},
-                "contact": {{"friction": 0.65{contact}}}, "stages": [{{"kind": "load"}}]}}"#
+                r#"{{{geometry}, "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}},
+                "contact": {{"friction": 0.65{contact}}}}}"#
             );
             let raw = RawCase::parse("x.json".as_ref(), &text).unwrap_or_else(|e| panic!("{e}"));
             let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
             (case.contact.faces, case.remarks().join("; "))
         };
+        let scene = |shape: &str| {
+            format!(
+                r#""scene": {{"bodies": [{{"name": "lower", "shape": {{{shape}}}, "fixed": true}},
+                {{"name": "upper", "shape": {{{shape}}}, "position": [0, 0, 0.1]}}]}}, "stages": [{{"kind": "load"}}]"#
+            )
+        };
+        let (blocks, balls) = (scene(r#""box": [0.1, 0.1, 0.1]"#), scene(r#""sphere": 0.05"#));
+        let specimen = r#""specimen": {"diameter": "0.3 m", "height": "0.6 m", "void_ratio": 0.5, "grading": [[0.06, 1], [0.04, 0]]},
+            "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]"#;
         let asperity = ", \"normal\": \"asperity\"";
-        assert_eq!(checked(""), (FaceContact::Area, String::new()));
-        assert_eq!(checked(asperity), (FaceContact::Corners, String::new()));
-        let (faces, remarks) = checked(&format!("{asperity}, \"faces\": \"area\""));
+        assert_eq!(checked(&blocks, ""), (FaceContact::Area, String::new()));
+        let (faces, remarks) = checked(&blocks, asperity);
+        assert_eq!(faces, FaceContact::Corners);
+        assert!(remarks.contains("borne by their corners and edges alone"), "{remarks}");
+        let (faces, remarks) = checked(&blocks, &format!("{asperity}, \"faces\": \"area\""));
         assert_eq!(faces, FaceContact::Area);
-        assert!(remarks.contains("faces yield elastically"), "{remarks}");
+        assert!(remarks.contains("faces yield elastically") && !remarks.contains("alone;"), "{remarks}");
+        // Nothing is said of balls, which have no faces, nor of what specimens do by themselves.
+        assert_eq!(checked(&balls, asperity), (FaceContact::Corners, String::new()));
+        let crushed = ", \"limit_pressure\": \"700 MPa\"";
+        assert_eq!(checked(specimen, crushed), (FaceContact::Corners, String::new()));
     }
 
     #[test]

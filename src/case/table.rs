@@ -608,7 +608,7 @@ static SOLVER: &[Key] = &[
         "gap_tolerance",
         TOLERANCE,
         "1e-5",
-        "By how much gaps between bodies that deform and their contact forces may disagree in an accepted state, over the median size of the bodies; without effect on rigid ones.",
+        "By how much gaps between bodies that deform and their contact forces may disagree at rest, over the median size of the bodies. 1 % of what a rigid contact yields under the mean contact force counts where it is less, but with damage no less than 1e-6 of that size. Rows that are not at rest may miss it tenfold, those behind asperities whose steps run out by more. Without effect on rigid bodies.",
     ),
     Key::default(
         "first_penalty",

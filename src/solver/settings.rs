@@ -66,7 +66,8 @@ impl Default for DamageSettings {
 pub struct Settings {
     /// Largest force out of balance on a body over the mean contact force.
     pub force_tolerance: f64,
-    /// Largest change of a multiplier in an augmentation, as an overlap over the typical grain size.
+    /// What gaps and contact forces of bodies that deform may disagree by at rest, over the typical size; less where a rigid contact hardly yields
+    /// (`solver::equilibrium`).
     pub gap_tolerance: f64,
     /// First penalty of a contact of condensed bodies over the default; each adapts. Only the number
     /// of augmentations depends on it.

@@ -198,7 +198,7 @@ impl Newton<'_> {
         let stuck: Vec<bool> = (0..carriers).map(|body| !(force(body) <= STUCK_SHARE * most)).collect();
         let mut raised = stuck.clone();
         for (pair, _) in self.contacts.active() {
-            let meets = stuck[pair.a()] || stuck[pair.b()];
+            let meets = pair.is_of(&stuck);
             raised[pair.a()] |= meets;
             raised[pair.b()] |= meets;
         }

@@ -13,6 +13,7 @@ pub mod blocks;
 pub mod bodies;
 pub mod cells;
 pub mod cores;
+pub mod crush;
 pub mod damage;
 mod drag;
 pub mod edges;
@@ -60,7 +61,7 @@ pub const PROBLEMS: &[Problem] = &[
     problem("tet10", "cell: patch, bending, order of convergence", cells::tet10),
     problem("condensed", "condensed grain against its full mesh", grains::condensed),
     problem("damage_cell", "damage law of one cell, uniaxial", damage::uniaxial_cell),
-    problem("softening_bar", "bar pulled apart, crack band", damage::softening_bar),
+    problem("softening_bar", "bar pulled apart, crack band: bricks, tet10", damage::softening_bar),
     problem("balloon", "neo-Hookean balloon, limit point", balloon::balloon),
     problem("core", "smooth core in rubber under pressure", cores::pressed),
     problem("rig_elastic", "elastic specimens in the rig", rig::elastic),

@@ -1,9 +1,10 @@
 //! A whole crushing test without a file: increments, cuts, the ledger, the end.
 
-use riprap::crushing::{Bench, Grip, Kept, Limits, Part, Plate, Settled};
-use riprap::error::Result;
-use riprap::grain::{BreakUp, DamagedGrain};
-use riprap::tensor::Pose;
+use crate::crushing::{Bench, Grip, Kept, Limits, Part, Plate, Settled};
+use crate::error::Result;
+use crate::grain::{BreakUp, DamagedGrain};
+use crate::mesh::CellId;
+use crate::tensor::Pose;
 
 /// A crushing test.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,7 +123,7 @@ const MOST_CUTS: u32 = 6;
 pub fn bench(grain: &DamagedGrain, grip: Grip) -> Bench {
     let heights = || grain.mesh().nodes.iter().map(|x| x.z);
     let [low, high] = [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];
-    let modulus = grain.law(riprap::mesh::CellId(0)).elastic().youngs_modulus();
+    let modulus = grain.law(CellId(0)).elastic().youngs_modulus();
     let plates = [Plate::wide(low), Plate::wide(high)];
     Bench { grip, patch: None, frame: Pose::identity(), plates, length: high - low, modulus }
 }
