@@ -112,8 +112,11 @@ pub fn residual_into(
 ) {
     residual.clear();
     residual.resize(dofs.count(), 0.0);
-    let mut wrenches = Vec::new();
-    carrier_forces_into(&mut wrenches, model, contacts, (loads.pressure, loads.gravity), poses);
+    let mut wrenches = vec![Vector6::zeros(); model.carriers()];
+    // Where few bodies are solved for, most pairs have none of them.
+    let is_felt = |pair: &PairWork| dofs.is_free(pair.a()) || dofs.is_free(pair.b());
+    add_contact_forces(&mut wrenches, contacts, |number| is_felt(&contacts.pairs[number]));
+    add_other_forces(&mut wrenches, model, contacts, (loads.pressure, loads.gravity), poses);
     for (i, wrench) in wrenches.iter().enumerate() {
         let applied = loads.applied.get(i).copied().unwrap_or_else(Vector6::zeros);
         dofs.scatter(residual, i, (wrench + applied).as_slice());
