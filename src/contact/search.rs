@@ -403,7 +403,7 @@ mod tests {
     /// Reference: the distances of each vertex from all facets of the other body.
     #[test]
     fn listed_facets_are_the_nearest_of_all() {
-        let scattered = |k: usize| (12.9898 * k as f64).sin().fract() * 20e-3;
+        let scattered = |k: usize| (43758.5453 * (12.9898 * k as f64).sin()).fract() * 20e-3;
         let shape = |seed: usize, stretch: f64| {
             let corner = |k: usize| {
                 let [x, y, z] = [0, 1, 2].map(|axis| scattered(97 * seed + 3 * k + axis));

@@ -13,6 +13,7 @@ use crate::contact::force::PointState;
 use crate::model::{BodyKind, Committed};
 use crate::solver::newton::Newton;
 use crate::solver::step::StepEnd;
+use crate::tensor::Vector6;
 use std::borrow::Cow;
 
 /// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. A contact moves by four terms (two bodies, each
@@ -36,37 +37,64 @@ const REBASE_EVERY: usize = 20;
 /// Steps between two lines of the log.
 const TOLD_EVERY: usize = 50;
 
+/// Steps after which masses and the mean contact force are taken anew, where bodies relax to a mean.
+const TAKEN_EVERY: usize = 5;
+
+/// What may be left out of balance, over the mean contact force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Enough {
+    /// On any body.
+    OnAny(f64),
+    /// Mean over the free bodies.
+    InTheMean(f64),
+}
+
 impl Newton<'_> {
     /// Whether bodies can relax dynamically: all unknowns are the motion of rigid ones.
     pub(super) fn can_relax(&self) -> bool {
         self.steering.is_none() && self.model.is_of_rigid_bodies()
     }
 
-    /// Lets bodies move from where they are, until the worst is out of balance by less than `enough` of the mean contact force or `most_steps` are
-    /// done.
-    pub(super) fn relax_dynamically(&mut self, enough: f64, most_steps: usize) -> StepEnd {
+    /// Lets bodies move from where they are, until no more than `enough` is out of balance or `most_steps` are done. Adds the work of forces but those
+    /// applied from outside to `work` [J], by component of each carrier: the mean of the forces at both ends of each step.
+    pub(super) fn relax_dynamically(
+        &mut self,
+        enough: Enough,
+        most_steps: usize,
+        mut work: Option<&mut [Vector6<f64>]>,
+    ) -> StepEnd {
         let count = self.dofs.count();
         let mut velocity: Vec<f64> = vec![0.0; count];
         let mut step = vec![0.0; count];
-        let mut stiffness = Vec::new();
+        let (mut stiffness, mut before, mut mean_contact) = (Vec::new(), Vec::new(), 0.0);
         let lengths = self.settings.step_length.lengths(self.model);
         let mut pace = STEP;
         let mut shocks = 0;
         self.away.iter_mut().for_each(|d| *d = 0.0);
         let mut from = (self.poses.clone(), self.away.clone());
         for done in 0..most_steps {
-            let out_of_balance = self.balance().out_of_balance;
-            if done % TOLD_EVERY == 0 {
-                tracing::trace!(done, out_of_balance, pace, "falling");
+            let in_the_mean = matches!(enough, Enough::InTheMean(_));
+            let takes_anew = !in_the_mean || done % TAKEN_EVERY == 0;
+            if in_the_mean && takes_anew {
+                mean_contact = self.yardsticks().mean;
             }
-            if out_of_balance < enough {
+            let (left, most) = match enough {
+                Enough::OnAny(most) => (self.balance().out_of_balance, most),
+                Enough::InTheMean(most) => (self.mean_imbalance() / mean_contact, most),
+            };
+            if done % TOLD_EVERY == 0 {
+                tracing::trace!(done, left, pace, "falling");
+            }
+            if left < most {
                 return StepEnd::Solved;
             }
             if self.settings.stop.is_raised() {
                 break;
             }
             self.counters.relaxation_steps += 1;
-            self.stiffness_of_bodies_into(&mut stiffness);
+            if takes_anew {
+                self.stiffness_of_bodies_into(&mut stiffness);
+            }
             for body in 0..self.dofs.carriers() {
                 for (component, unknown) in self.dofs.of(body).iter().enumerate() {
                     let Some(k) = unknown.map(|k| k as usize) else { continue };
@@ -95,7 +123,15 @@ impl Newton<'_> {
             if done % REBASE_EVERY == 0 {
                 self.rebase();
             }
+            before.clone_from(&self.residual);
             if self.try_step(&from, &step, 1.0).is_some() {
+                if let Some(work) = &mut work {
+                    before
+                        .iter_mut()
+                        .zip(&self.residual)
+                        .for_each(|(force, after)| *force = 0.5 * (*force + after));
+                    self.add_work(work, &before, &step);
+                }
                 shocks = 0;
                 pace = (1.1 * pace).min(STEP);
             } else {
@@ -109,6 +145,17 @@ impl Newton<'_> {
             }
         }
         StepEnd::Reduced
+    }
+
+    /// Adds the work of `forces` [N] on the unknowns over a step [m], without that of forces applied from outside [J].
+    fn add_work(&self, work: &mut [Vector6<f64>], forces: &[f64], step: &[f64]) {
+        let wrenches = self.dofs.wrenches(forces);
+        for (carrier, (work, wrench)) in work.iter_mut().zip(wrenches).enumerate() {
+            let (shift, turn) = self.dofs.motion(step, 1.0, carrier);
+            let motion = Vector6::new(shift.x, shift.y, shift.z, turn.x, turn.y, turn.z);
+            let applied = self.loads.applied.get(carrier).copied().unwrap_or_else(Vector6::zeros);
+            *work += (wrench - applied).component_mul(&motion);
+        }
     }
 
     /// Has friction act against the way from here on, as if this had been committed.

@@ -5,6 +5,7 @@
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
 use crate::solver::damage::DamageWatch;
+use crate::solver::dynamic_relaxation::Enough;
 use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
 use crate::solver::path::{Cut, Path};
@@ -16,6 +17,12 @@ use crate::tensor;
 const DRAG_LOWER: f64 = 0.3;
 /// Steps of an increment that need not come to rest.
 const MOST_STEPS: usize = 40;
+/// Rigid bodies go on by explicit steps, so many at most at a time, where the second implicit step or a later one leaves more than this share of the unrest
+/// that it began with: what is stable is left with about the drag's share of it, a collapse with most.
+const SLOW: f64 = 0.33;
+/// And where so much is out of balance: below, a few bodies slip, which implicit steps follow better.
+const COLLAPSE: f64 = 0.02;
+const EXPLICIT_STEPS: usize = 2000;
 /// Steps after which friction acts along the way from there on. Before, it is implicit in the whole way, so that what a step overshoots is not paid for.
 const REBASE_EVERY: usize = 4;
 /// The same where two bodies have come this share of the length that one may go in an iteration against each other: what slides and opens on a longer way
@@ -202,7 +209,7 @@ impl Newton<'_> {
             found.augmentations += 1;
             let due = relaxations.due(found.augmentations, found.balance.out_of_balance);
             let end = if let Some((enough, most_steps)) = due {
-                let end = self.relax_dynamically(enough, most_steps);
+                let end = self.relax_dynamically(Enough::OnAny(enough), most_steps, None);
                 // What the way behind took is in the books; from here on it is counted anew.
                 self.rebase();
                 self.evaluate();
@@ -211,7 +218,21 @@ impl Newton<'_> {
                 drag = self.uniform_drag(first_drag);
                 end
             } else {
-                self.implicit_step(&mut drag, &self.left_of_step(until), room)
+                let begun = self.balance().unrest;
+                let end = self.implicit_step(&mut drag, &self.left_of_step(until), room);
+                let is_first = found.augmentations == 1;
+                if let Some(most) = self.left_to_explicit_steps(until, begun).filter(|_| !is_first) {
+                    path.go_on(self, cut);
+                    let end = self.relax_dynamically(most, EXPLICIT_STEPS, Some(&mut path.work));
+                    self.rebase();
+                    self.evaluate();
+                    path.restart(self);
+                    counted = found.augmentations;
+                    drag = self.uniform_drag(first_drag);
+                    end
+                } else {
+                    end
+                }
             };
             let settled = match self.settle(&mut damage, until) {
                 Ok(settled) => settled,
@@ -268,6 +289,15 @@ impl Newton<'_> {
                 drag.lower(DRAG_LOWER, least_drag, self);
             }
         }
+    }
+
+    /// Where an increment need not come to rest, and an implicit step that began with this unrest has brought it not much nearer, what explicit ones may
+    /// leave.
+    fn left_to_explicit_steps(&self, until: Stabilisation, begun: f64) -> Option<Enough> {
+        let Stabilisation::Unrest(unrest) = until else { return None };
+        let left = self.balance().unrest;
+        (self.can_relax() && left >= unrest.max(COLLAPSE) && left > SLOW * begun)
+            .then_some(Enough::InTheMean(unrest))
     }
 
     /// What Newton's iterations may leave of a step.

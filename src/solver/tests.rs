@@ -12,6 +12,7 @@ use crate::material::{DamageLaw, DamageParameters, Elastic};
 use crate::mesh::grain_mesh;
 use crate::model::{Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Model};
 use crate::solver::balance::Yardsticks;
+use crate::solver::dynamic_relaxation::Enough;
 use crate::solver::newton::Newton;
 use crate::solver::step::Room;
 use crate::tensor::{Pose, Vec3, Vector6};
@@ -360,6 +361,28 @@ fn dynamic_relaxation_books_the_friction_of_its_way() {
     let friction = report.energy.friction;
     // Its contacts press with 1e4 N to a few per cent while it moves, and the onset of sliding costs a few micrometres of way.
     assert!(way > 1e-4 && (friction / (0.3 * 1e4 * way) - 1.0).abs() < 0.1, "{way} {friction}");
+}
+
+/// A block that a force shoves beyond the bound: explicit steps sum the work of its contacts, the friction force times its way, which is what
+/// friction is booked with, but for what its contacts store.
+#[test]
+fn explicit_steps_sum_the_work_of_their_way() {
+    let (model, committed, mut loads) = block_on_plate(0.3);
+    loads.applied[1].z = -1e4;
+    let rest = settle(&model, &committed, &loads);
+    let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
+    loads.applied[1].x = 1.2 * 0.3 * 1e4;
+    let settings = Settings::default();
+    let start = committed.poses.clone();
+    let newton = Newton::new(&model, &committed, &loads, &settings, Contacts::default(), start);
+    let mut newton = newton.unwrap_or_else(|_| panic!("too close"));
+    let mut work = vec![Vector6::zeros(); 2];
+    newton.relax_dynamically(Enough::InTheMean(1e-9), 100, Some(&mut work));
+    let way = newton.poses[1].position.x - committed.poses[1].position.x;
+    assert!(way > 1e-4 && (work[1].x / (-0.3 * 1e4 * way) - 1.0).abs() < 0.1, "{way} {work:?}");
+    let friction = newton.step_dissipation();
+    assert!((work[1].sum() + friction).abs() < 0.02 * friction, "{work:?} {friction}");
+    assert_eq!(work[0], Vector6::zeros());
 }
 
 /// What contacts set free by getting softer is booked once, whether or not friction is re-based on the way.
