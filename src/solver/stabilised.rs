@@ -1,7 +1,8 @@
 //! Stabilised increments: implicit steps, each from where the one before ended, until what still moves is slow enough, or all is at rest.
 //!
 //! The first step carries what is prescribed; loads stay as they are in the others. What is out of balance after a step is the drag on what
-//! still moves, and goes on moving in the next increment. In increments of many steps friction acts along the way.
+//! still moves, and goes on moving in the next increment. Where much moves, rigid bodies go on by explicit steps
+//! ([`crate::solver::dynamic_relaxation`]). In increments of many steps friction acts along the way.
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
 use crate::solver::damage::DamageWatch;

@@ -32,13 +32,13 @@ plt.rcParams.update(STYLE)
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
 for pressure, colour in PRESSURES.items():
     name = f"p{pressure:04d}"
-    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (HERE / f"{name}_short.csv", ":", 1.0)]:
+    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (HERE / f"{name}_short.csv", ":", 1.0), (HERE / f"{name}_explicit.csv", "-.", 1.0)]:
         if path.exists():
             draw(axes, path, colour, line, width)
     if pressure in SOURCE:
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
     axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa")
-for label, line in [("as the cases are", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("the same, weakening over a tenth", "--")]:
+for label, line in [("as the cases are", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("the same, weakening over a tenth", "--"), ("as the cases are, since decision 0194", "-.")]:
     axes[0].plot([], [], line, color="#555555", label=label)
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
 axes[0].legend(loc="upper left", ncol=2)
@@ -61,7 +61,7 @@ energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
-for path, colour, label in [(HERE / "p0800_full.csv", COLOURS[1], "3643 grains, 9.0 mm, before decision 0193"), (HERE / "p0800_full_few.csv", COLOURS[2], "3643 grains, 9.0 mm"), (HERE.parent / "2026-11-26-shuibuya" / "p0800_3643.csv", COLOURS[3], "3643 grains, 10 mm, 4 steps an increment"), (HERE / "p0800.csv", COLOURS[0], "300 grains, 9.0 mm")]:
+for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full_explicit.csv", COLOURS[3], "unrest 1e-2, explicit steps (0194)"), (HERE / "p0800_explicit.csv", COLOURS[0], "300 grains, the same")]:
     if path.exists():
         draw(axes, path, colour, "-", 1.4)
         axes[0].plot([], [], color=colour, label=label)
