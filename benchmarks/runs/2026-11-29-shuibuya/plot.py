@@ -38,7 +38,7 @@ for pressure, colour in PRESSURES.items():
     if pressure in SOURCE:
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
     axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa")
-for label, line in [("as the cases are", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("the same, weakening over a tenth", "--"), ("as the cases are, since decision 0194", "-.")]:
+for label, line in [("as the cases are, before decision 0194", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("of these, weakening over a tenth", "--"), ("the same, since decision 0194", "-.")]:
     axes[0].plot([], [], line, color="#555555", label=label)
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
 axes[0].legend(loc="upper left", ncol=2)
@@ -61,14 +61,15 @@ energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
-for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full_explicit.csv", COLOURS[3], "unrest 1e-2, explicit steps (0194)"), (HERE / "p0800_explicit.csv", COLOURS[0], "300 grains, the same")]:
+for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full_explicit.csv", COLOURS[3], "unrest 1e-2, explicit steps (0194)"), (HERE / "p0800_explicit.csv", COLOURS[0], "300 grains, explicit steps")]:
     if path.exists():
         draw(axes, path, colour, "-", 1.4)
         axes[0].plot([], [], color=colour, label=label)
 axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak")
 axes[0].set_title("Breaking grains at 0.8 MPa", loc="left")
+axes[0].set_ylim(0, 8.5)
 axes[0].set_ylabel("deviatoric stress [MPa]")
-axes[0].legend(loc="lower right")
+axes[0].legend(loc="upper right", ncol=2)
 axes[1].set_xlabel("axial strain [%]")
 axes[1].set_ylabel("volume strain [%]")
 axes[1].axhline(0, color="#888888", lw=0.8)
