@@ -101,6 +101,11 @@ pub fn add_other_forces(
     }
 }
 
+/// Whether any of the two bodies is free: where few are solved for, most pairs have none of them.
+fn is_felt(pair: &PairWork, dofs: &Dofs) -> bool {
+    dofs.is_free(pair.a()) || dofs.is_free(pair.b())
+}
+
 /// Adds every force on the free components into `residual` [N], which it clears first.
 pub fn residual_into(
     residual: &mut Vec<f64>,
@@ -113,9 +118,7 @@ pub fn residual_into(
     residual.clear();
     residual.resize(dofs.count(), 0.0);
     let mut wrenches = vec![Vector6::zeros(); model.carriers()];
-    // Where few bodies are solved for, most pairs have none of them.
-    let is_felt = |pair: &PairWork| dofs.is_free(pair.a()) || dofs.is_free(pair.b());
-    add_contact_forces(&mut wrenches, contacts, |number| is_felt(&contacts.pairs[number]));
+    add_contact_forces(&mut wrenches, contacts, |number| is_felt(&contacts.pairs[number], dofs));
     add_other_forces(&mut wrenches, model, contacts, (loads.pressure, loads.gravity), poses);
     for (i, wrench) in wrenches.iter().enumerate() {
         let applied = loads.applied.get(i).copied().unwrap_or_else(Vector6::zeros);
@@ -127,11 +130,8 @@ pub fn residual_into(
 /// Adds the stiffness of all active contacts into `values`, laid out by `pattern`. Call
 /// [`Contacts::update_tangents`] first.
 pub fn contact_stiffness_into(values: &mut [f64], pattern: &BlockPattern, dofs: &Dofs, contacts: &Contacts) {
-    for pair in &contacts.pairs {
+    for pair in contacts.pairs.iter().filter(|pair| is_felt(pair, dofs)) {
         let (a, b) = (pair.a(), pair.b());
-        if !dofs.is_free(a) && !dofs.is_free(b) {
-            continue;
-        }
         for tangent in &pair.tangents {
             for (row_body, first_row) in [(a, 0), (b, 6)] {
                 let mut on_a = [[0.0; 6]; 6];

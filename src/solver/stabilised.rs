@@ -11,7 +11,7 @@ use crate::solver::equilibrium::{Equilibrium, Following};
 use crate::solver::newton::Newton;
 use crate::solver::path::{Cut, Path};
 use crate::solver::settings::{Relaxation, Settings, Stabilisation};
-use crate::solver::step::{Leave, Room, StepEnd};
+use crate::solver::step::{Drag, Leave, Room, StepEnd};
 use crate::tensor;
 
 /// Drag of a step over that of the one before.
@@ -212,11 +212,8 @@ impl Newton<'_> {
             let end = if let Some((enough, most_steps)) = due {
                 let end = self.relax_dynamically(Enough::OnAny(enough), most_steps, None);
                 // What the way behind took is in the books; from here on it is counted anew.
-                self.rebase();
-                self.evaluate();
-                path.restart(self);
+                drag = self.count_from_here(&mut path, first_drag);
                 counted = found.augmentations;
-                drag = self.uniform_drag(first_drag);
                 end
             } else {
                 let begun = self.balance().unrest;
@@ -225,11 +222,8 @@ impl Newton<'_> {
                 if let Some(most) = self.left_to_explicit_steps(until, begun).filter(|_| !is_first) {
                     path.go_on(self, cut);
                     let end = self.relax_dynamically(most, EXPLICIT_STEPS, Some(&mut path.work));
-                    self.rebase();
-                    self.evaluate();
-                    path.restart(self);
+                    drag = self.count_from_here(&mut path, first_drag);
                     counted = found.augmentations;
-                    drag = self.uniform_drag(first_drag);
                     end
                 } else {
                     end
@@ -290,6 +284,14 @@ impl Newton<'_> {
                 drag.lower(DRAG_LOWER, least_drag, self);
             }
         }
+    }
+
+    /// Has friction and work count from where explicit steps have ended; the drag of the next implicit one.
+    fn count_from_here(&mut self, path: &mut Path, first_drag: f64) -> Drag {
+        self.rebase();
+        self.evaluate();
+        path.restart(self);
+        self.uniform_drag(first_drag)
     }
 
     /// Where an increment need not come to rest, and an implicit step that began with this unrest has brought it not much nearer, what explicit ones may
