@@ -18,6 +18,9 @@ pub enum Dimension {
 
 use Dimension::*;
 
+/// A pound force over a square inch [Pa].
+const PSI: f64 = 4.448_221_615_260_5 / (0.0254 * 0.0254);
+
 /// Unit as written (after [`plain_spelling`]), its dimension, and its value in SI.
 const UNITS: &[(&str, Dimension, f64)] = &[
     ("%", None, 1e-2),
@@ -27,6 +30,9 @@ const UNITS: &[(&str, Dimension, f64)] = &[
     ("um", Length, 1e-6),
     ("nm", Length, 1e-9),
     ("km", Length, 1e3),
+    ("in", Length, 0.0254),
+    ("inch", Length, 0.0254),
+    ("ft", Length, 0.3048),
     ("Pa", Pressure, 1.0),
     ("kPa", Pressure, 1e3),
     ("MPa", Pressure, 1e6),
@@ -35,6 +41,9 @@ const UNITS: &[(&str, Dimension, f64)] = &[
     ("N/m2", Pressure, 1.0),
     ("kN/m2", Pressure, 1e3),
     ("N/mm2", Pressure, 1e6),
+    ("psi", Pressure, PSI),
+    ("ksi", Pressure, 1e3 * PSI),
+    ("kgf/cm2", Pressure, 98066.5),
     ("rad", Angle, 1.0),
     ("mrad", Angle, 1e-3),
     ("deg", Angle, std::f64::consts::PI / 180.0),
@@ -238,6 +247,14 @@ mod tests {
             (json!("2180 kg/m³"), Density, 2180.0),
             (json!("1.5e-1 kJ/m2"), EnergyPerArea, 150.0),
             (json!("9.81 m/s²"), Acceleration, 9.81),
+            (json!("2.4 in"), Length, 0.06096),
+            (json!("3inch"), Length, 0.0762),
+            (json!("2 ft"), Length, 0.6096),
+            (json!("58 psi"), Pressure, 58.0 * 6_894.757_293_168_361),
+            (json!("5 ksi"), Pressure, 5e3 * 6_894.757_293_168_361),
+            (json!("8 kgf/cm2"), Pressure, 784_532.0),
+            (json!("8 kgf/cm^2"), Pressure, 784_532.0),
+            (json!("8 kgf/cm²"), Pressure, 784_532.0),
             (json!("15 %"), None, 0.15),
             (json!("0.65"), None, 0.65),
             (json!(800000), Pressure, 8e5),
@@ -254,6 +271,9 @@ mod tests {
             (json!("300 mm"), Pressure, "is a length where a pressure is needed"),
             (json!("0.8 Mpa"), Pressure, "did you mean \"MPa\"?"),
             (json!("0.8 furlongs"), Length, "unknown unit \"furlongs\""),
+            (json!("2 feet"), Length, "did you mean \"ft\"?"),
+            (json!("58 kpsi"), Pressure, "did you mean \"ksi\"?"),
+            (json!("58 psi"), Length, "is a pressure where a length is needed"),
             (json!("0.8"), Pressure, "has no unit"),
             (json!("0,8 MPa"), Pressure, "comma"),
             (json!("NaN"), None, "not a finite number"),

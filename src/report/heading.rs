@@ -1,8 +1,10 @@
 //! Headings of tables: the name of a column and its unit, in the ways in which sheets of several countries put them.
 
 /// Units, as [`plain_unit`], that stand behind a slash, a comma or "in"; in brackets anything may be one.
-const UNITS: [&str; 14] =
-    ["%", "1", "-", "pa", "kpa", "mpa", "kn/m2", "n/mm2", "m", "cm", "mm", "um", "in", "ft"];
+const UNITS: [&str; 17] = [
+    "%", "1", "-", "pa", "kpa", "mpa", "kn/m2", "n/mm2", "psi", "ksi", "kgf/cm2", "m", "cm", "mm", "um",
+    "in", "ft",
+];
 
 /// A heading as a name and a unit, if it has one: `name [unit]`, `name (unit)`, those in full-width brackets, `name/unit`, `name, unit`, `name in unit`.
 /// Brackets about a name as in `(σ1-σ3)/kPa` stay with it.
@@ -33,10 +35,11 @@ fn known_unit(text: &str) -> Option<&str> {
     Some(text.trim()).filter(|unit| UNITS.contains(&plain_unit(unit).as_str()))
 }
 
-/// A unit by the letters that tell it from others: `KPa`, `kN/m²`, `kN/m^2` and `％` are `kpa`, `kn/m2`, `kn/m2` and `%`.
+/// A unit by the letters that tell it from others: `KPa`, `kN/m²`, `kN/m^2`, `％` and `inch` are `kpa`, `kn/m2`, `kn/m2`, `%` and `in`.
 pub fn plain_unit(unit: &str) -> String {
     let unit = unit.to_lowercase().replace(['^', ' '], "");
-    unit.replace('²', "2").replace('％', "%").replace(['µ', 'μ'], "u")
+    let unit = unit.replace('²', "2").replace('％', "%").replace(['µ', 'μ'], "u");
+    if unit == "inch" { "in".into() } else { unit }
 }
 
 #[cfg(test)]
@@ -53,6 +56,9 @@ mod tests {
             ("(σ1-σ3)/kPa", "(σ1-σ3)", Some("kPa")),
             ("(σ1-σ3) [kN/m²]", "(σ1-σ3)", Some("kN/m²")),
             ("q / kN/m2", "q", Some("kN/m2")),
+            ("q/kgf/cm^2", "q", Some("kgf/cm^2")),
+            ("q in psi", "q", Some("psi")),
+            ("sieve, inch", "sieve", Some("inch")),
             ("Siebweite in mm", "Siebweite", Some("mm")),
             ("Осевая деформация, %", "Осевая деформация", Some("%")),
             ("(σ1-σ3)", "(σ1-σ3)", None),

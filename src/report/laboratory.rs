@@ -10,9 +10,10 @@
 //!
 //! The first line names the columns, in any order, each with its unit in brackets, square or round: `axial_strain` is needed, and at least
 //! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart, an empty cell of it as the one above. Other usual names are known too
-//! ([`NAMES`]). Strains are in `%` or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2` or `N/mm2`; a column without its unit is refused. Compression and
-//! contraction count positive. A cell may be empty. Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals
-//! may stand behind a comma. Other columns are left out and named, but those that `riprap export --csv` writes: its tables can be overlaid too.
+//! ([`NAMES`]). Strains are in `%` or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2`, `N/mm2`, `psi`, `ksi` or `kgf/cm2`; a column without its unit is
+//! refused. Compression and contraction count positive. A cell may be empty. Commas, semicolons or tabs part the cells; where semicolons or tabs do,
+//! or cells are quoted, decimals may stand behind a comma. Other columns are left out and named, but those that `riprap export --csv` writes: its
+//! tables can be overlaid too.
 
 use std::path::{Path, PathBuf};
 
@@ -100,7 +101,16 @@ const NAMES: [&[&str]; 4] = [
 ];
 /// Units and how many of SI they are.
 const STRAINS: &[(&str, f64)] = &[("%", 0.01), ("1", 1.0), ("-", 1.0)];
-const STRESSES: &[(&str, f64)] = &[("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("kN/m2", 1e3), ("N/mm2", 1e6)];
+const STRESSES: &[(&str, f64)] = &[
+    ("Pa", 1.0),
+    ("kPa", 1e3),
+    ("MPa", 1e6),
+    ("kN/m2", 1e3),
+    ("N/mm2", 1e6),
+    ("psi", 4.448_221_615_260_5 / (0.0254 * 0.0254)),
+    ("ksi", 4.448_221_615_260_5e3 / (0.0254 * 0.0254)),
+    ("kgf/cm2", 98066.5),
+];
 /// Faults of a table that are listed; the others are counted.
 const LISTED: usize = 10;
 /// Columns without use that are named; the others are counted.
@@ -241,7 +251,8 @@ fn factor(number: usize, unit: Option<&str>) -> Result<f64, String> {
     let known = units.iter().find(|(name, _)| same(name));
     known.map(|(_, factor)| *factor).ok_or_else(|| {
         let column = COLUMNS[number];
-        let accepted = if number == 2 { "[Pa], [kPa], [MPa], [kN/m2], [N/mm2]" } else { "[%], [1]" };
+        let named = units.iter().filter(|(name, _)| *name != "-").map(|(name, _)| format!("[{name}]"));
+        let accepted = named.collect::<Vec<_>>().join(", ");
         match unit {
             None | Some("") => format!("column {column} has no unit (accepted: {accepted} behind its name)"),
             Some(unit) => format!("{column}: unit [{unit}] is unknown (accepted: {accepted})"),
@@ -436,6 +447,21 @@ mod tests {
     }
 
     #[test]
+    fn stresses_come_in_units_of_any_country() {
+        for (heading, factor) in [
+            ("q [psi]", 6_894.757_293_168_361),
+            ("deviator stress (ksi)", 6_894_757.293_168_36),
+            ("偏应力/kgf/cm²", 98066.5),
+            ("q in kgf/cm^2", 98066.5),
+        ] {
+            let curves = parse(&format!("axial strain [%];{heading}\n1;2\n"), "file")
+                .unwrap_or_else(|e| panic!("{heading}: {e:?}"));
+            let found = curves[0].deviatoric_stress[0];
+            assert!((found / (2.0 * factor) - 1.0).abs() < 1e-14, "{heading}: {found}");
+        }
+    }
+
+    #[test]
     fn quoted_cells_may_hold_the_separator() {
         let text = "curve,axial_strain [1],deviatoric_stress [Pa]\n\"a, b\",0.1,2\n\"say \"\"c\"\"\",0.2,3\n\n#, \"open\n";
         let curves = parse(text, "file").unwrap_or_else(|e| panic!("{e:?}"));
@@ -460,7 +486,7 @@ mod tests {
             ("axial_strain [%]\n1\n", 1, "neither"),
             ("deviatoric_stress [MPa], x\n1,2\n", 1, "no column axial_strain"),
             ("axial_strain [inch], deviatoric_stress [MPa]\n1,2\n", 1, "inch"),
-            ("axial_strain [%], deviatoric_stress [psi]\n1,2\n", 1, "psi"),
+            ("axial_strain [%], deviatoric_stress [atm]\n1,2\n", 1, "atm"),
             ("axial strain [%], eps1 [%], q [Pa]\n1,2,3\n", 1, "two columns axial_strain"),
             ("axial_strain [1], axial_strain [1], deviatoric_stress [Pa]\n1,2,3\n", 1, "two columns"),
             ("axial_strain [1], deviatoric_stress [Pa]\n", 1, "no rows"),
@@ -510,7 +536,7 @@ mod tests {
 
     #[test]
     fn all_faults_are_listed_with_what_was_found() {
-        let text = "strain [%], deviatoric_stress [psi]\n1,2\n1,two\n1,2,3\n";
+        let text = "strain [%], deviatoric_stress [atm]\n1,2\n1,two\n1,2,3\n";
         let faults = parse(text, "x").expect_err(text);
         let lines: Vec<usize> = faults.iter().map(|(line, _)| *line).collect();
         assert_eq!(lines, [1, 1, 3, 4]);

@@ -149,6 +149,9 @@ mod tests {
         near("粒径/mm\t小于某粒径质量百分数/%\n60\t100\n40\t62.5\n20\t10\n");
         near("\"粒径 [mm]\",\"通过率\"\n60,100\n40,62.5 %\n20,10\n");
         near("\"sieve, square [mm]\",\"passing, of mass [%]\"\n60, \"100\"\n\"40\",62.5\n20,10\n");
+        near(
+            "sieve [inch],passing [%]\n2.3622047244094488,100\n1.5748031496062992,62.5\n0.7874015748031496,10\n",
+        );
         let refused = |text: &str| read(text).expect_err(text);
         assert!(refused("sieve,passing\n60,1\n").contains("no unit of length"));
         assert!(refused("sieve [mm],retained [%]\n60,1\n").contains("retained"));
