@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use riprap::case::{Geometry, RawCase};
 use riprap::mesh::file::read_mesh;
 use riprap::mesh::formats::{holds_all_bodies, read_points};
 use riprap::results::{
-    CellKind, Column, Existing, FieldMesh, Reader, Writer, write_network, write_stl, write_vtu_series,
+    CellKind, Column, Existing, FieldMesh, GrainRow, Outcome, Reader, Writer, write_network, write_stl,
+    write_tables, write_vtu_series,
 };
 use riprap::tensor::Vec3;
 
@@ -181,4 +183,44 @@ fn grains_go_out_as_stl_and_come_back() {
     let hull = riprap::geometry::Polyhedron::convex_hull(&points).expect("a hull");
     assert!((hull.volume() / 1e-6 - 1.0).abs() < 1e-6, "{}", hull.volume());
     assert!((hull.centroid() - Vec3::new(0.0152, 0.005, 0.005)).norm() < 1e-7, "{}", hull.centroid());
+}
+
+/// `riprap export --csv` of a specimen is a packing again: the grains of its last state, of their sieve sizes.
+#[test]
+fn an_exported_table_of_grains_is_a_packing() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("cube.vtkhdf");
+    let mesh = block_of_grains([3, 3, 3]);
+    let mut writer = Writer::create(&path, &case_record(), Existing::Refuse).expect("a new file");
+    writer.set_mesh(mesh.clone()).expect("a mesh");
+    let sizes = (0..27).map(|grain| 0.2 + 0.1 * f64::from(grain % 2));
+    writer.write_table("grains", &[Column::floats("sieve_size", "m", "sieve size", sizes)]).expect("grains");
+    for state in 0..2 {
+        if state > 0 {
+            writer.append(&history_row(state), &[]).expect("a row");
+        }
+        writer.save_state(&Fields::new(&mesh, state).at(state)).expect("a state");
+        let row = |grain: usize| {
+            let place = [grain % 3, grain / 3 % 3, grain / 9].map(|at| (0.4 + state as f64) * at as f64);
+            GrainRow { position: Vec3::from(place), ..grain_row(grain, state) }
+        };
+        writer.save_grains(&(0..27).map(row).collect::<Vec<_>>()).expect("grains");
+    }
+    writer.finish(Outcome::Finished, "", 1).expect("an end");
+    drop(writer);
+    let reader = Reader::open(&path).expect("opens");
+    write_tables(&reader, dir.path(), "cube").unwrap_or_else(|e| panic!("{e}"));
+    let case = r#"{"specimen": {"packing": {"file": "cube_grains_states.csv", "compact": true}, "void_ratio": 0.6},
+        "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
+        "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]}"#;
+    let case = RawCase::parse(&dir.path().join("x.json"), case).and_then(|raw| raw.check());
+    let case = case.unwrap_or_else(|e| panic!("{e}"));
+    let Geometry::Specimen(specimen) = &case.geometry else { panic!("no specimen") };
+    let grains = &specimen.packing.as_ref().expect("a packing").grains;
+    assert_eq!(grains.len(), 27);
+    // Random grains stand for them, spread until none overlap.
+    let along = grains[1].position[0] - grains[0].position[0];
+    assert!(along >= 1.4 && (grains[0].rotation[2] - 0.1).abs() < 1e-12, "{along}");
+    let ends = [specimen.grading.first(), specimen.grading.last()].map(|point| point.expect("sieves")[0]);
+    assert!((ends[0] / 0.3 - 1.0).abs() < 0.02 && (ends[1] / 0.2 - 1.0).abs() < 0.02, "{ends:?}");
 }

@@ -110,6 +110,15 @@ impl Export<'_> {
             numbered("state [1]", &|row| row / grains.max(1)),
             numbered("grain [1]", &|row| row % grains.max(1)),
         ];
+        if fixed.iter().any(|name| name == "sieve_size") {
+            // With it the table is a packing that a case can begin with.
+            let sizes = self.reader.floats("grains/sieve_size")?;
+            let of_row = |row: usize| sizes.get(row % grains.max(1)).copied().unwrap_or(f64::NAN);
+            columns.push(Column {
+                header: header("sieve_size", "m", 1),
+                numbers: Numbers::Floats((0..count * grains).map(of_row).collect()),
+            });
+        }
         columns.extend(columns_of(self.reader, "grains", &states, 2)?);
         self.write("grains_states", &[], [Ok((vec![], count * grains, columns))])
     }

@@ -47,6 +47,20 @@ impl Columns {
         Ok(Columns { header: header.iter().map(parted).collect(), rows, separator })
     }
 
+    /// The first column of this name.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.header.iter().position(|(column, _)| column == name)
+    }
+
+    /// The rows with the largest number in a column.
+    pub fn with_largest(mut self, column: usize) -> Result<Self, String> {
+        let numbers = self.rows.iter().map(|row| self.number(row, column)).collect::<Result<Vec<_>, _>>()?;
+        let largest = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mut numbers = numbers.into_iter();
+        self.rows.retain(|_| numbers.next() == Some(largest));
+        Ok(self)
+    }
+
     /// The unit of length of a column [m].
     pub fn metres(&self, column: usize) -> Option<f64> {
         let unit = self.header.get(column)?.1.as_deref()?;

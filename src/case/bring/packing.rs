@@ -3,7 +3,8 @@
 //!
 //! A list, in the case or in a JSON file, has of each grain `vertices`, and `position` and `rotation` where these are not nothing. A CSV ([`Columns`]) has
 //! columns x, y and z, of each grain its size, diameter or radius, and may have its quaternion (qw, qx, qy, qz) or rotation vector (rx, ry, rz), and
-//! the file's name or number of its shape in `specimen.shapes`. A grain without a shape gets a random one.
+//! the file's name or number of its shape in `specimen.shapes`. A grain without a shape gets a random one. What `riprap export --csv` says of grains in
+//! saved states is such a table: its names are known too ([`OURS`]), and its last state counts.
 
 use std::path::Path;
 
@@ -29,6 +30,17 @@ use super::words::{GRAINS, Notes, PACKING, walked};
 const PATH: &str = "$.specimen.packing";
 const ACCEPTED: &str = r#"a CSV or JSON file, its path relative to the case file, or an object such as {"file": "packing.csv", "compact": true}, or {"grains": [{"vertices": [[x, y, z], ...]}, ...]}"#;
 const OF_TABLE: &str = "a CSV with columns x [mm], y [mm], z [mm] and one of size, diameter and radius [mm]";
+
+/// What riprap's own tables call the columns.
+const OURS: [(&str, &str); 7] = [
+    ("x", "position_x"),
+    ("y", "position_y"),
+    ("z", "position_z"),
+    ("size", "sieve_size"),
+    ("rx", "rotation_x"),
+    ("ry", "rotation_y"),
+    ("rz", "rotation_z"),
+];
 
 /// Sizes between which the axes of a random grain lie, over its own.
 const RANDOM: [f64; 2] = [0.75, 1.25];
@@ -146,7 +158,7 @@ fn grains_of(
             listed(&walked(&GRAINS, list, PATH)?, PATH)?
         }
         (Some(file), Value::Null) => {
-            let table = Columns::read(&folder.join(file));
+            let table = Columns::read(&folder.join(file)).and_then(last_state);
             let read = table.and_then(|table| tabled(&table, library, seed, compact));
             read.map_err(|problem| Fault::new(PATH, shown(given), problem, OF_TABLE))?
         }
@@ -167,9 +179,20 @@ fn listed(list: &Value, path: &str) -> Result<Vec<GivenGrain>, Fault> {
     packing.given().grains.iter().enumerate().map(grain).collect()
 }
 
+/// Of a table of states that riprap exported the last; any other as it is.
+fn last_state(table: Columns) -> Result<Columns, String> {
+    match table.column("state").filter(|_| table.column("position_x").is_some()) {
+        Some(state) => table.with_largest(state),
+        None => Ok(table),
+    }
+}
+
 /// Grains of a table. Where random shapes stand for balls, these are spread so that nothing overlaps, for compaction to begin with.
 fn tabled(table: &Columns, library: &[Shape], seed: u64, compact: bool) -> Result<Vec<GivenGrain>, String> {
-    let column = |name: &str| table.header.iter().position(|(column, _)| column == name);
+    let column = |name: &str| {
+        let ours = OURS.iter().find(|(known, _)| *known == name).map(|(_, ours)| *ours);
+        table.column(name).or_else(|| table.column(ours?))
+    };
     let length = |name: &str| -> Result<Option<(usize, f64)>, String> {
         let Some(at) = column(name) else { return Ok(None) };
         let metres =
@@ -423,6 +446,21 @@ mod tests {
             let apart = |b: &GivenGrain| (a.pose.position - b.pose.position).norm() - reach(a) - reach(b);
             assert!(grains[..at].iter().all(|b| apart(b) > 0.0));
         }
+        // Of what riprap itself exports the last state.
+        let row = |state: usize, k: usize| {
+            let [x, y, z] = [k % 4, k / 4 % 4, k / 16].map(|at| 0.025 * at as f64 + state as f64);
+            format!("{state},{k},{},{x},{y},{z},0,0,0.5\n", 0.02 + 0.002 * (k % 2) as f64)
+        };
+        let rows: String = (0..128).map(|k| row(k / 64, k % 64)).collect();
+        let header = "state [1],grain [1],sieve_size [m],position_x [m],position_y [m],position_z [m],\
+                      rotation_x [rad],rotation_y [rad],rotation_z [rad]";
+        write(&format!("{header}\n{rows}"));
+        let case = check(folder.path(), &format!(r#"{compact}, "void_ratio": 0.6"#))
+            .unwrap_or_else(|e| panic!("{e}"));
+        let (specimen, packing) = packed(&case);
+        assert_eq!(specimen.grains, 64);
+        assert!((specimen.grading[0][0] / 0.022 - 1.0).abs() < 0.02, "{:?}", specimen.grading);
+        assert!(packing.grains.iter().all(|grain| (grain.rotation[2] - 0.5).abs() < 1e-12));
         for (text, problem) in [
             ("x,y [mm],z [mm],size [mm]\n0,0,0,1\n", "no unit of length behind x"),
             ("x [mm],y [mm],size [mm]\n0,0,1\n", "no column z"),
