@@ -314,7 +314,7 @@ pub struct Batch {
     /// Writes a Slurm job array instead, and submits it where there is sbatch; a job behind it writes the table
     #[arg(long)]
     pub slurm: bool,
-    /// Writes the members' commands instead, one a line, for GNU parallel, PBS and LSF
+    /// Writes commands instead, a line for each member or for the plan's members_per_task, for GNU parallel, PBS and LSF
     #[arg(long, conflicts_with = "slurm")]
     pub commands: bool,
     /// Writes the table of what there is instead, and runs nothing

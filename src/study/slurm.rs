@@ -1,5 +1,5 @@
 //! A batch on a cluster: a job array of Slurm, whose tasks each run `riprap batch PLAN --only K-L`, and a job behind it that
-//! writes the table; or the same commands one a line, for PBS, LSF and GNU parallel.
+//! writes the table; or the same commands a line a task, for PBS, LSF and GNU parallel.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -89,15 +89,35 @@ fn head(plan: &Plan, ending: &str, log: &str) -> Vec<String> {
     lines
 }
 
-/// Writes the commands of all members, one a line, beside the results: `parallel -j 4 < commands.txt`, or line N in task N of an
-/// array of PBS or LSF.
+/// Name of the file of the plan's lines of setup: in a line of commands a comment would swallow what comes behind it.
+const SETUP: &str = "setup.sh";
+
+/// The commands of all members, a line for those of a task.
+fn commands(plan: &Plan, program: &Path, force: bool) -> String {
+    let force = if force { FORCE } else { "" };
+    let setup = match plan.slurm.setup.is_empty() {
+        true => String::new(),
+        false => format!(". {}; ", quoted(&absolute(&plan.out).join(SETUP).to_string_lossy())),
+    };
+    let (all, each) = (plan.members.len(), plan.slurm.members_per_task.max(1));
+    let line = |first: usize| {
+        let last = (first + each).min(all) - 1;
+        let members = if last > first { format!("{first}-{last}") } else { first.to_string() };
+        format!("{setup}{}\n", command(plan, program, force, &format!("--only {members}")))
+    };
+    (0..all).step_by(each).map(line).collect()
+}
+
+/// Writes the commands of all members beside the results, those of a task in a line, behind the plan's setup: `parallel -j 4 < commands.txt`, or
+/// line N in task N of an array of PBS or LSF.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn write_commands(plan: &Plan, program: &Path, force: bool) -> Result<PathBuf> {
-    let force = if force { FORCE } else { "" };
-    let line = |at: usize| command(plan, program, force, &format!("--only {at}")) + "\n";
-    write(plan, "commands.txt", &(0..plan.members.len()).map(line).collect::<String>())
+    if !plan.slurm.setup.is_empty() {
+        write(plan, SETUP, &(plan.slurm.setup.join("\n") + "\n"))?;
+    }
+    write(plan, "commands.txt", &commands(plan, program, force))
 }
 
 fn write(plan: &Plan, name: &str, text: &str) -> Result<PathBuf> {
@@ -161,6 +181,44 @@ mod tests {
     use super::super::Member;
     use super::super::cluster::Slurm;
     use super::*;
+
+    #[test]
+    fn commands_have_the_members_of_a_task_and_the_setup_before_them() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let plan = |members_per_task: usize, setup: &[&str]| Plan {
+            file: "/x/plan.json".into(),
+            members: ["a", "b", "c"].map(|name| Member::sample(name, folder.path())).to_vec(),
+            out: folder.path().join("it's out"),
+            jobs: None,
+            threads: 2,
+            slurm: Slurm {
+                members_per_task,
+                setup: setup.iter().map(|line| line.to_string()).collect(),
+                ..Slurm::default()
+            },
+        };
+        let written = |plan: &Plan, force: bool| {
+            let path = write_commands(plan, Path::new("/bin/riprap"), force).expect("written");
+            std::fs::read_to_string(path).expect("the commands")
+        };
+        let single = written(&plan(0, &[]), false);
+        let ends = |text: &str| -> Vec<String> {
+            text.lines().map(|line| line.rsplit("--threads 2 ").next().unwrap_or_default().into()).collect()
+        };
+        assert_eq!(ends(&single), ["--only 0", "--only 1", "--only 2"]);
+        assert!(
+            single.lines().all(|line| line.starts_with("/bin/riprap batch /x/plan.json --out ")),
+            "{single}"
+        );
+        let pairs = plan(2, &["module load gcc # as it was built", "export A=1"]);
+        let both = written(&pairs, true);
+        assert_eq!(ends(&both), ["--force --only 0-1", "--force --only 2"]);
+        let setup = pairs.out.join(SETUP);
+        let begin = format!(". {}; /bin/riprap batch ", quoted(&setup.to_string_lossy()));
+        assert!(both.lines().all(|line| line.starts_with(&begin)), "{both}");
+        let lines = std::fs::read_to_string(setup).expect("the setup");
+        assert_eq!(lines, "module load gcc # as it was built\nexport A=1\n");
+    }
 
     #[test]
     fn the_array_has_a_task_for_each_member() {
