@@ -681,8 +681,9 @@ fn a_member_that_fails_is_told_and_the_others_are_run() {
                 "/solver/max_newton_iterations": 1}}]}"#;
     std::fs::write(folder.path().join("plan.json"), plan).expect("a plan");
     let (stdout, stderr) = ends_with(3, folder.path(), &["batch", "plan.json", "--out", "out"]);
-    assert!(stdout.lines().any(|line| line.starts_with("| push ") && line.contains("finished")), "{stdout}");
-    assert!(stdout.lines().any(|line| line.starts_with("| loose ") && line.contains("stopped")), "{stdout}");
+    assert!(stdout.starts_with("push\n    status: finished; "), "{stdout}");
+    let loose = stdout.split_once("\nloose\n").map_or("", |(_, behind)| behind);
+    assert!(loose.contains("status: stopped"), "{stdout}");
     assert!(
         stderr.contains("loose: exit code 3") && stderr.contains("1 of 2 runs did not reach"),
         "{stderr}"

@@ -68,10 +68,14 @@ pub enum Command {
     },
     /// Print what completes commands and options in a shell
     #[command(after_help = COMPLETIONS_EXAMPLES)]
-    Completions { shell: Shell },
+    Completions {
+        /// The shell that is to complete them
+        shell: Shell,
+    },
     /// Write manual pages, one a command, into a folder
     #[command(after_help = MAN_EXAMPLES)]
     Man {
+        /// Where riprap.1 and riprap-<command>.1 are written; the folder is made where it is missing
         #[arg(value_name = "DIR")]
         folder: PathBuf,
     },
@@ -365,4 +369,21 @@ pub enum ProgressKind {
     Bar,
     /// One JSON object per line, on standard output
     Json,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn help_says_what_every_argument_is() {
+        for command in Arguments::command().get_subcommands() {
+            for argument in command.get_arguments() {
+                let help = argument.get_help().map(|help| help.to_string()).unwrap_or_default();
+                assert!(!help.is_empty(), "{} {}", command.get_name(), argument.get_id());
+            }
+        }
+    }
 }

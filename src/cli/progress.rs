@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::loading::StageEnd;
 use crate::material::Drawn;
 use crate::report::{SOUND, duration, short};
-use crate::results::{HISTORY, HistoryRow, Value as Number, fixed};
+use crate::results::{HISTORY, HistoryRow, Value as Number, counted, fixed};
 use crate::setup::PlannedStage;
 use crate::simulation::{
     End, Observer, Options, Outcome, Resumption, Seating, SpecimenReport, StageReport, Step,
@@ -75,7 +75,10 @@ impl Progress {
         let (title, threads) = (&case.title, options.threads);
         self.energy_tolerance = case.solver.energy_tolerance;
         self.tell(
-            || format!("{title}\n{:<12} {}, {threads} threads", "into", options.out.display()),
+            || {
+                let (out, threads) = (options.out.display(), counted(threads, "thread"));
+                format!("{title}\n{:<12} {out}, {threads}", "into")
+            },
             || json!({"event": "begin", "title": title, "file": options.out, "threads": threads}),
         );
         for remark in case.remarks().into_iter().chain(case.remarks_on_meshes(folder)) {
@@ -97,7 +100,8 @@ impl Progress {
         match &self.display {
             Display::Quiet => {}
             Display::Plain | Display::Bar(_) => {
-                note(&format!("{status:<12} {increments} increments in {}", duration(time.as_secs_f64())));
+                let (increments, time) = (counted(increments, "increment"), duration(time.as_secs_f64()));
+                note(&format!("{status:<12} {increments} in {time}"));
                 say(&options.out.display().to_string());
             }
             Display::Json => say(&json!({

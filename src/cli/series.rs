@@ -197,9 +197,15 @@ pub fn batch(arguments: &Batch) -> Ended {
         false => launch(&members, jobs.unwrap_or(1), plan.threads, arguments.force)?,
     };
     let figures: Vec<Figures> = members.iter().map(Figures::of).collect();
+    if arguments.summary && !figures.iter().any(Figures::has_begun) {
+        let plan = arguments.plan.display();
+        let out = arguments.out.as_ref().map_or(String::new(), |out| format!(" --out {}", out.display()));
+        complain(&format!("{plan}: none of its members has run yet; riprap batch {plan}{out} runs them"));
+        return Ok(Ending::Stopped);
+    }
     if arguments.only.is_none() {
         let summary = table::batch(&members, &figures);
-        say(&summary.to_markdown());
+        say(&summary.to_table_or_list());
         summary.write_csv(&plan.out.join("summary.csv"))?;
     }
     Ok(conclude(whole, &members, &figures))
@@ -267,8 +273,12 @@ fn conclude(whole: bool, members: &[Member], figures: &[Figures]) -> Ending {
     }
     let shown = short.iter().take(10).copied().collect::<Vec<_>>().join(", ");
     let more = if short.len() > 10 { ", …" } else { "" };
+    let idle = match figures.iter().filter(|figures| !figures.has_begun()).count() {
+        0 => String::new(),
+        idle => format!("; {idle} of them not begun"),
+    };
     complain(&format!(
-        "{} of {} runs did not reach the end of their case: {shown}{more}",
+        "{} of {} runs did not reach the end of their case: {shown}{more}{idle}",
         short.len(),
         members.len()
     ));

@@ -42,7 +42,7 @@ pub use history::{
 };
 pub use lock::check_unused;
 pub use network::{write_network, write_stl};
-pub use number::fixed;
+pub use number::{counted, fixed};
 pub use pairs::ContactPair;
 pub use reader::{NumberKind, Reader, Restart};
 pub use record::{COMMIT, CaseRecord, ENDINGS, Outcome, Status, VERSION, host, results_file};

@@ -9,9 +9,22 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
+/// So many of what one is called: "1 thread", "2 threads".
+pub fn counted(number: impl std::fmt::Display, one: &str) -> String {
+    let number = number.to_string();
+    let ending = if number == "1" { "" } else { "s" };
+    format!("{number} {one}{ending}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_is_no_several() {
+        let said = [0, 1, 2].map(|number| counted(number, "thread"));
+        assert_eq!(said, ["0 threads", "1 thread", "2 threads"]);
+    }
 
     #[test]
     fn zero_has_no_sign() {

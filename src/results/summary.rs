@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
-use super::number::fixed;
+use super::number::{counted, fixed};
 use super::reader::Reader;
 use super::verify::Verified;
 
@@ -160,7 +160,7 @@ impl fmt::Display for Summary {
         }
         writeln!(f)?;
         writeln!(f, "  made by     riprap {} ({})", self.riprap_version, self.riprap_commit)?;
-        writeln!(f, "  on          {}, {} threads, seed {}", self.host, self.threads, self.seed)?;
+        writeln!(f, "  on          {}, {}, seed {}", self.host, counted(self.threads, "thread"), self.seed)?;
         if self.grains > 0 {
             writeln!(f, "  grains      {}", self.grains)?;
         }

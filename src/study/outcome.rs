@@ -6,6 +6,9 @@ use crate::report::Run;
 use super::Member;
 use super::launch::{last_line, log_of};
 
+/// Status of a member that has neither results nor a log.
+const NOT_RUN: &str = "not run";
+
 /// A member that has a results file, and the figures to compare it by.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figures {
@@ -45,7 +48,7 @@ impl Figures {
     pub fn of(member: &Member) -> Figures {
         if !member.results.exists() {
             let log = log_of(member);
-            let status = if log.exists() { "failed" } else { "not run" };
+            let status = if log.exists() { "failed" } else { NOT_RUN };
             return Figures { status: status.into(), reason: last_line(&log), ..Figures::nothing() };
         }
         let unreadable = |error: Error| Figures {
@@ -99,6 +102,11 @@ impl Figures {
             cells_of_a_grain: nan,
             ..Figures::default()
         }
+    }
+
+    /// Whether it has run at all.
+    pub fn has_begun(&self) -> bool {
+        self.status != NOT_RUN
     }
 
     /// Whether it ran to the end of its case.

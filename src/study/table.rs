@@ -22,7 +22,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Columns as wide as their widest cell.
+    /// In Markdown, columns as wide as their widest cell. Those that a terminal has no room for stand in tables below, each with the first column.
     pub fn to_markdown(&self) -> String {
         let cells: Vec<Vec<String>> = std::iter::once(&self.header)
             .chain(&self.rows)
@@ -34,18 +34,25 @@ impl Table {
                 all.max().unwrap_or(0).max(3)
             })
             .collect();
-        let line = |row: &Vec<String>| {
-            let padded: Vec<String> = widths
-                .iter()
-                .enumerate()
-                .map(|(k, &width)| format!("{:width$}", row.get(k).map_or("", |c| c)))
-                .collect();
-            format!("| {} |", padded.join(" | "))
+        let table = |columns: &Vec<usize>| {
+            let line = |row: &Vec<String>| {
+                let padded = columns.iter().map(|&k| (widths[k], row.get(k).map_or("", |c| c)));
+                let padded: Vec<String> = padded.map(|(width, cell)| format!("{cell:width$}")).collect();
+                format!("| {} |", padded.join(" | "))
+            };
+            let rule: Vec<String> = columns.iter().map(|&k| "-".repeat(widths[k])).collect();
+            let mut lines = vec![line(&cells[0]), format!("| {} |", rule.join(" | "))];
+            lines.extend(cells[1..].iter().map(line));
+            lines.join("\n")
         };
-        let rule: Vec<String> = widths.iter().map(|&width| "-".repeat(width)).collect();
-        let mut lines = vec![line(&cells[0]), format!("| {} |", rule.join(" | "))];
-        lines.extend(cells[1..].iter().map(line));
-        lines.join("\n")
+        side_by_side(&widths).iter().map(table).collect::<Vec<_>>().join("\n\n")
+    }
+
+    /// As one table where a terminal has room for all columns, else as a list.
+    pub fn to_table_or_list(&self) -> String {
+        let table = self.to_markdown();
+        let fits = |line: &str| !line.is_empty() && line.chars().count() <= TERMINAL;
+        if table.lines().all(fits) { table } else { self.to_list() }
     }
 
     /// Each row as its first cell, and indented below it what the others say, at most 80 columns wide where single cells are.
@@ -92,6 +99,23 @@ impl Table {
         };
         write().map_err(|e| Error::io("write", path, e.into()))
     }
+}
+
+/// Columns of these widths that fit a terminal side by side, in groups that all begin with the first column.
+fn side_by_side(widths: &[usize]) -> Vec<Vec<usize>> {
+    // Behind the first bar each column has two blanks and a bar.
+    let wide = |columns: &[usize]| 1 + columns.iter().map(|&k| widths[k] + 3).sum::<usize>();
+    let mut groups: Vec<Vec<usize>> = vec![(0..widths.len().min(1)).collect()];
+    for column in 1..widths.len() {
+        let last = groups.len() - 1;
+        let with = [&groups[last][..], &[column]].concat();
+        if groups[last].len() == 1 || wide(&with) <= TERMINAL {
+            groups[last] = with;
+        } else {
+            groups.push(vec![0, column]);
+        }
+    }
+    groups
 }
 
 /// As many digits as a comparison needs; nothing for what is not there.
@@ -362,6 +386,52 @@ mod tests {
             table.to_markdown(),
             "| a    | b, c    |\n| ---- | ------- |\n| 1\\|2 | say \"x\" |\n| 3    |         |"
         );
+    }
+
+    /// Seven values of a study do not fit side by side, nor do the columns of a batch.
+    #[test]
+    fn tables_fit_a_terminal() {
+        let texts = |count: usize, text: &dyn Fn(usize) -> String| (0..count).map(text).collect::<Vec<_>>();
+        let study = Table {
+            header: texts(8, &|k| if k == 0 { "increment [1]".into() } else { format!("{k}e-4") }),
+            rows: vec![
+                texts(8, &|k| {
+                    if k == 0 {
+                        "volume strain at 15.0000 % strain [%]".into()
+                    } else {
+                        format!("-0.11234{k}")
+                    }
+                }),
+                texts(8, &|k| if k == 0 { "status".into() } else { "finished".into() }),
+            ],
+        };
+        let text = study.to_markdown();
+        assert!(text.lines().all(|line| line.chars().count() <= TERMINAL), "{text}");
+        let tables: Vec<&str> = text.split("\n\n").collect();
+        assert!(
+            tables.len() == 3 && tables.iter().all(|table| table.starts_with("| increment [1] ")),
+            "{text}"
+        );
+        // Each value once, below its heading.
+        for k in 1..8 {
+            let holds = |table: &&&str| {
+                table.contains(&format!(" {k}e-4 ")) && table.contains(&format!(" -0.11234{k} "))
+            };
+            assert_eq!(tables.iter().filter(holds).count(), 1, "{k}: {text}");
+        }
+        let batch = Table {
+            header: texts(7, &|k| format!("column {k} [MPa]")),
+            rows: vec![texts(7, &|k| format!("{k}.123456")); 2],
+        };
+        let list = batch.to_table_or_list();
+        assert!(list.starts_with("0.123456\n    column 1 [MPa]: 1.123456; "), "{list}");
+        assert!(list.lines().all(|line| line.chars().count() <= TERMINAL), "{list}");
+        let narrow =
+            Table { header: texts(3, &|k| format!("c{k}")), rows: vec![texts(3, &|k| k.to_string())] };
+        assert!(narrow.to_table_or_list().starts_with("| c0 "));
+        // What is too wide by itself stands alone.
+        assert_eq!(side_by_side(&[40, 60, 10, 10]), [vec![0, 1], vec![0, 2, 3]]);
+        assert_eq!(side_by_side(&[3]), [vec![0]]);
     }
 
     #[test]

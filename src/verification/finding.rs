@@ -43,40 +43,30 @@ impl Finding {
         if self.passed() { "pass" } else { "FAIL" }
     }
 
-    /// The names of the columns that [`fmt::Display`] writes.
+    /// What stands where in the two lines that [`fmt::Display`] writes; a terminal of 80 columns has room for them.
     pub fn header() -> String {
         format!(
-            "{:<22} {:<48} {:>13} {:>13} {:>9} {:>9}  {:<7} {:>7} {:>8}",
-            "problem",
-            "quantity",
-            "reference",
-            "computed",
-            "error",
-            "tolerance",
-            "verdict",
-            "factor.",
-            "time"
+            "      {:<19} quantity\n      {:>13} {:>13} {:>9} {:>9} {:>7} {:>8}",
+            "problem", "reference", "computed", "error", "tolerance", "factor.", "time"
         )
     }
 }
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:<5} {:<19} {}", self.verdict(), self.problem, self.quantity)?;
         write!(
             f,
-            "{:<22} {:<48} {:>13} {:>13} {:>9.1e} {:>9.1e}  {:<7} {:>7} {:>6.2} s",
-            self.problem,
-            self.quantity,
+            "      {:>13} {:>13} {:>9.1e} {:>9.1e} {:>7} {:>6.2} s",
             number(self.reference),
             number(self.computed),
             self.error,
             self.tolerance,
-            self.verdict(),
             self.factorisations,
             self.time.as_secs_f64()
         )?;
         if !self.note.is_empty() {
-            write!(f, "  {}", self.note)?;
+            write!(f, "\n      {}", self.note)?;
         }
         Ok(())
     }
@@ -220,6 +210,28 @@ mod tests {
             assert!(!finding(error).passed(), "{error}");
             assert!(finding(error).to_string().contains("FAIL"));
         }
+    }
+
+    #[test]
+    fn a_finding_fits_a_terminal() {
+        let widest = Finding {
+            problem: "face_centred_cubic",
+            quantity: "x".repeat(48),
+            reference: -1.234_567e-12,
+            computed: -f64::MAX,
+            factorisations: 1_000_000,
+            time: Duration::from_secs(99_999),
+            ..finding(f64::MAX)
+        };
+        for text in [Finding::header(), widest.to_string()] {
+            assert_eq!(text.lines().count(), 2);
+            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        }
+        // Numbers stand below their names.
+        let ends = |text: &str, word: &str| text.find(word).map(|at| at + word.len());
+        let shown = finding(0.5).to_string();
+        let below = |text: &str| text.lines().nth(1).unwrap_or_default().to_string();
+        assert_eq!(ends(&below(&Finding::header()), "computed"), ends(&below(&shown), "1.500000"));
     }
 
     #[test]
