@@ -52,6 +52,43 @@ fn a_batch_that_has_not_run_is_told_so() {
     assert!(stderr.contains("1 of 2 runs") && stderr.contains("1 of them not begun"), "{stderr}");
 }
 
+/// Every kind of file in place of every other: what it is, what is wanted, and the command that takes it.
+#[test]
+fn one_kind_of_file_for_another_is_named_with_its_command() {
+    let folder = folder();
+    ends_with(0, folder.path(), &["run", "push.json", "--out", "run.vtkhdf", "--quiet"]);
+    let table = "axial_strain [%],deviatoric_stress [MPa]\n0,0\n1,2\n";
+    std::fs::write(folder.path().join("lab.csv"), table).expect("a table");
+    let commands: [(&[&str], &str); 9] = [
+        (&["info"], "results file"),
+        (&["report"], "results file"),
+        (&["export", "--csv", "x"], "results file"),
+        (&["report", "run.vtkhdf", "--lab"], "table"),
+        (&["run"], "case"),
+        (&["check"], "case"),
+        (&["specimen", "--out", "x.vtkhdf"], "case"),
+        (&["study", "--vary", "seed"], "case"),
+        (&["batch"], "plan of a batch"),
+    ];
+    let files = [
+        ("push.json", "case", "riprap run push.json"),
+        ("plan.json", "plan of a batch", "riprap batch plan.json"),
+        ("run.vtkhdf", "results file", "riprap info run.vtkhdf"),
+        ("lab.csv", "table", "--lab lab.csv"),
+    ];
+    for (command, wanted) in commands {
+        for (file, kind, instead) in files.iter().filter(|(_, kind, _)| *kind != wanted) {
+            let (_, stderr) = ends_with(2, folder.path(), &[command, &[*file]].concat());
+            let said = format!("{file} is a {kind}, and no {wanted}: ");
+            assert!(stderr.contains(&said) && stderr.contains(instead), "{command:?} {file}: {stderr}");
+        }
+    }
+    // What is of no kind is told of by whoever reads it.
+    std::fs::write(folder.path().join("x.h5"), "no HDF5").expect("a file");
+    let (_, stderr) = ends_with(4, folder.path(), &["info", "x.h5"]);
+    assert!(stderr.contains("not an HDF5 file"), "{stderr}");
+}
+
 #[test]
 fn what_is_printed_fits_a_terminal() {
     let folder = folder();

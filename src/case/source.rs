@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::error::{Error, Fault, Faults, Result};
 use crate::input;
-use crate::results::is_results;
 
+use super::mistaken::{FileKind, refuse_file};
 use super::path::{child, fault_of_pointer, is_within, path_of, shortened};
 use super::walk::shown;
 
@@ -28,16 +28,27 @@ pub struct RawCase {
 /// Reads a case file that a user names, which may be a pipe.
 ///
 /// # Errors
-/// `Error::Io` if it can't be read, `Error::Json` with line and column if it isn't JSON, `Error::Usage` for a results file.
+/// `Error::Io` if it can't be read, `Error::Json` with line and column if it isn't JSON, `Error::Usage` for a results file or a table.
 pub fn read(path: &Path) -> Result<RawCase> {
-    if is_results(path) {
-        let file = path.display();
-        let message = format!(
-            "{file} is a results file: riprap info {file} says what is in it, riprap report {file} draws it"
-        );
-        return Err(Error::Usage(message));
-    }
+    refuse_file(path, FileKind::Case)?;
     from_bytes(path, input::read_at_most(path, input::LARGEST_CASE))
+}
+
+/// Refuses another kind of file where a results file or a table is wanted. What is of no kind is for its reader to tell of.
+///
+/// # Errors
+/// `Error::Usage`.
+pub fn refuse_input(path: &Path, wanted: FileKind) -> Result<()> {
+    refuse_file(path, wanted)?;
+    // A pipe can be read once only.
+    if FileKind::of_file(path).is_some() || !path.is_file() {
+        return Ok(());
+    }
+    let raw = from_bytes(path, input::read_at_most(path, input::LARGEST_CASE));
+    match raw.ok().and_then(|raw| FileKind::of_keys(&raw.value)) {
+        Some(kind) => Err(kind.in_place_of(wanted, path)),
+        None => Ok(()),
+    }
 }
 
 /// Reads a case file that a plan names.

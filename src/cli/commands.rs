@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::case::{self, Case, RawCase, parse_override, read, unsupported};
+use crate::case::{self, Case, FileKind, RawCase, parse_override, read, refuse_input, unsupported};
 use crate::error::Error;
 use crate::linalg;
 use crate::report::{duration, write_report};
@@ -115,6 +115,7 @@ pub fn check(arguments: &Check) -> Ended {
 }
 
 pub fn info(arguments: &Info) -> Ended {
+    refuse_input(&arguments.file, FileKind::Results)?;
     let reader = Reader::open(&arguments.file)?;
     // Before its numbers are shown.
     let verified = arguments.verify.then(|| reader.verify()).transpose()?;
@@ -131,6 +132,7 @@ pub fn export(arguments: &Export) -> Ended {
         let message = "nothing to export: one or more of --csv DIR, --vtu DIR, --vtp DIR, --stl DIR";
         return Err(Error::Usage(message.into()).into());
     }
+    refuse_input(&arguments.file, FileKind::Results)?;
     let reader = Reader::open(&arguments.file)?;
     let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy();
     if let Some(folder) = &arguments.csv {
@@ -164,6 +166,8 @@ pub fn export(arguments: &Export) -> Ended {
 }
 
 pub fn report(arguments: &Report) -> Ended {
+    arguments.files.iter().try_for_each(|file| refuse_input(file, FileKind::Results))?;
+    arguments.laboratory.iter().try_for_each(|file| refuse_input(file, FileKind::Table))?;
     let beside = || {
         let mut name = arguments.files[0].with_extension("").into_os_string();
         name.push("_report");

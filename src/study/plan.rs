@@ -21,7 +21,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::case::{
-    self, Form, Key, RawCase, Walker, fault_of_pointer, path_of_key, read, read_named, shortened, shown,
+    self, FileKind, Form, Key, RawCase, Walker, fault_of_pointer, path_of_key, read, read_named, refuse_file,
+    shortened, shown,
 };
 use crate::error::{Error, Fault, Faults, Result};
 
@@ -94,24 +95,15 @@ pub fn schema() -> Value {
     schema
 }
 
-/// Keys that tell a plan from a case.
-const OF_PLANS: &[&str] = &["case", "cases"];
-const OF_CASES: &[&str] = &["specimen", "scene", "rock", "stages"];
-
-fn has_any(value: &Value, keys: &[&str]) -> bool {
-    keys.iter().any(|key| value.get(*key).is_some())
-}
-
 /// That a file is a plan, said to whoever took it for a case.
 ///
 /// # Errors
 /// `Error::Usage`.
 pub fn refuse_plan(raw: &RawCase) -> Result<()> {
-    if !has_any(&raw.value, OF_PLANS) || has_any(&raw.value, OF_CASES) {
-        return Ok(());
+    match FileKind::of_keys(&raw.value).filter(|kind| *kind == FileKind::Plan) {
+        Some(plan) => Err(plan.in_place_of(FileKind::Case, &raw.file)),
+        None => Ok(()),
     }
-    let file = raw.file.display();
-    Err(Error::Usage(format!("{file} is a plan of a batch, and no case: riprap batch {file} runs its cases")))
 }
 
 /// One entry of `cases`.
@@ -129,12 +121,10 @@ struct Entry {
 /// `Error::Io` and `Error::Json` for the plan itself, `Error::Usage` for a case in its place, `Error::Case` with all of its faults and those of its
 /// cases.
 pub fn read_plan(file: &Path, out: Option<&Path>) -> Result<Plan> {
+    refuse_file(file, FileKind::Plan)?;
     let raw = read(file)?;
-    if has_any(&raw.value, OF_CASES) && !has_any(&raw.value, OF_PLANS) {
-        let file = file.display();
-        return Err(Error::Usage(format!(
-            "{file} is a case, and no plan of a batch: riprap run {file} runs it"
-        )));
+    if FileKind::of_keys(&raw.value) == Some(FileKind::Case) {
+        return Err(FileKind::Case.in_place_of(FileKind::Plan, file));
     }
     let mut faults = raw.faults.clone();
     let folder = file.parent().unwrap_or(Path::new(""));
