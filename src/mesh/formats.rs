@@ -2,7 +2,8 @@
 //! those and of `.stl`, `.obj` and `.ply`.
 //!
 //! Sources: Gmsh reference manual, "Gmsh file formats", MSH 2.2 and 4.1; STL by `stl_io`; PLY: Turk (1994), "The PLY polygon file format"; OBJ: the
-//! `v` lines alone; `.vtu`: `mesh::encoded`. Cells have VTK's types and order of points. Lengths are those of the file.
+//! `v` lines alone; `.vtu`: `mesh::encoded`. Cells have VTK's types and order of points. Lengths are those of the file. What crates there are beside
+//! `stl_io`: docs/decisions/0195-readers-of-meshes.md.
 
 use std::fs::File;
 use std::io::{Cursor, Read as _};
