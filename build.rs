@@ -26,14 +26,20 @@ fn main() {
     }
 }
 
-/// Warns of a cmake that will not do. In the checkout `.cargo/config.toml` names one that will; a build from another folder does not see that file.
-/// Cargo runs this beside the builds of the dependencies, so all that can be done here is to say what to do.
+/// Warns of a cmake that will not do. In the checkout `.cargo/config.toml` names one that will, for Windows the one on the PATH; a build from another
+/// folder does not see that file. Cargo runs this beside the builds of the dependencies, so all that can be done here is to say what to do.
 fn check_cmake() {
-    println!("cargo::rerun-if-env-changed=CMAKE");
-    if std::env::var_os("CMAKE").is_some() {
+    // The builds of dependencies look for these in this order.
+    let of_target = format!("CMAKE_{}", std::env::var("TARGET").unwrap_or_default().replace('-', "_"));
+    for name in [of_target.as_str(), "CMAKE"] {
+        println!("cargo::rerun-if-env-changed={name}");
+    }
+    let named = std::env::var_os(&of_target);
+    if named.is_none() && std::env::var_os("CMAKE").is_some() {
         return;
     }
-    let found = Command::new("cmake").arg("--version").output().ok().filter(|output| output.status.success());
+    let program = named.unwrap_or_else(|| "cmake".into());
+    let found = Command::new(program).arg("--version").output().ok().filter(|output| output.status.success());
     let version = found.and_then(|output| version_in(&String::from_utf8_lossy(&output.stdout)));
     if version.is_some_and(|version| version >= CMAKE) {
         return;
@@ -42,7 +48,7 @@ fn check_cmake() {
         version.map_or("none was found".to_string(), |[major, minor]| format!("{major}.{minor} was found"));
     println!(
         "cargo::warning=HDF5 is built along and needs cmake {}.{} or newer; {found}. Ways out: `pip install 'cmake>=3.26'`, or build in riprap's own \
-         folder, where scripts/cmake gets one, or set CMAKE to the path of one (docs/install.md)",
+         folder, where scripts/cmake gets one (not on Windows), or set {of_target} to the path of one (docs/install.md)",
         CMAKE[0], CMAKE[1]
     );
 }

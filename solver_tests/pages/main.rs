@@ -251,6 +251,22 @@ fn every_format_has_its_test() {
     }
 }
 
+/// Windows runs no shell scripts: its targets have a cmake of their own, by the names that the crate `cmake` looks for first.
+#[test]
+fn windows_is_not_sent_to_a_shell_script() {
+    let config = read(".cargo/config.toml");
+    let value = |name: &str| {
+        let mut lines = config.lines().filter_map(|line| line.split_once('='));
+        lines.find(|(key, _)| key.trim() == name).map(|(_, value)| value.trim().to_string())
+    };
+    assert!(value("CMAKE").is_some_and(|value| value.contains("scripts/cmake")), "{config}");
+    assert!(read("scripts/cmake").starts_with("#!/bin/sh"));
+    for target in ["x86_64-pc-windows-msvc", "aarch64-pc-windows-msvc", "x86_64-pc-windows-gnu"] {
+        let name = format!("CMAKE_{}", target.replace('-', "_"));
+        assert_eq!(value(&name).as_deref(), Some("\"cmake\""), "{name}");
+    }
+}
+
 /// The case in the first tutorial is the file that its commands run.
 #[test]
 fn tutorial_shows_the_case_that_it_runs() {
