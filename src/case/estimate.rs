@@ -262,6 +262,7 @@ impl std::fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::checked;
 
     #[test]
     fn times_are_in_a_unit_that_fits() {
@@ -321,12 +322,8 @@ mod tests {
         ];
         for (file, overrides, seconds, memory) in timed.into_iter().chain(of_scenes) {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(file);
-            let mut raw = crate::case::read(&path).unwrap_or_else(|e| panic!("{e}"));
-            let parsed = overrides
-                .iter()
-                .map(|text| crate::case::parse_override(text).unwrap_or_else(|e| panic!("{e}")));
-            raw.set(&parsed.collect::<Vec<_>>());
-            let estimate = raw.check().unwrap_or_else(|e| panic!("{e}")).estimate();
+            let raw = crate::case::read(&path).unwrap_or_else(|e| panic!("{e}"));
+            let estimate = raw.with(overrides).check().unwrap_or_else(|e| panic!("{e}")).estimate();
             let within = |found: f64, measured: f64| found < 2.0 * measured && measured < 2.0 * found;
             assert!(
                 within(estimate.time, seconds),
@@ -362,8 +359,8 @@ mod tests {
         let among = own.replace(r#"{"name": "plate""#, &format!(r#"{small}{{"name": "plate""#));
         let beside = 200.0 * (GRAIN_MEMORY + BODY_MEMORY);
         for (text, more) in [(text, 0.0), (&own, 0.0), (&among, beside)] {
-            let raw = crate::case::RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-            let memory = raw.check().unwrap_or_else(|e| panic!("{e}")).estimate().memory - more;
+            let case = checked(text, &[]).unwrap_or_else(|e| panic!("{e}"));
+            let memory = case.estimate().memory - more;
             assert!(memory < 2.0 * 1462e6 && memory > 0.5 * 1462e6, "{memory}");
         }
     }
@@ -377,8 +374,7 @@ mod tests {
              "refine": {"point": [0, 0, -1], "radius": 0.15, "mesh_size": 0.05}}]},
             "rock": {"density": 1000, "youngs_modulus": 1e9, "poissons_ratio": 0.3}, "contact": {"friction": 0.3},
             "stages": [{"kind": "load", "increments": 5, "bodies": {"ball": {"displacement": [0, 0, -0.01]}}}]}"#;
-        let raw = crate::case::RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-        let it = raw.check().unwrap_or_else(|e| panic!("{e}")).estimate();
+        let it = checked(text, &[]).unwrap_or_else(|e| panic!("{e}")).estimate();
         for (found, measured) in [(it.cells as f64, 10_792.0), (it.time, 18.0), (it.memory, 320e6)] {
             assert!(found < 2.0 * measured && measured < 2.0 * found, "{found} for {measured}");
         }

@@ -192,7 +192,7 @@ fn idle_scatter(path: &str, rock: &RockCase, why: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{RawCase, parse_override};
+    use crate::case::checked;
 
     const SPECIMEN: &str = r#"{"specimen": {"grains": 2000, "aspect": 2, "void_ratio": 0.5, "grading": [["60 mm", 1], ["40 mm", 0]]},
         "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
@@ -205,11 +205,7 @@ mod tests {
         "stages": [{"kind": "load"}]}"#;
 
     fn told(text: &str, overrides: &[&str]) -> Vec<String> {
-        let mut raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-        let parsed: Vec<_> = overrides.iter().filter_map(|text| parse_override(text).ok()).collect();
-        assert_eq!(parsed.len(), overrides.len());
-        raw.set(&parsed);
-        let mut found = raw.check().unwrap_or_else(|e| panic!("{overrides:?}: {e}")).remarks();
+        let mut found = checked(text, overrides).unwrap_or_else(|e| panic!("{overrides:?}: {e}")).remarks();
         found.retain(|remark| remark.contains("decide"));
         found
     }

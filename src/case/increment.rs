@@ -47,14 +47,11 @@ impl Case {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{Case, RawCase, parse_override};
+    use crate::case::{Case, checked};
 
     fn shear(overrides: &[&str]) -> Case {
         let text = include_str!("../../cases/stages/shear.json");
-        let mut raw = RawCase::parse("shear.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-        let parsed = overrides.iter().map(|text| parse_override(text).unwrap_or_else(|e| panic!("{e}")));
-        raw.set(&parsed.collect::<Vec<_>>());
-        raw.check().unwrap_or_else(|e| panic!("{e}"))
+        checked(text, overrides).unwrap_or_else(|e| panic!("{e}"))
     }
 
     const ACCURATE: &str = "/solver/accuracy=0.05";

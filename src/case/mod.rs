@@ -39,6 +39,8 @@ pub(crate) use path::{fault_of_pointer, shortened};
 pub use remarks::Squeeze;
 pub use schema::schema;
 pub(crate) use schema::schema_of;
+#[cfg(test)]
+pub(crate) use source::checked;
 pub use source::{RawCase, parse_override, read, read_named, refuse_input};
 pub use support::unsupported;
 pub use types::*;
@@ -220,8 +222,7 @@ mod tests {
             "contact": {"friction": 0.65}, "membrane": {"kind": "rubber"},
             "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}, {"kind": "shear", "axial_strain": 0.1},
                        {"kind": "unload"}, {"kind": "reload"}, {"kind": "hold"}]}"#;
-        let case = RawCase::parse("x.json".as_ref(), text).and_then(|raw| raw.check());
-        let case = case.unwrap_or_else(|e| panic!("{e}"));
+        let case = checked(text, &[]).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(case.contact.residual_friction, 0.65);
         assert!((case.contact.weakening_distance - 0.0125).abs() < 1e-12);
         assert_eq!(case.plates.friction, 0.65);

@@ -69,6 +69,11 @@ impl Placed {
         })
     }
 
+    /// The least of them [m].
+    pub fn smallest_extent(&self) -> f64 {
+        self.extents().into_iter().fold(f64::INFINITY, f64::min)
+    }
+
     /// Where the body lies at most along a space axis [m].
     pub fn span(&self, axis: usize) -> [f64; 2] {
         let centre = self.pose.position[axis];

@@ -188,7 +188,7 @@ impl Case {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{RawCase, parse_override};
+    use crate::case::checked;
 
     /// A forgotten unit each: what the author meant is a thousand or a million times that.
     #[test]
@@ -198,11 +198,8 @@ mod tests {
                      "tensile_strength": "25 MPa", "compressive_strength": "250 MPa"},
             "contact": {"friction": 0.65}, "membrane": {"kind": "rubber", "thickness": "4 mm", "shear_modulus": "20 MPa"},
             "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}, {"kind": "shear", "axial_strain": 0.1}]}"#;
-        let remarks = |overrides: &[&str]| {
-            let mut raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-            raw.set(&overrides.iter().filter_map(|text| parse_override(text).ok()).collect::<Vec<_>>());
-            raw.check().unwrap_or_else(|e| panic!("{e}")).remarks()
-        };
+        let remarks =
+            |overrides: &[&str]| checked(text, overrides).unwrap_or_else(|e| panic!("{e}")).remarks();
         let none: [String; 0] = [];
         assert_eq!(remarks(&["/specimen/grains=2000"]), none);
         for (given, says) in [
@@ -236,20 +233,16 @@ mod tests {
         let text = r#"{"scene": {"bodies": [{"name": "a", "shape": {"box": [0.1, 0.1, 0.1]}, "rotation": [0, 0, "170 deg"]}]},
             "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
             "stages": [{"kind": "load", "gravity": [0, 0, -9.81], "bodies": {"a": {"rotation": [0, 0.1, null]}}}]}"#;
-        let remarks = |given: &str| {
-            let mut raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-            raw.set(&parse_override(given).map(|one| vec![one]).unwrap_or_default());
-            raw.check().unwrap_or_else(|e| panic!("{e}")).remarks()
-        };
+        let remarks = |given: &[&str]| checked(text, given).unwrap_or_else(|e| panic!("{e}")).remarks();
         let none: [String; 0] = [];
-        assert_eq!(remarks(""), none);
+        assert_eq!(remarks(&[]), none);
         for (given, says) in [
             ("/stages/0/gravity=[0, 0, -9806]", "stages[0].gravity is 9806 m/s2"),
             ("/scene/gravity=[1e-9, 0, 0]", "scene.gravity is 1e-9 m/s2"),
             ("/scene/bodies/0/rotation=[0, 45, 0]", "scene.bodies[0].rotation is 45 rad"),
             ("/stages/0/bodies/a/rotation=[12, null, 0]", "stages[0].bodies.a.rotation is 12 rad"),
         ] {
-            let found = remarks(given);
+            let found = remarks(&[given]);
             assert!(found.len() == 1 && found[0].starts_with(says), "{given}: {found:?}");
         }
     }
@@ -259,8 +252,7 @@ mod tests {
         let text = r#"{"specimen": {"grains": 5000000, "aspect": 2, "void_ratio": 0.5, "grading": [["60 mm", 1], ["40 mm", 0]]},
             "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
             "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]}"#;
-        let raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-        let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+        let case = checked(text, &[]).unwrap_or_else(|e| panic!("{e}"));
         let said = case.burdens(Some(24e9)).join("; ");
         assert!(said.contains("this machine has 24.0 GB") && said.contains("days on one core"), "{said}");
         assert!(!case.burdens(Some(1e14)).join("; ").contains("this machine"));

@@ -161,17 +161,11 @@ impl Case {
     fn placed(&self, folder: Option<&Path>) -> Vec<Option<Placed>> {
         let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
         let place = |(index, body): (usize, &BodyCase)| {
-            let made = match &body.shape {
-                ShapeCase::Mesh(file) => {
-                    folder.and_then(|folder| read_mesh(&folder.join(file)).ok()?.convex_hull().ok())
-                }
-                ShapeCase::Grain(sizes) => {
-                    lying_grain(*sizes, self.contact.rounding, self.seed, index as u64).ok()
-                }
-                ShapeCase::Box(_)
-                | ShapeCase::Sphere(_)
-                | ShapeCase::Cylinder { .. }
-                | ShapeCase::Polyhedron(_) => None,
+            let from_file = |file: &str| read_mesh(&folder?.join(file)).ok()?.convex_hull().ok();
+            let made = if let ShapeCase::Grain(sizes) = &body.shape {
+                lying_grain(*sizes, self.contact.rounding, self.seed, index as u64).ok()
+            } else {
+                body.shape.file().and_then(from_file)
             };
             Placed::new(body, made).ok().flatten()
         };
@@ -197,12 +191,11 @@ impl Case {
         };
         let loaded = |(body, placed): (&BodyCase, Option<Placed>)| {
             let placed = placed.filter(|_| !body.fixed)?;
-            let rock = body.rock.as_ref().unwrap_or(&self.rock);
+            let rock = self.rock_of(body);
             // Balls have no roundings to use up.
             let volume = placed.shape.volume();
             let size = (6.0 * volume / std::f64::consts::PI).cbrt();
-            let smallest = placed.extents().into_iter().fold(f64::INFINITY, f64::min);
-            let rounding = body.rounding.unwrap_or(self.contact.rounding * smallest);
+            let rounding = body.rounding.unwrap_or(self.contact.rounding * placed.smallest_extent());
             let load = self.largest_load(body, rock.density * volume);
             (size > 0.0)
                 .then(|| {
@@ -249,8 +242,7 @@ impl Case {
         let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
         let blended = |(body, placed): (&BodyCase, &Option<Placed>)| {
             let placed = placed.as_ref().filter(|_| scene.press.is_none())?;
-            let smallest = placed.extents().into_iter().fold(f64::INFINITY, f64::min);
-            let rounding = body.rounding.unwrap_or(self.contact.rounding * smallest);
+            let rounding = body.rounding.unwrap_or(self.contact.rounding * placed.smallest_extent());
             let [all, blended] = Face::count(&RoundedBody::inset(&placed.shape, rounding).ok()?);
             (blended > 0).then(|| {
                 format!(
@@ -306,15 +298,7 @@ impl Case {
     /// Remarks on the mesh files of a sound case, which are relative to `folder`.
     pub fn remarks_on_meshes(&self, folder: &Path) -> Vec<String> {
         let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
-        let file_of = |body: &BodyCase| match &body.shape {
-            ShapeCase::Mesh(file) => Some(file.clone()),
-            ShapeCase::Box(_)
-            | ShapeCase::Sphere(_)
-            | ShapeCase::Cylinder { .. }
-            | ShapeCase::Grain(_)
-            | ShapeCase::Polyhedron(_) => None,
-        };
-        if !scene.bodies.iter().any(|body| file_of(body).is_some()) {
+        if !scene.bodies.iter().any(|body| body.shape.file().is_some()) {
             return Vec::new();
         }
         let mut placed = self.placed(Some(folder));
@@ -322,7 +306,7 @@ impl Case {
             |it: &Option<Placed>| it.as_ref().map_or(0.0, |it| it.extents().into_iter().fold(0.0, f64::max));
         let spans: Vec<f64> = placed.iter().map(span).collect();
         let large = |(k, body): (usize, &BodyCase)| {
-            let file = file_of(body)?;
+            let file = body.shape.file()?;
             let others = (0..spans.len()).filter(|other| *other != k).map(|other| spans[other]);
             let times = spans[k] / others.fold(0.0, f64::max);
             let outsized = !body.fixed && times.is_finite() && times > OUTSIZED;
@@ -338,11 +322,11 @@ impl Case {
             }
         };
         let mut remarks: Vec<String> = scene.bodies.iter().enumerate().filter_map(large).collect();
-        remarks.extend(scene.bodies.iter().filter_map(|body| dented(&folder.join(file_of(body)?))));
+        remarks.extend(scene.bodies.iter().filter_map(|body| dented(&folder.join(body.shape.file()?))));
         let without = self.ratios(&self.placed(None))[1];
         remarks.extend(unlike(self.ratios(&placed)[1]).filter(|_| without <= UNLIKE[1]));
         for (body, it) in scene.bodies.iter().zip(&mut placed) {
-            if file_of(body).is_none() {
+            if body.shape.file().is_none() {
                 *it = None;
             }
         }
@@ -360,12 +344,10 @@ impl Case {
         match &self.geometry {
             Geometry::Specimen(specimen) => [1.0, ratio(&mut specimen.grading.iter().map(|point| point[0]))],
             Geometry::Scene(scene) => {
-                let modulus = |body: &BodyCase| body.rock.as_ref().unwrap_or(&self.rock).youngs_modulus.mean;
+                let modulus = |body: &BodyCase| self.rock_of(body).youngs_modulus.mean;
                 let free = scene.bodies.iter().zip(placed).filter(|(body, _)| !body.fixed);
                 let mut sizes = free.filter_map(|(body, placed)| {
-                    let spanned =
-                        || Some(placed.as_ref()?.extents().into_iter().fold(f64::INFINITY, f64::min));
-                    body.shape.smallest_extent().or_else(spanned)
+                    body.shape.smallest_extent().or_else(|| placed.as_ref().map(Placed::smallest_extent))
                 });
                 [ratio(&mut scene.bodies.iter().map(modulus)), ratio(&mut sizes)]
             }
@@ -411,7 +393,7 @@ fn dented(file: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{RawCase, parse_override};
+    use crate::case::checked;
     use crate::contact::face::FaceContact;
 
     #[test]
@@ -420,11 +402,7 @@ mod tests {
             "rock": {"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "compressive_strength": "250 MPa"},
             "contact": {"friction": 0.65}, "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]}"#;
         let remarks_of = |text: &str, overrides: &[&str]| {
-            let mut raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-            let parsed: Vec<_> = overrides.iter().filter_map(|text| parse_override(text).ok()).collect();
-            assert_eq!(parsed.len(), overrides.len());
-            raw.set(&parsed);
-            raw.check().unwrap_or_else(|e| panic!("{e}")).remarks().join("; ")
+            checked(text, overrides).unwrap_or_else(|e| panic!("{e}")).remarks().join("; ")
         };
         let remarks = |overrides: &[&str]| remarks_of(text, overrides);
         // A fifth exactly is kept to.
@@ -463,9 +441,7 @@ mod tests {
             )
         };
         let remarks = |what: &str, recovery: &str| {
-            let raw =
-                RawCase::parse("x.json".as_ref(), &text(what, recovery)).unwrap_or_else(|e| panic!("{e}"));
-            raw.check().unwrap_or_else(|e| panic!("{e}")).remarks().join("; ")
+            checked(&text(what, recovery), &[]).unwrap_or_else(|e| panic!("{e}")).remarks().join("; ")
         };
         assert_eq!(remarks(specimen, ""), "");
         assert_eq!(remarks(scene, ", \"recovery_in_compression\": 0"), "");
@@ -482,8 +458,7 @@ mod tests {
                 r#"{{{geometry}, "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}},
                 "contact": {{"friction": 0.65{contact}}}}}"#
             );
-            let raw = RawCase::parse("x.json".as_ref(), &text).unwrap_or_else(|e| panic!("{e}"));
-            let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+            let case = checked(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
             (case.contact.faces, case.remarks().join("; "))
         };
         let scene = |shape: &str| {
@@ -516,14 +491,12 @@ mod tests {
                 {"name": "block", "shape": {"box": [1, 1, 1]}, "position": [0, 0, 0.54]}]},
             "rock": {"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2},
             "contact": {"friction": 0.65}, "stages": [{"kind": "load"}]}"#;
-        let raw = RawCase::parse("x.json".as_ref(), text).unwrap_or_else(|e| panic!("{e}"));
-        let remarks = raw.check().unwrap_or_else(|e| panic!("{e}")).remarks();
+        let remarks = checked(text, &[]).unwrap_or_else(|e| panic!("{e}")).remarks();
         assert!(remarks.len() == 2 && remarks[0].contains("a factor of 1e6"), "{remarks:?}");
         assert!(remarks[1].contains("a factor of 25"), "{remarks:?}");
         let text = text
             .replace("[1, 1, 1]}, \"position\": [0, 0, 0.54]", "[60, 40, 50]}, \"position\": [0, 0, 25.04]");
-        let raw = RawCase::parse("x.json".as_ref(), &text).unwrap_or_else(|e| panic!("{e}"));
-        let remarks = raw.check().unwrap_or_else(|e| panic!("{e}")).remarks();
+        let remarks = checked(&text, &[]).unwrap_or_else(|e| panic!("{e}")).remarks();
         assert!(remarks.iter().any(|remark| remark.contains("\"block\" is 4.000e1 m thick")), "{remarks:?}");
     }
 }

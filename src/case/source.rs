@@ -140,6 +140,22 @@ pub fn parse_override(argument: &str) -> Result<(String, Value), Fault> {
     }
 }
 
+#[cfg(test)]
+impl RawCase {
+    /// With these `--set` overrides: for tests.
+    pub(crate) fn with(mut self, overrides: &[&str]) -> RawCase {
+        let parsed = overrides.iter().map(|text| parse_override(text).unwrap_or_else(|e| panic!("{e}")));
+        self.set(&parsed.collect::<Vec<_>>());
+        self
+    }
+}
+
+/// The case of a text with these `--set` overrides, checked: for tests.
+#[cfg(test)]
+pub(crate) fn checked(text: &str, overrides: &[&str]) -> Result<super::types::Case> {
+    RawCase::parse("x.json".as_ref(), text)?.with(overrides).check()
+}
+
 fn set_at(root: &mut Value, pointer: &str, new: Value) -> Result<(), (String, String)> {
     if let Some(fault) = fault_of_pointer(pointer) {
         return Err(fault);

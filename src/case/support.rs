@@ -38,15 +38,13 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                 }
             }
             let breaks = |body: &BodyCase| {
-                let rock = body.rock.as_ref().unwrap_or(&case.rock);
                 let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
                 let chosen = fidelity == Fidelity::Auto && case.solver.accuracy.is_some();
-                rock.damage.is_some() && (fidelity == Fidelity::Condensed || chosen)
+                case.rock_of(body).damage.is_some() && (fidelity == Fidelity::Condensed || chosen)
             };
             for (index, body) in scene.bodies.iter().enumerate() {
                 let path = format!("$.scene.bodies[{index}]");
-                let rock = body.rock.as_ref().unwrap_or(&case.rock);
-                if rock.damage.is_some() && case.fidelity_of(body) == Fidelity::Full {
+                if case.rock_of(body).damage.is_some() && case.fidelity_of(body) == Fidelity::Full {
                     let problem = "a full body does not break, and its rock has damage";
                     let accepted = "\"condensed\", or a rock of its own with \"damage\": null";
                     refuse(&format!("{path}.fidelity"), "\"full\"", problem, accepted);

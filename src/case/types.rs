@@ -73,18 +73,13 @@ impl Case {
     pub fn files(&self) -> Vec<&str> {
         let mut files: Vec<&str> = self.brought.iter().map(String::as_str).collect();
         let Geometry::Scene(scene) = &self.geometry else { return files };
-        fn named(body: &BodyCase) -> Option<&str> {
-            match &body.shape {
-                ShapeCase::Mesh(file) => Some(file),
-                ShapeCase::Box(_)
-                | ShapeCase::Sphere(_)
-                | ShapeCase::Cylinder { .. }
-                | ShapeCase::Grain(_)
-                | ShapeCase::Polyhedron(_) => None,
-            }
-        }
-        files.extend(scene.bodies.iter().filter_map(named));
+        files.extend(scene.bodies.iter().filter_map(|body| body.shape.file()));
         files
+    }
+
+    /// The rock of a body of a scene: its own, or the case's.
+    pub fn rock_of<'a>(&'a self, body: &'a BodyCase) -> &'a RockCase {
+        body.rock.as_ref().unwrap_or(&self.rock)
     }
 
     /// Whether anything depends on the meshes of grains or bodies, whose cells have values of their own then: not where all are rigid and none
@@ -93,10 +88,9 @@ impl Case {
         let acts = |fidelity, rock: &RockCase| fidelity != Fidelity::Rigid || rock.damage.is_some();
         match &self.geometry {
             Geometry::Specimen(_) => acts(self.fidelity_of_grains(), &self.rock),
-            Geometry::Scene(scene) => scene
-                .bodies
-                .iter()
-                .any(|body| acts(self.fidelity_of(body), body.rock.as_ref().unwrap_or(&self.rock))),
+            Geometry::Scene(scene) => {
+                scene.bodies.iter().any(|body| acts(self.fidelity_of(body), self.rock_of(body)))
+            }
         }
     }
 
@@ -267,6 +261,18 @@ pub enum ShapeCase {
 }
 
 impl ShapeCase {
+    /// The mesh file that it is in, as the case names it.
+    pub fn file(&self) -> Option<&str> {
+        match self {
+            ShapeCase::Mesh(file) => Some(file),
+            ShapeCase::Box(_)
+            | ShapeCase::Sphere(_)
+            | ShapeCase::Cylinder { .. }
+            | ShapeCase::Grain(_)
+            | ShapeCase::Polyhedron(_) => None,
+        }
+    }
+
     /// Smallest edge of the box around the shape, along the body's own axes [m]; `None` for a mesh.
     pub fn smallest_extent(&self) -> Option<f64> {
         match self {

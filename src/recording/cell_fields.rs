@@ -153,7 +153,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::case::RawCase;
+    use crate::case::checked;
     use crate::scene::Scene;
     use crate::setup::scene_parameters;
 
@@ -163,8 +163,7 @@ mod tests {
         let text = include_str!("../../cases/scenes/contact_patch.json");
         for fidelity in ["condensed", "full"] {
             let text = text.replace("\"fidelity\": \"condensed\"", &format!("\"fidelity\": \"{fidelity}\""));
-            let case =
-                RawCase::parse(Path::new("x.json"), &text).and_then(|raw| raw.check()).expect("a case");
+            let case = checked(&text, &[]).expect("a case");
             let mut blocks = 0;
             let parameters = scene_parameters(&case, Path::new("")).expect("parameters");
             let end = Scene::new(&parameters).expect("a scene").run(|scene, _| {

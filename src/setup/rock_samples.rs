@@ -73,9 +73,7 @@ pub fn of_scene(case: &Case, parameters: &SceneParameters) -> Result<Vec<Drawn>>
         .iter()
         .zip(&parameters.bodies)
         .enumerate()
-        .filter_map(|(index, (body, built))| {
-            Some((body.rock.as_ref().unwrap_or(&case.rock), index, cells(built)?))
-        })
+        .filter_map(|(index, (body, built))| Some((case.rock_of(body), index, cells(built)?)))
         .collect();
     drawn(&bodies, case.seed)
 }
@@ -128,7 +126,7 @@ pub fn moduli_of_scene(
 ) -> Result<Vec<Vec<f64>>> {
     let Geometry::Scene(scene) = &case.geometry else { return Ok(Vec::new()) };
     let values = |(index, (mesh, (body, built))): (usize, (&Option<Mesh>, (&BodyCase, &SceneBody)))| {
-        let law = &body.rock.as_ref().unwrap_or(&case.rock).youngs_modulus;
+        let law = &case.rock_of(body).youngs_modulus;
         let cells = mesh.as_ref().map_or(0, |mesh| mesh.cells.len());
         match built.grain.is_some() {
             true => Ok(field(law, Property::YoungsModulus, case.seed, index, cells)?.values),

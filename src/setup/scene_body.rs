@@ -24,7 +24,7 @@ use super::shapes::{body_mesh, polyhedron, shown_mesh};
 /// `Error::Usage` for what a scene cannot do yet; `Error::Mesh` and `Error::Io` where a mesh file cannot be
 /// used.
 pub fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> Result<SceneBody> {
-    let mut rock: RockCase = body.rock.as_ref().unwrap_or(&case.rock).clone();
+    let mut rock: RockCase = case.rock_of(body).clone();
     let fidelity = case.fidelity_of(body);
     let mesh = match fidelity {
         Fidelity::Rigid => None,

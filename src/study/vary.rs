@@ -367,10 +367,13 @@ fn whole(values: &[String], least: usize, default: impl Fn() -> Vec<usize>) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
-    fn parsed(text: &str) -> (RawCase, Case) {
-        let raw = RawCase::parse(Path::new("case.json"), text).unwrap();
+    const SHEAR: &str = include_str!("../../cases/stages/shear.json");
+    const PUSH: &str = include_str!("../../cases/scenes/push.json");
+    const HERTZ: &str = include_str!("../../cases/scenes/hertz.json");
+
+    fn parsed(text: &str, overrides: &[&str]) -> (RawCase, Case) {
+        let raw = RawCase::parse("case.json".as_ref(), text).unwrap().with(overrides);
         let case = raw.check().unwrap();
         (raw, case)
     }
@@ -383,7 +386,7 @@ mod tests {
 
     #[test]
     fn meshes_of_a_scene_are_varied_in_proportion() {
-        let (raw, case) = parsed(include_str!("../../cases/scenes/hertz.json"));
+        let (raw, case) = parsed(HERTZ, &[]);
         let settings = Vary::Mesh.settings(&raw, &case, &["0.5".into(), "1".into()]).unwrap();
         let sizes: Vec<_> = settings.iter().map(|setting| setting.size).collect();
         assert_eq!(sizes, [Some(1.0), Some(0.5)]);
@@ -397,7 +400,7 @@ mod tests {
 
     #[test]
     fn how_far_increments_may_grow_is_varied_with_them() {
-        let (raw, case) = parsed(include_str!("../../cases/stages/shear.json"));
+        let (raw, case) = parsed(SHEAR, &[]);
         let settings = Vary::Increment.settings(&raw, &case, &["1e-4".into(), "2.5e-5".into()]).unwrap();
         for (setting, increments) in settings.iter().zip([[1e-4, 4e-4], [2.5e-5, 1e-4]]) {
             let StageCase::Shear { increment, increment_max, .. } = varied(&raw, setting).stages[1] else {
@@ -411,17 +414,12 @@ mod tests {
     /// Defaults never ask for increments longer than a stage; a limit given with a unit is varied, too.
     #[test]
     fn increments_keep_within_their_stage() {
-        let text = include_str!("../../cases/stages/shear.json");
         for (strain, expected) in
             [(1e-2, [4.0, 2.0, 1.0]), (2.5e-3, [2.0, 1.0, 0.5]), (1e-3, [1.0, 0.5, 0.25])]
         {
-            let mut raw = RawCase::parse(Path::new("case.json"), text).unwrap();
-            raw.set(&[
-                ("/stages/1/axial_strain".into(), json!(strain)),
-                ("/stages/1/increment".into(), json!(1e-3)),
-                ("/stages/1/increment_max".into(), json!("0.1 %")),
-            ]);
-            let case = raw.check().unwrap();
+            let strain = format!("/stages/1/axial_strain={strain}");
+            let (raw, case) =
+                parsed(SHEAR, &[&strain, "/stages/1/increment=1e-3", "/stages/1/increment_max=0.1 %"]);
             let settings = Vary::Increment.settings(&raw, &case, &[]).unwrap();
             for (setting, factor) in settings.iter().zip(expected) {
                 assert_eq!(setting.size, Some(1e-3 * factor));
@@ -433,14 +431,8 @@ mod tests {
     /// Increments that an accuracy shortens to one length would be no series.
     #[test]
     fn increments_keep_below_what_an_accuracy_allows() {
-        let mut raw =
-            RawCase::parse(Path::new("case.json"), include_str!("../../cases/stages/shear.json")).unwrap();
-        raw.set(&[
-            ("/stages/1/increment".into(), json!(4e-4)),
-            ("/stages/1/increment_max".into(), json!(8e-4)),
-            ("/solver/accuracy".into(), json!(0.05)),
-        ]);
-        let case = raw.check().unwrap();
+        let long = ["/stages/1/increment=4e-4", "/stages/1/increment_max=8e-4", "/solver/accuracy=0.05"];
+        let (raw, case) = parsed(SHEAR, &long);
         let settings = |values: &[String]| Vary::Increment.settings(&raw, &case, values);
         let error = settings(&["2e-4".into(), "1e-4".into()]).unwrap_err().to_string();
         assert!(error.contains("2e-4 is above 1.25e-4") && error.contains("accuracy is 0.05"), "{error}");
@@ -453,19 +445,19 @@ mod tests {
 
     #[test]
     fn unrests_are_varied_down_to_balance() {
-        let (raw, case) = parsed(include_str!("../../cases/stages/shear.json"));
+        let (raw, case) = parsed(SHEAR, &[]);
         let values = ["null", "1e-3", "4e-3"].map(String::from);
         let settings = Vary::Stabilisation.settings(&raw, &case, &values).unwrap();
         let stabilisation = |setting: &Setting| varied(&raw, setting).solver.stabilisation;
         assert_eq!(settings.iter().map(stabilisation).collect::<Vec<_>>(), [Some(4e-3), Some(1e-3), None]);
-        let (raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
+        let (raw, case) = parsed(PUSH, &[]);
         let error = Vary::Stabilisation.settings(&raw, &case, &[]).unwrap_err().to_string();
         assert!(error.contains("--vary stabilisation") && error.contains("in balance"), "{error}");
     }
 
     #[test]
     fn penalties_of_a_condensed_scene_are_varied() {
-        let (raw, case) = parsed(include_str!("../../cases/scenes/hertz.json"));
+        let (raw, case) = parsed(HERTZ, &[]);
         let settings = Vary::Penalty.settings(&raw, &case, &[]).unwrap();
         let penalty = |setting: &Setting| varied(&raw, setting).solver.first_penalty;
         assert_eq!(settings.iter().map(penalty).collect::<Vec<_>>(), [1e-3, 1.0, 1e3]);
@@ -473,11 +465,8 @@ mod tests {
 
     #[test]
     fn meshes_of_grains_that_nothing_depends_on_are_not_varied() {
-        let text = include_str!("../../cases/stages/shear.json");
         let varied = |overrides: &[&str]| {
-            let mut raw = RawCase::parse(Path::new("case.json"), text).unwrap();
-            raw.set(&overrides.iter().map(|o| crate::case::parse_override(o).unwrap()).collect::<Vec<_>>());
-            let case = raw.check().unwrap();
+            let (raw, case) = parsed(SHEAR, overrides);
             Vary::Mesh.settings(&raw, &case, &[]).map(|settings| settings.len()).map_err(|e| e.to_string())
         };
         let rigid = "/solver/fidelity=rigid";
@@ -493,10 +482,9 @@ mod tests {
 
     #[test]
     fn meshes_of_bodies_that_nothing_depends_on_are_not_varied() {
-        let text = include_str!("../../cases/scenes/hertz.json");
         let varied = |fidelity: &str| {
-            let text = text.replace("\"fidelity\": \"condensed\"", &format!("\"fidelity\": \"{fidelity}\""));
-            let (raw, case) = parsed(&text);
+            let text = HERTZ.replace("\"fidelity\": \"condensed\"", &format!("\"fidelity\": \"{fidelity}\""));
+            let (raw, case) = parsed(&text, &[]);
             Vary::Mesh.settings(&raw, &case, &[]).map(|settings| settings.len()).map_err(|e| e.to_string())
         };
         assert_eq!(varied("condensed"), Ok(3));
@@ -506,11 +494,7 @@ mod tests {
 
     #[test]
     fn a_series_of_meshes_begins_at_one_cell_and_is_sized_as_built() {
-        let text = include_str!("../../cases/stages/shear.json");
-        let mut raw = RawCase::parse(Path::new("case.json"), text).unwrap();
-        let condensed = ("/solver/fidelity".to_string(), json!("condensed"));
-        raw.set(&[condensed, ("/specimen/cells_per_grain".into(), json!(1))]);
-        let case = raw.check().unwrap();
+        let (raw, case) = parsed(SHEAR, &["/solver/fidelity=condensed", "/specimen/cells_per_grain=1"]);
         let mut settings = Vary::Mesh.settings(&raw, &case, &[]).unwrap();
         let labels: Vec<&str> = settings.iter().map(|setting| setting.label.as_str()).collect();
         assert_eq!(labels, ["1", "2", "4"]);
@@ -529,7 +513,7 @@ mod tests {
 
     #[test]
     fn a_seed_beyond_what_there_are_is_too_large() {
-        let (raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
+        let (raw, case) = parsed(PUSH, &[]);
         let seed = |text: &str| Vary::Seed.settings(&raw, &case, &[text.into()]).unwrap_err().to_string();
         assert!(seed("99999999999999999999").contains("is too large: at most 18446744073709551615"));
         assert!(seed("1.5").contains("is not a whole number"));
@@ -537,7 +521,7 @@ mod tests {
 
     #[test]
     fn the_largest_numbers_do_not_wrap() {
-        let (mut raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
+        let (mut raw, case) = parsed(PUSH, &[]);
         let most = usize::MAX.to_string();
         let settings = Vary::Increment.settings(&raw, &case, &[most]).unwrap();
         let (_, last) = settings[0].overrides.last().unwrap();
@@ -549,7 +533,7 @@ mod tests {
 
     #[test]
     fn a_scene_without_meshes_has_none_to_vary() {
-        let (raw, case) = parsed(include_str!("../../cases/scenes/push.json"));
+        let (raw, case) = parsed(PUSH, &[]);
         let error = Vary::Mesh.settings(&raw, &case, &[]).unwrap_err().to_string();
         assert!(error.contains("mesh_size"), "{error}");
     }

@@ -81,7 +81,7 @@ fn fault(path: &str, value: &Value, problem: String) -> Fault {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{Geometry, RawCase};
+    use crate::case::{Geometry, RawCase, checked};
     use crate::mesh::formats::{STL_OF_ALL, STL_OF_ONE};
 
     #[test]
@@ -122,8 +122,7 @@ mod tests {
                 .any(|remark| remark.contains("2 scanned grains stand as their convex hulls"))
         );
         assert!(case.files().contains(&"scans"));
-        let again =
-            RawCase::parse("y.json".as_ref(), &case.completed().to_string()).and_then(|raw| raw.check());
+        let again = checked(&case.completed().to_string(), &[]);
         assert_eq!(again.unwrap_or_else(|e| panic!("{e}")).completed(), case.completed());
         // What an export put together is no grain.
         let facet = [0.0_f32, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];

@@ -153,7 +153,7 @@ fn void_ratio(specimen: &Value) -> Result<(Value, Notes), Fault> {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{Geometry, RawCase, ShapeCase};
+    use crate::case::{Geometry, RawCase, ShapeCase, checked};
 
     const SPECIMEN: &str = r#"{"specimen": {"grains": 80, "aspect": 2, "void_ratio": 0.5, "grading": [["60 mm", 1], ["40 mm", 0]]},
         "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
@@ -161,24 +161,21 @@ mod tests {
 
     #[test]
     fn porosity_is_void_ratio_in_other_words() {
-        let check = |text: &str| RawCase::parse("x.json".as_ref(), text).and_then(|raw| raw.check());
-        let case = check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""porosity": "36 %""#))
-            .unwrap_or_else(|e| panic!("{e}"));
+        let check = |given: &str| checked(&SPECIMEN.replace(r#""void_ratio": 0.5"#, given), &[]);
+        let case = check(r#""porosity": "36 %""#).unwrap_or_else(|e| panic!("{e}"));
         let Geometry::Specimen(specimen) = &case.geometry else { panic!("no specimen") };
         assert!((specimen.void_ratio - 0.5625).abs() < 1e-12);
-        let twice = check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""void_ratio": 0.5, "porosity": 0.3"#));
+        let twice = check(r#""void_ratio": 0.5, "porosity": 0.3"#);
         assert!(twice.is_err_and(|e| e.to_string().contains("$.specimen.porosity: says again")));
-        let refused = |porosity: &str| {
-            let given = format!(r#""porosity": {porosity}"#);
-            check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, &given)).expect_err(porosity).to_string()
-        };
+        let refused =
+            |porosity: &str| check(&format!(r#""porosity": {porosity}"#)).expect_err(porosity).to_string();
         // One fault, of what was written.
         for porosity in ["36", "0.669"] {
             let said = refused(porosity);
             assert!(said.contains("1 fault"), "{said}");
             assert!(said.contains("$.specimen.porosity: must be at most 0.666"), "{said}");
         }
-        assert!(check(&SPECIMEN.replace(r#""void_ratio": 0.5"#, r#""porosity": 0.666"#)).is_ok());
+        assert!(check(r#""porosity": 0.666"#).is_ok());
     }
 
     #[test]
@@ -202,7 +199,7 @@ mod tests {
         );
         // What is completed needs the table no more.
         std::fs::remove_file(folder.path().join("sieve.csv")).expect("a file to lose");
-        let again = RawCase::parse(&file, &case.completed().to_string()).and_then(|raw| raw.check());
+        let again = checked(&case.completed().to_string(), &[]);
         assert_eq!(again.unwrap_or_else(|e| panic!("{e}")).completed(), case.completed());
         let gone = RawCase::parse(&file, &text).and_then(|raw| raw.check());
         // One fault, which is the table's: not that a grading is a list besides.
@@ -241,10 +238,8 @@ mod tests {
         let text = r#"{"scene": {"bodies": [{"name": "a", "shape": {"hull": HULL}}]},
             "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
             "stages": [{"kind": "load"}]}"#;
-        let check = |hull: &str| {
-            let raw = RawCase::parse(&folder.path().join("x.json"), &text.replace("HULL", hull))?;
-            raw.check()
-        };
+        let check =
+            |hull: &str| RawCase::parse(&folder.path().join("x.json"), &text.replace("HULL", hull))?.check();
         let polyhedron = |hull: &str| {
             let case = check(hull).unwrap_or_else(|e| panic!("{e}"));
             let Geometry::Scene(scene) = &case.geometry else { panic!("no scene") };

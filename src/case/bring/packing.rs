@@ -321,7 +321,7 @@ fn grading(mut sizes: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{Case, Geometry, RawCase, SpecimenCase};
+    use crate::case::{Case, Geometry, RawCase, SpecimenCase, checked};
 
     fn check(folder: &Path, specimen: &str) -> crate::error::Result<Case> {
         let text = format!(
@@ -368,9 +368,7 @@ mod tests {
             );
             let lowest = packing.grains.iter().map(|grain| grain.position[2]).fold(1.0, f64::min);
             assert!((lowest - 0.01).abs() < 1e-12);
-            let again =
-                RawCase::parse("y.json".as_ref(), &case.completed().to_string()).and_then(|raw| raw.check());
-            let again = again.unwrap_or_else(|e| panic!("{e}"));
+            let again = checked(&case.completed().to_string(), &[]).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(again.completed(), case.completed());
         }
         let case = check(folder.path(), r#""packing": "cubes.json", "height": "45 mm""#)

@@ -117,7 +117,7 @@ fn nonzero(list: &Value) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::case::RawCase;
+    use crate::case::checked;
     use crate::error::Error;
 
     const PRESSED: &str = r#"{"rock": {"density": 2600, "youngs_modulus": "20 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.4},
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn faults_stand_at_the_rock_and_the_body_that_they_are_of() {
         let paths = |text: &str| -> Vec<String> {
-            match RawCase::parse("x.json".as_ref(), text).and_then(|raw| raw.check()) {
+            match checked(text, &[]) {
                 Err(Error::Case { faults, .. }) => faults.into_iter().map(|fault| fault.path).collect(),
                 other => panic!("{other:?}"),
             }

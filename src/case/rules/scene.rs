@@ -217,9 +217,7 @@ fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker
 
 fn check_sizes(body: &BodyCase, placed: &Placed, ratio: &Value, path: &str, walker: &mut Walker) {
     let extent = match body.shape {
-        ShapeCase::Mesh(_) | ShapeCase::Grain(_) => {
-            placed.extents().into_iter().fold(f64::INFINITY, f64::min)
-        }
+        ShapeCase::Mesh(_) | ShapeCase::Grain(_) => placed.smallest_extent(),
         ShapeCase::Box(_) | ShapeCase::Sphere(_) | ShapeCase::Cylinder { .. } | ShapeCase::Polyhedron(_) => {
             body.shape.smallest_extent().unwrap_or(0.0)
         }
