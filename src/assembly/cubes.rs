@@ -1,26 +1,33 @@
 //! A pile of cubes and what the tests of assembled tangents need besides.
 
-use crate::assembly::BlockPattern;
+use std::sync::Arc;
+
+use crate::assembly::{BlockPattern, Contacts};
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
+use crate::grain::CondensedGrain;
 use crate::material::Elastic;
-use crate::mesh::{Mesh, cuboid_mesh};
-use crate::model::{Body, BodyKind, Committed, Loads, Model};
+use crate::mesh::cuboid_mesh;
+use crate::model::{Body, BodyKind, Committed, Deformation, Loads, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
 const EDGE: f64 = 0.03;
 const ROUNDING: f64 = 1e-3;
 
-/// Three cubes in a pile, askew, overlapping by about 10 um, each `shift` [m] along x from the one below it: two that `deform` gets mesh and rock of,
-/// on a rigid one.
-pub fn pile(shift: f64, deform: impl Fn(&mut Body, Mesh, &[Elastic])) -> (Model, Committed, Loads) {
+/// Three cubes in a pile, askew, overlapping by about 10 um, each `shift` [m] along x from the one below it: two that deform so, on a
+/// rigid one.
+pub fn pile(
+    shift: f64,
+    deformation: impl Fn(Arc<CondensedGrain>) -> Deformation,
+) -> (Model, Committed, Loads) {
+    let mesh = cuboid_mesh([EDGE; 3], EDGE).expect("a mesh");
+    let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
+    let grain = Arc::new(CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain"));
     let block = |index: usize| {
-        let mesh = cuboid_mesh([EDGE; 3], EDGE).expect("a mesh");
-        let rock = vec![Elastic::new(30e9, 0.2).expect("allowed"); mesh.cells.len()];
         let (mut body, shape) = Body::block("cube", BodyKind::Placed, [EDGE; 3], ROUNDING, 0.02);
         body.mass = 0.07;
         if index > 0 {
-            deform(&mut body, mesh, &rock);
+            body.deformation = deformation(grain.clone());
         }
         (body, shape)
     };
@@ -33,6 +40,14 @@ pub fn pile(shift: f64, deform: impl Fn(&mut Body, Mesh, &[Elastic])) -> (Model,
     };
     let model = Model::new(bodies, shapes, law, Friction::constant(0.4));
     (model, Committed::new((0..3).map(place).collect()), Loads::none(3))
+}
+
+/// The contacts of these poses.
+pub fn contacts_at(model: &Model, committed: &Committed, poses: &[Pose]) -> Contacts {
+    let mut contacts = Contacts::default();
+    contacts.start(model, committed);
+    contacts.evaluate(model, committed, poses).expect("far enough apart");
+    contacts
 }
 
 /// A vector without pattern, the same on every machine.

@@ -1,6 +1,7 @@
 //! The assembled stiffness against differences of the assembled forces.
 
 use super::*;
+use crate::assembly::cubes::{contacts_at, product, unpatterned};
 use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::geometry::{Polyhedron, RoundedBody};
@@ -68,17 +69,10 @@ fn forces_at(
 ) -> (Vec<f64>, Contacts, Vec<Pose>) {
     let mut poses = committed.poses.clone();
     dofs.move_into(&mut poses, &committed.poses, step, factor);
-    let mut contacts = Contacts::default();
-    contacts.start(model, committed);
-    contacts.evaluate(model, committed, &poses).expect("far enough apart");
+    let contacts = contacts_at(model, committed, &poses);
     let mut residual = Vec::new();
     residual_into(&mut residual, model, dofs, &contacts, loads, &poses);
     (residual, contacts, poses)
-}
-
-/// A motion without pattern, the same on every machine.
-fn motion(count: usize, seed: usize) -> Vec<f64> {
-    (0..count).map(|k| ((k * 7919 + seed * 104_729 + 13) % 1009) as f64 / 1009.0 - 0.5).collect()
 }
 
 #[test]
@@ -86,7 +80,7 @@ fn membrane_stiffness_is_derivative_of_its_forces() {
     let (model, committed, loads) = wrapped_block();
     let dofs = Dofs::new(&model, &loads);
     // Off the symmetric start, so that no term vanishes by chance.
-    let start = motion(dofs.count(), 1);
+    let start = unpatterned(dofs.count(), 1);
     let (_, mut contacts, poses) = forces_at(&model, &committed, &loads, &dofs, &start, 2e-4);
     let touching: usize = contacts.membrane.bodies.iter().map(|list| list.points.len()).sum();
     assert!(touching > 8, "{touching} contacts");
@@ -105,19 +99,12 @@ fn membrane_stiffness_is_derivative_of_its_forces() {
     membrane_stiffness_into(&mut values, &model, &pattern, &dofs, &contacts, &poses);
     let at = Committed { poses, ..committed };
     for seed in 2..6 {
-        let direction = motion(dofs.count(), seed);
+        let direction = unpatterned(dofs.count(), seed);
         let h = 1e-8;
         let (plus, ..) = forces_at(&model, &at, &loads, &dofs, &direction, h);
         let (minus, ..) = forces_at(&model, &at, &loads, &dofs, &direction, -h);
-        let mut product = vec![0.0; dofs.count()];
-        for (column, d) in direction.iter().enumerate() {
-            let range = pattern.pattern.column_starts[column]..pattern.pattern.column_starts[column + 1];
-            for k in range {
-                product[pattern.pattern.rows[k]] += values[k] * d;
-            }
-        }
         let scale = membrane.contact.stiffness;
-        for (i, exact) in product.iter().enumerate() {
+        for (i, exact) in product(&pattern, &values, &direction).iter().enumerate() {
             let difference = (minus[i] - plus[i]) / (2.0 * h);
             // Contacts are stiffest; differences of their force are good to 1e-5 of that stiffness.
             assert!((difference - exact).abs() < 1e-5 * scale, "unknown {i}: {difference} {exact}");
@@ -129,7 +116,8 @@ fn membrane_stiffness_is_derivative_of_its_forces() {
 fn membrane_contacts_and_sheet_have_no_resultant() {
     let (model, committed, loads) = wrapped_block();
     let dofs = Dofs::new(&model, &loads);
-    let (_, contacts, poses) = forces_at(&model, &committed, &loads, &dofs, &motion(dofs.count(), 1), 2e-4);
+    let (_, contacts, poses) =
+        forces_at(&model, &committed, &loads, &dofs, &unpatterned(dofs.count(), 1), 2e-4);
     let membrane = model.membrane.as_ref().expect("there");
     let mut wrenches = vec![Vector6::zeros(); model.carriers()];
     membrane_forces_into(&mut wrenches, membrane, &contacts, &poses);
@@ -174,9 +162,7 @@ fn the_wall_meets_a_corner_as_soon_as_its_rounding_is_there() {
             carrier,
         ];
         let committed = Committed::new(poses.clone());
-        let mut contacts = Contacts::default();
-        contacts.start(&model, &committed);
-        contacts.evaluate(&model, &committed, &poses).expect("far enough apart");
+        let contacts = contacts_at(&model, &committed, &poses);
         let deepest = contacts.wall.iter().map(|contact| contact.overlap).fold(0.0, f64::max);
         assert!((deepest - overlap.max(0.0)).abs() < 1e-12, "{overlap}: {deepest}");
     }

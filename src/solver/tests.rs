@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::*;
-use crate::assembly::cubes::pile;
+use crate::assembly::cubes::{contacts_at, pile};
 use crate::assembly::{Contacts, Dofs};
 use crate::contact::law::{CORE_FLOOR, Friction};
 use crate::contact::{ContactLaw, ContactShape};
-use crate::grain::{Ancestry, CondensedGrain, DamagedGrain};
+use crate::grain::{Ancestry, DamagedGrain};
 use crate::material::{DamageLaw, DamageParameters, Elastic};
 use crate::mesh::grain_mesh;
 use crate::model::{Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Model};
@@ -46,9 +46,44 @@ fn block_on_plate(friction: f64) -> (Model, Committed, Loads) {
 }
 
 fn settle(model: &Model, committed: &Committed, loads: &Loads) -> IncrementReport {
-    let settings = Settings::default();
-    let increment = Increment { model, committed, loads, settings: &settings };
+    settle_with(model, committed, loads, &Settings::default())
+}
+
+fn settle_with(model: &Model, committed: &Committed, loads: &Loads, settings: &Settings) -> IncrementReport {
+    let increment = Increment { model, committed, loads, settings };
     advance(&increment, vec![committed.poses.clone()], &mut Contacts::default())
+}
+
+/// Newton's method at these poses.
+fn begun<'a>(
+    model: &'a Model,
+    committed: &'a Committed,
+    loads: &Loads,
+    settings: &'a Settings,
+    poses: &[Pose],
+) -> Newton<'a> {
+    let newton = Newton::new(model, committed, loads, settings, Contacts::default(), poses.to_vec());
+    newton.unwrap_or_else(|_| panic!("bodies overlap"))
+}
+
+/// A block that 10 kN press onto a plate, at rest.
+fn pressed_block(friction: f64) -> (Model, Committed, Loads) {
+    let (model, committed, mut loads) = block_on_plate(friction);
+    loads.applied[1].z = -1e4;
+    let rest = settle(&model, &committed, &loads);
+    assert!(rest.converged());
+    (model, Committed { poses: rest.poses, memory: rest.memory, ..committed }, loads)
+}
+
+/// Has the block break, at this tensile strength [Pa] and a compressive one ten times that.
+fn make_brittle(model: &mut Model, strength: f64) {
+    let mesh = grain_mesh(&model.bodies[1].nominal, 60).expect("a mesh");
+    let elastic = Elastic::new(3e10, 0.2).expect("allowed");
+    let law = DamageLaw::new(elastic, strength, 10.0 * strength, &DamageParameters::default(), 0.01);
+    let laws = vec![law.expect("a law"); mesh.cells.len()];
+    let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(1)).expect("a grain");
+    model.bodies[1].breakage = Breakage::Brittle(Arc::new(grain));
+    model.begin_damage();
 }
 
 /// A small block inside a large one touches nothing, and all forces balance.
@@ -78,9 +113,7 @@ fn steps_come_to_the_same_rest() {
     loads.applied[1] = Vector6::new(2e3, 1e3, -1e4, 0.0, 30.0, 0.0);
     let [soon, late] = [1e-4, 30.0].map(|first| {
         let settings = Settings { drag_to_rest: [first, 1e-5], force_tolerance: 1e-7, ..Settings::default() };
-        let increment =
-            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+        let report = settle_with(&model, &committed, &loads, &settings);
         assert!(report.converged() && !report.restless, "{:?}", report.history);
         report
     });
@@ -112,14 +145,12 @@ fn few_bodies_out_of_balance_are_solved_for_alone() {
     let (model, committed, mut loads) = towers(20);
     loads.applied[8] = Vector6::new(0.0, 0.0, -1e5, 0.0, 0.0, 0.0);
     let settings = Settings::default();
-    let begun = |poses: &[Pose]| {
-        let contacts = Contacts::default();
-        let newton = Newton::new(&model, &committed, &loads, &settings, contacts, poses.to_vec());
-        let Ok(mut newton) = newton else { panic!("bodies overlap") };
+    let dragged = |poses: &[Pose]| {
+        let mut newton = begun(&model, &committed, &loads, &settings, poses);
         newton.weights = vec![1e-4];
         newton
     };
-    let mut newton = begun(&committed.poses);
+    let mut newton = dragged(&committed.poses);
     let held = newton.held_residual();
     let left = newton.settle_few(&held, Room::OfEach).expect("few leave most");
     assert!(newton.dofs.force_on(&left, 8) < 0.1 * newton.dofs.force_on(&held, 8));
@@ -127,7 +158,7 @@ fn few_bodies_out_of_balance_are_solved_for_alone() {
         (0..model.bodies.len()).filter(|body| newton.poses[*body] != committed.poses[*body]).collect();
     assert_eq!(moved, [7, 8]);
     // The forces are those of the place that it came to, and so is how far it is away.
-    let mut there = begun(&newton.poses);
+    let mut there = dragged(&newton.poses);
     there.away.clone_from(&newton.away);
     let off = there.held_residual().iter().zip(&left).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(off < 1e-6, "{off:e} N");
@@ -136,9 +167,7 @@ fn few_bodies_out_of_balance_are_solved_for_alone() {
     assert_eq!(newton.counters.factorisations, 0);
     // Where all are pressed alike they are not few.
     (2..41).step_by(2).for_each(|body| loads.applied[body][2] = -1e5);
-    let contacts = Contacts::default();
-    let newton = Newton::new(&model, &committed, &loads, &settings, contacts, committed.poses.clone());
-    let Ok(mut newton) = newton else { panic!("bodies overlap") };
+    let mut newton = begun(&model, &committed, &loads, &settings, &committed.poses);
     let held = newton.held_residual();
     assert!(newton.settle_few(&held, Room::OfEach).is_none() && newton.poses == committed.poses);
 }
@@ -148,9 +177,7 @@ fn few_bodies_out_of_balance_are_solved_for_alone() {
 fn drag_rises_where_a_body_is_stuck() {
     let (model, committed, loads) = towers(3);
     let settings = Settings::default();
-    let newton =
-        Newton::new(&model, &committed, &loads, &settings, Contacts::default(), committed.poses.clone());
-    let Ok(newton) = newton else { panic!("bodies overlap") };
+    let newton = begun(&model, &committed, &loads, &settings, &committed.poses);
     let mut drag = newton.uniform_drag(0.01);
     let mut held = vec![1.0; newton.dofs.count()];
     newton.dofs.scatter(&mut held, 4, &[0.0, 0.0, 1e3, 0.0, 0.0, 0.0]);
@@ -180,10 +207,7 @@ fn an_initial_overlap_is_known_to_the_audit() {
 
 /// The pile with its upper cubes condensed, the lowest held and the highest pressed down.
 fn pressed_pile() -> (Model, Committed, Loads) {
-    let (model, committed, mut loads) = pile(1e-3, |body, mesh, rock| {
-        body.deformation =
-            Deformation::Condensed(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
-    });
+    let (model, committed, mut loads) = pile(1e-3, Deformation::Condensed);
     loads.prescribed[0] = [true; 6];
     loads.applied[2][2] = -2e4;
     (model, committed, loads)
@@ -195,9 +219,7 @@ fn iterated_contact_forces_are_those_of_a_factor() {
     let (model, committed, loads) = pressed_pile();
     let settings = Settings::default();
     let newton = || {
-        let poses = committed.poses.clone();
-        let mut newton = Newton::new(&model, &committed, &loads, &settings, Contacts::default(), poses)
-            .unwrap_or_else(|_| panic!("apart"));
+        let mut newton = begun(&model, &committed, &loads, &settings, &committed.poses);
         newton.gather();
         newton
     };
@@ -252,10 +274,7 @@ fn without_augmentations_nothing_moves() {
     loads.gravity = Vec3::new(0.0, 0.0, -9.81);
     for stabilisation in [Stabilisation::Rest, Stabilisation::Unrest(3e-3)] {
         let settings = Settings { stabilisation, max_augmentations: 0, ..Settings::default() };
-        let increment =
-            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-        let mut contacts = Contacts::default();
-        let report = advance(&increment, vec![committed.poses.clone()], &mut contacts);
+        let report = settle_with(&model, &committed, &loads, &settings);
         assert!(!report.converged() && report.augmentations == 0, "{stabilisation:?}");
         assert_eq!(report.poses, committed.poses, "{stabilisation:?}");
     }
@@ -309,8 +328,7 @@ fn a_block_falls_onto_a_plate() {
     committed.poses[1].position.z += 0.02;
     let relaxation = Some(Relaxation { after: 1, bounds: [0.1, 0.03], most_steps: 3000 });
     let falling = Settings { relaxation, ..Settings::default() };
-    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &falling };
-    let fell = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+    let fell = settle_with(&model, &committed, &loads, &falling);
     assert_eq!(fell.status, StepStatus::Converged, "{:?}", fell.history);
     assert!(fell.counters.relaxation_steps > 10, "{:?}", fell.counters);
     // A force that misses by 1e-3 moves the block by that share of what its contacts yield.
@@ -329,9 +347,7 @@ fn bodies_relax_dynamically_where_steps_get_nowhere() {
     let relaxation = Relaxation { after: 1000, bounds: [0.1, 0.03], most_steps: 100 };
     for relaxation in [None, Some(relaxation)] {
         let settings = Settings { max_newton: 0, relaxation, ..Settings::default() };
-        let increment =
-            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-        let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+        let report = settle_with(&model, &committed, &loads, &settings);
         assert_eq!(report.converged(), relaxation.is_some(), "{:?}", report.history);
         let fell = committed.poses[1].position.z - report.poses[1].position.z;
         if relaxation.is_some() {
@@ -346,17 +362,12 @@ fn bodies_relax_dynamically_where_steps_get_nowhere() {
 /// friction force times way.
 #[test]
 fn dynamic_relaxation_books_the_friction_of_its_way() {
-    let (model, committed, mut loads) = block_on_plate(0.3);
-    loads.applied[1].z = -1e4;
-    let rest = settle(&model, &committed, &loads);
-    assert!(rest.converged());
-    let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
+    let (model, committed, mut loads) = pressed_block(0.3);
     // A force beyond the bound: it slides until the steps are used up.
     loads.applied[1].x = 1.2 * 0.3 * 1e4;
     let relaxation = Some(Relaxation { after: 0, bounds: [1e-3, 1e-4], most_steps: 100 });
     let settings = Settings { relaxation, max_augmentations: 1, ..Settings::default() };
-    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-    let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+    let report = settle_with(&model, &committed, &loads, &settings);
     let way = report.poses[1].position.x - committed.poses[1].position.x;
     let friction = report.energy.friction;
     // Its contacts press with 1e4 N to a few per cent while it moves, and the onset of sliding costs a few micrometres of way.
@@ -367,15 +378,10 @@ fn dynamic_relaxation_books_the_friction_of_its_way() {
 /// friction is booked with, but for what its contacts store.
 #[test]
 fn explicit_steps_sum_the_work_of_their_way() {
-    let (model, committed, mut loads) = block_on_plate(0.3);
-    loads.applied[1].z = -1e4;
-    let rest = settle(&model, &committed, &loads);
-    let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
+    let (model, committed, mut loads) = pressed_block(0.3);
     loads.applied[1].x = 1.2 * 0.3 * 1e4;
     let settings = Settings::default();
-    let start = committed.poses.clone();
-    let newton = Newton::new(&model, &committed, &loads, &settings, Contacts::default(), start);
-    let mut newton = newton.unwrap_or_else(|_| panic!("too close"));
+    let mut newton = begun(&model, &committed, &loads, &settings, &committed.poses);
     let mut work = vec![Vector6::zeros(); 2];
     newton.relax_dynamically(Enough::InTheMean(1e-9), 100, Some(&mut work));
     let way = newton.poses[1].position.x - committed.poses[1].position.x;
@@ -388,23 +394,10 @@ fn explicit_steps_sum_the_work_of_their_way() {
 /// What contacts set free by getting softer is booked once, whether or not friction is re-based on the way.
 #[test]
 fn dynamic_relaxation_books_what_contacts_set_free_by_softening() {
-    let (mut model, committed, mut loads) = block_on_plate(0.3);
-    let mesh = grain_mesh(&model.bodies[1].nominal, 60).expect("a mesh");
-    let elastic = Elastic::new(3e10, 0.2).expect("allowed");
-    let law = DamageLaw::new(elastic, 1e5, 1e6, &DamageParameters::default(), 0.01).expect("a law");
-    let laws = vec![law; mesh.cells.len()];
-    let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(1)).expect("a grain");
-    loads.applied[1].z = -1e4;
-    let rest = settle(&model, &committed, &loads);
-    assert!(rest.converged());
-    let committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
-    model.bodies[1].breakage = Breakage::Brittle(Arc::new(grain));
-    model.begin_damage();
+    let (mut model, committed, loads) = pressed_block(0.3);
+    make_brittle(&mut model, 1e5);
     let settings = Settings::default();
-    let contacts = Contacts::default();
-    let start = committed.poses.clone();
-    let newton = Newton::new(&model, &committed, &loads, &settings, contacts, start);
-    let mut newton = newton.unwrap_or_else(|_| panic!("it rests there"));
+    let mut newton = begun(&model, &committed, &loads, &settings, &committed.poses);
     let mut books = vec![];
     for rebases in [false, false, true, false, true] {
         newton.contacts.note_loads(&model, &newton.loads, &newton.poses);
@@ -433,18 +426,8 @@ fn dynamic_relaxation_books_what_contacts_set_free_by_softening() {
 /// contacts harden by the distance of the cores. What they then do is known: all forces, springs' and hardenings', make up the load.
 #[test]
 fn cores_of_bodies_that_had_bent_stay_apart() {
-    let (mut model, committed, mut loads) = block_on_plate(0.3);
-    loads.applied[1].z = -1e4;
-    let rest = settle(&model, &committed, &loads);
-    assert!(rest.converged());
-    let mut committed = Committed { poses: rest.poses, memory: rest.memory, ..committed };
-    let mesh = grain_mesh(&model.bodies[1].nominal, 60).expect("a mesh");
-    let elastic = Elastic::new(3e10, 0.2).expect("allowed");
-    let law = DamageLaw::new(elastic, 1e12, 1e13, &DamageParameters::default(), 0.01).expect("a law");
-    let laws = vec![law; mesh.cells.len()];
-    let grain = DamagedGrain::new(mesh, laws, 2700.0, Ancestry::of_grain(1)).expect("a grain");
-    model.bodies[1].breakage = Breakage::Brittle(Arc::new(grain));
-    model.begin_damage();
+    let (mut model, mut committed, mut loads) = pressed_block(0.3);
+    make_brittle(&mut model, 1e12);
     let (roundings, bent, stiffness) = (2.0 * ROUNDING, 0.35 * 2.0 * ROUNDING, model.contact_stiffness(0, 1));
     let points = committed.memory.values_mut().flat_map(|pair| &mut pair.points);
     let count = points.map(|point| point.initial_overlap = -bent).count() as f64;
@@ -454,8 +437,7 @@ fn cores_of_bodies_that_had_bent_stay_apart() {
         damage: DamageSettings { moves: false, ..DamageSettings::default() },
         ..Settings::default()
     };
-    let increment = Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-    let report = advance(&increment, vec![committed.poses.clone()], &mut Contacts::default());
+    let report = settle_with(&model, &committed, &loads, &settings);
     assert!(report.converged(), "{:?}", report.history);
     let overlap = -(report.poses[1].position.z - 0.05);
     assert!(overlap > 0.5 * roundings && overlap < (1.0 - CORE_FLOOR) * roundings, "{overlap}");
@@ -470,11 +452,7 @@ fn a_raised_signal_has_the_increment_given_up() {
     let (model, committed, mut loads) = block_on_plate(0.65);
     loads.gravity = Vec3::new(0.0, 0.0, -9.81);
     let settings = Settings { stop: StopSignal::new(), ..Settings::default() };
-    let attempt = || {
-        let increment =
-            Increment { model: &model, committed: &committed, loads: &loads, settings: &settings };
-        advance(&increment, vec![committed.poses.clone()], &mut Contacts::default())
-    };
+    let attempt = || settle_with(&model, &committed, &loads, &settings);
     assert!(attempt().converged());
     // Copies of the settings hear the same signal.
     let careful = settings.clone();
@@ -525,9 +503,7 @@ fn contacts_without_a_load_are_judged_by_rounding() {
     let (model, mut committed, loads) = block_on_plate(0.65);
     committed.poses[1].position.z -= 1e-15;
     let least = |loads: &Loads| {
-        let mut contacts = Contacts::default();
-        contacts.start(&model, &committed);
-        contacts.evaluate(&model, &committed, &committed.poses).expect("far enough apart");
+        let contacts = contacts_at(&model, &committed, &committed.poses);
         let mean = contacts.mean_force();
         let dofs = Dofs::new(&model, loads);
         [mean, Yardsticks::new(&model, &dofs, &contacts, loads, &committed.poses).least()]

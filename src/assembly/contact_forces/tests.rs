@@ -1,21 +1,15 @@
 //! The assembled stiffness of contact forces as unknowns against differences of the assembled forces.
 
-use std::sync::Arc;
-
 use super::*;
-use crate::assembly::cubes::{pile, product, unpatterned};
+use crate::assembly::cubes::{contacts_at, pile, product, unpatterned};
 use crate::assembly::{Contacts, contact_stiffness_into, residual_into};
 use crate::contact::face::FaceContact;
-use crate::grain::CondensedGrain;
 use crate::model::{Committed, Deformation, Loads, Model};
 use crate::tensor::Pose;
 
 /// Edges of the lower two cross near the end of one.
 fn condensed_pile(faces: FaceContact) -> (Model, Committed, Loads) {
-    let (model, committed, loads) = pile(-11e-3, |body, mesh, rock| {
-        body.deformation =
-            Deformation::Condensed(Arc::new(CondensedGrain::new(mesh, rock, 2700.0).expect("a grain")));
-    });
+    let (model, committed, loads) = pile(-11e-3, Deformation::Condensed);
     (model.with_faces(faces), committed, loads)
 }
 
@@ -57,9 +51,7 @@ fn stiffness_of_patches_is_derivative_of_combined_rows() {
 fn compare(faces: FaceContact) {
     let (model, committed, loads) = condensed_pile(faces);
     let mut dofs = Dofs::new(&model, &loads);
-    let mut contacts = Contacts::default();
-    contacts.start(&model, &committed);
-    contacts.evaluate(&model, &committed, &committed.poses).expect("far enough apart");
+    let mut contacts = contacts_at(&model, &committed, &committed.poses);
     assert!(contacts.gather(&model, &loads, &committed.poses), "new unknowns");
     dofs.renew_contacts(contacts.unknown_forces.owners());
     // Two patches have four cells each.
@@ -128,9 +120,7 @@ fn compare(faces: FaceContact) {
 fn split_is_the_stiffness() {
     let (model, committed, loads) = condensed_pile(FaceContact::Corners);
     let mut dofs = Dofs::new(&model, &loads);
-    let mut contacts = Contacts::default();
-    contacts.start(&model, &committed);
-    contacts.evaluate(&model, &committed, &committed.poses).expect("far enough apart");
+    let mut contacts = contacts_at(&model, &committed, &committed.poses);
     contacts.gather(&model, &loads, &committed.poses);
     dofs.renew_contacts(contacts.unknown_forces.owners());
     let away: Vec<f64> = unpatterned(dofs.count(), 1).iter().map(|x| 5e-6 * x).collect();

@@ -1,13 +1,9 @@
 //! Forces between faces that tilt and slide, patches and corners together.
 
-use std::sync::Arc;
-
-use crate::assembly::Contacts;
-use crate::assembly::cubes::pile;
+use crate::assembly::cubes::{contacts_at, pile};
 use crate::assembly::springs::Springs;
 use crate::contact::face::FaceContact;
 use crate::contact::{Feature, NormalLaw};
-use crate::grain::CondensedGrain;
 use crate::model::{Committed, Deformation, Loads, Model};
 use crate::tensor::{Pose, Rotation, Vec3};
 
@@ -19,7 +15,7 @@ const DEPTH: f64 = 5e-5;
 
 /// A cube on another one, and a third out of reach.
 fn two_cubes() -> (Model, Committed) {
-    let (model, mut committed, _) = pile(0.0, |_, _, _| {});
+    let (model, mut committed, _) = pile(0.0, |_| Deformation::Rigid);
     committed.poses = poses([0.0; 2], [0.0; 3]).to_vec();
     (model.with_faces(FaceContact::Area), committed)
 }
@@ -42,9 +38,7 @@ fn poses([x, y]: [f64; 2], turn: [f64; 3]) -> [Pose; 3] {
 
 /// Force and moment on the upper cube [N, N m], and how many contacts of faces and of other features it has.
 fn on_upper(model: &Model, committed: &Committed, poses: &[Pose; 3]) -> ([f64; 6], [usize; 2]) {
-    let mut contacts = Contacts::default();
-    contacts.start(model, committed);
-    contacts.evaluate(model, committed, poses).expect("far enough apart");
+    let contacts = contacts_at(model, committed, poses);
     let (mut wrench, mut counts) = ([0.0; 6], [0; 2]);
     for (_, point) in contacts.active() {
         (0..6).for_each(|k| wrench[k] += point.evaluation.wrench[6 + k]);
@@ -93,10 +87,7 @@ fn layers_of_patches_soften_and_are_spared_each_by_its_own() {
 
 /// As [`two_cubes`], of which the upper one may deform, and does not for now.
 fn resting_cubes() -> (Model, Committed, Loads) {
-    let (model, committed, loads) = pile(0.0, |body, mesh, rock| {
-        let grain = CondensedGrain::new(mesh, rock, 2700.0).expect("a grain");
-        body.deformation = Deformation::Resting(Arc::new(grain));
-    });
+    let (model, committed, loads) = pile(0.0, Deformation::Resting);
     (model.with_faces(FaceContact::Area), committed, loads)
 }
 
