@@ -5,9 +5,10 @@
 
 use crate::assembly::too_close::TooClose;
 use crate::contact::ContactShape;
-use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
+use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle, spanned};
 use crate::contact::law::CORE_FLOOR;
 use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTangent};
+use crate::contact::visit::nearest_piece;
 use crate::geometry::neighbours::{Ball, BallGrid};
 use crate::model::{BodyKind, Membrane, Model};
 use crate::tensor::{Pose, Vec3};
@@ -373,24 +374,11 @@ impl BodyContacts {
             }
         };
         for NodeReach { node, facets } in nodes.iter() {
-            let x = &positions[*node as usize];
-            let mut best = ((x - corners[0]).norm(), [0; 3], 1);
-            if !facets.is_empty() {
-                best.0 = f64::INFINITY;
-            }
-            for &f in facets {
-                let of_facet = core.facets[f as usize];
-                let (closest, spans) = closest_on_triangle(x, of_facet.map(|v| &corners[v]));
-                let distance = (closest - x).norm();
-                if distance < best.0 {
-                    let (piece, count) = spanned(of_facet.map(|v| v as u32), spans);
-                    best = (distance, piece, count);
-                }
-            }
-            *nearest = nearest.min(best.0);
-            if best.0 < radii {
+            let (distance, piece, count) = nearest_piece(&positions[*node as usize], shape, facets, corners);
+            *nearest = nearest.min(distance);
+            if distance < radii {
                 let feature = Feature::VertexOfB(*node);
-                add(Site { feature, on_a: best.1, on_b: [*node; 3], count_a: best.2, count_b: 1 }, 1.0);
+                add(Site { feature, on_a: piece, on_b: [*node; 3], count_a: count, count_b: 1 }, 1.0);
             }
         }
         for &(v, f) in vertices.iter() {
@@ -422,20 +410,4 @@ impl BodyContacts {
             }
         }
     }
-}
-
-/// The corners that span the feature a closest point lies on; unused places repeat the first.
-fn spanned(corners: [u32; 3], spans: [bool; 3]) -> ([u32; 3], u8) {
-    let mut piece = [0; 3];
-    let mut count = 0;
-    for k in 0..3 {
-        if spans[k] {
-            piece[count] = corners[k];
-            count += 1;
-        }
-    }
-    for k in count..3 {
-        piece[k] = piece[0];
-    }
-    (piece, count as u8)
 }

@@ -202,6 +202,22 @@ pub fn closest_on_triangle(p: &Vec3, corners: [&Vec3; 3]) -> (Vec3, [bool; 3]) {
     (a + ab * (vb * scale) + ac * (vc * scale), [true, true, true])
 }
 
+/// The corners that span the feature a closest point lies on; unused places repeat the first.
+pub fn spanned(corners: [u32; 3], spans: [bool; 3]) -> ([u32; 3], u8) {
+    let mut piece = [0; 3];
+    let mut count = 0;
+    for k in 0..3 {
+        if spans[k] {
+            piece[count] = corners[k];
+            count += 1;
+        }
+    }
+    for k in count..3 {
+        piece[k] = piece[0];
+    }
+    (piece, count as u8)
+}
+
 /// Closest points of two segments as parameters `(s, t)` in [0, 1] (Ericson 2005, 5.1.9).
 pub fn closest_on_segments(p0: &Vec3, p1: &Vec3, q0: &Vec3, q1: &Vec3) -> (f64, f64) {
     let (u, v, r) = (p1 - p0, q1 - q0, p0 - q0);

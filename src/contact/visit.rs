@@ -1,6 +1,6 @@
 //! The features of a pair that are in reach of each other in one configuration.
 
-use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle};
+use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle, spanned};
 use crate::contact::search::{ContactShape, PairFeatures, VertexReach, approach};
 use crate::tensor::{Pose, Vec3};
 
@@ -125,8 +125,13 @@ pub fn visit_sites(
     walk.smallest
 }
 
-/// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`.
-fn nearest_piece(p: &Vec3, shape: &ContactShape, facets: &[u32], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
+/// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`: how far it is [m], its vertices, and their number.
+pub fn nearest_piece(
+    p: &Vec3,
+    shape: &ContactShape,
+    facets: &[u32],
+    corners: &[Vec3],
+) -> (f64, [u32; 3], u8) {
     if shape.rounded.core.facets.is_empty() {
         return ((p - corners[0]).norm(), [0; 3], 1);
     }
@@ -136,15 +141,8 @@ fn nearest_piece(p: &Vec3, shape: &ContactShape, facets: &[u32], corners: &[Vec3
         let (closest, spans) = closest_on_triangle(p, vertices.map(|v| &corners[v]));
         let distance = (closest - p).norm();
         if distance < best.0 {
-            let mut piece = [0; 3];
-            let mut count = 0;
-            for k in 0..3 {
-                if spans[k] {
-                    piece[count] = vertices[k] as u32;
-                    count += 1;
-                }
-            }
-            best = (distance, piece, count as u8);
+            let (piece, count) = spanned(vertices.map(|v| v as u32), spans);
+            best = (distance, piece, count);
         }
     }
     best
