@@ -7,7 +7,7 @@ use crate::assembly::sites::{facing_corners, site_points};
 use crate::assembly::springs::Springs;
 use crate::assembly::trial::Trial;
 use crate::contact::asperity::AsperityState;
-use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Tangent};
+use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Situation, Tangent};
 use crate::contact::law::{ContactLaw, Weakening};
 use crate::contact::memory::{Crushable, PairKey, PairMemory, PointMemory};
 use crate::contact::mortar::MortarNode;
@@ -304,27 +304,22 @@ impl PairWork {
         let has_mortars = has_mortars(model, [a, b]);
         tangents.clear();
         elastic_tangents.clear();
-        let [at_a, at_b] = [&kinematics[a], &kinematics[b]];
+        let between = [&kinematics[a], &kinematics[b]];
         for ContactPoint { site, sites, state, .. } in points.iter().filter(|p| p.evaluation.is_active()) {
             let is_patch = matches!(site.feature, Feature::Faces(..));
-            let law = model.law_at(site.feature);
+            let law = &model.law_at(site.feature);
+            let situation = Situation { law, site, points: sites, kinematics: between, state };
             if deforms && state.asperity.is_none() {
-                let elastic = force::elastic_tangent(&law, site, sites, at_a, at_b, state);
+                let elastic = situation.elastic_tangent();
                 tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
                 elastic_tangents.push(elastic);
             } else if has_mortars || !is_patch {
-                tangents.push(force::tangent(&law, site, sites, at_a, at_b, state));
+                tangents.push(situation.tangent());
             }
         }
         if !has_mortars {
-            faces::patch_tangents_into(
-                tangents,
-                model,
-                features,
-                points,
-                [&poses[a], &poses[b]],
-                [at_a, at_b],
-            );
+            let poses = [&poses[a], &poses[b]];
+            faces::patch_tangents_into(tangents, model, features, points, poses, between);
         }
     }
 }
@@ -575,8 +570,8 @@ impl<'a> Meeting<'a> {
                 }
             }
         }
-        let [at_a, at_b] = self.bodies.map(|body| &self.view.kinematics[body]);
-        let evaluation = force::evaluate(law, &site, &sites, at_a, at_b, &state);
+        let kinematics = self.bodies.map(|body| &self.view.kinematics[body]);
+        let evaluation = Situation { law, site: &site, points: &sites, kinematics, state: &state }.evaluate();
         ContactPoint { site, sites, state, evaluation, stiffness_left }
     }
 }

@@ -33,22 +33,15 @@ pub struct SitePoints {
     pub normals: [Vec3; 2],
 }
 
-pub fn evaluate(
-    law: &ContactLaw,
-    site: &Site,
-    points: &SitePoints,
-    a: &Kinematics,
-    b: &Kinematics,
-    state: &PointState,
-) -> Evaluation {
-    let constants =
-        |p: &[Vec3; 3]| [Vector::constant(&p[0]), Vector::constant(&p[1]), Vector::constant(&p[2])];
-    let sides = Sides {
-        a: constants(&points.a),
-        b: constants(&points.b),
-        normals: points.normals.map(|n| Vector::constant(&n)),
-    };
-    wrench::<f64>(law, site, &sides, [&Frame::still(a), &Frame::still(b)], &Vector::zero(), state).0
+/// What the force of a contact point follows from.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a> {
+    pub law: &'a ContactLaw,
+    pub site: &'a Site,
+    pub points: &'a SitePoints,
+    /// Of `a` and of `b`.
+    pub kinematics: [&'a Kinematics; 2],
+    pub state: &'a PointState,
 }
 
 /// Where a contact's force acts [m] and its normal from `a` to `b`.
@@ -64,51 +57,41 @@ pub fn place(site: &Site, points: &SitePoints, radius_difference: f64) -> (Vec3,
 /// elastic displacement of `b`'s surface relative to `a`'s (9-11).
 pub type ElasticTangent = [[f64; 12]; 15];
 
-/// The exact derivative of [`evaluate`]'s wrench.
-pub fn tangent(
-    law: &ContactLaw,
-    site: &Site,
-    points: &SitePoints,
-    a: &Kinematics,
-    b: &Kinematics,
-    state: &PointState,
-) -> Tangent {
-    let (wrench, _) = derivative::<9>(law, site, points, a, b, state);
-    std::array::from_fn(|k| wrench[k].gradient)
-}
+impl Situation<'_> {
+    pub fn evaluate(&self) -> Evaluation {
+        let constants = |p: &[Vec3; 3]| p.map(|x| Vector::constant(&x));
+        let SitePoints { a, b, normals } = self.points;
+        let sides =
+            Sides { a: constants(a), b: constants(b), normals: normals.map(|n| Vector::constant(&n)) };
+        let [frame_a, frame_b] = self.kinematics.map(Frame::<f64>::still);
+        wrench(self, &sides, [&frame_a, &frame_b], &Vector::zero()).0
+    }
 
-/// The exact derivative of wrench and force where the elastic displacement is unknown as well.
-pub fn elastic_tangent(
-    law: &ContactLaw,
-    site: &Site,
-    points: &SitePoints,
-    a: &Kinematics,
-    b: &Kinematics,
-    state: &PointState,
-) -> ElasticTangent {
-    let (wrench, force) = derivative::<12>(law, site, points, a, b, state);
-    std::array::from_fn(|k| if k < 12 { wrench[k].gradient } else { force.0[k - 12].gradient })
-}
+    /// The exact derivative of the evaluation's wrench.
+    pub fn tangent(&self) -> Tangent {
+        let (wrench, _) = self.derivative::<9>();
+        std::array::from_fn(|k| wrench[k].gradient)
+    }
 
-/// Wrench and force on `b` with their derivatives by the first `N` of position and spin of `b`, spin of `a`, and
-/// elastic displacement.
-fn derivative<const N: usize>(
-    law: &ContactLaw,
-    site: &Site,
-    points: &SitePoints,
-    a: &Kinematics,
-    b: &Kinematics,
-    state: &PointState,
-) -> ([Dual<N>; 12], Vector<Dual<N>>) {
-    let displaced = variables(9);
-    let [frame_a, frame_b] = moving_frames(a, b);
-    let sides = Sides {
-        a: points.a.map(|p| frame_a.carried(&p)),
-        b: points.b.map(|p| frame_b.carried(&p)),
-        normals: [frame_a.turned(&points.normals[0]), frame_b.turned(&points.normals[1])],
-    };
-    let (_, wrench, force) = wrench(law, site, &sides, [&frame_a, &frame_b], &displaced, state);
-    (wrench, force)
+    /// The exact derivative of wrench and force where the elastic displacement is unknown as well.
+    pub fn elastic_tangent(&self) -> ElasticTangent {
+        let (wrench, force) = self.derivative::<12>();
+        std::array::from_fn(|k| if k < 12 { wrench[k].gradient } else { force.0[k - 12].gradient })
+    }
+
+    /// Wrench and force on `b` with their derivatives by the first `N` of position and spin of `b`, spin of `a`, and
+    /// elastic displacement.
+    fn derivative<const N: usize>(&self) -> ([Dual<N>; 12], Vector<Dual<N>>) {
+        let [frame_a, frame_b] = moving_frames(self.kinematics);
+        let SitePoints { a, b, normals } = self.points;
+        let sides = Sides {
+            a: a.map(|p| frame_a.carried(&p)),
+            b: b.map(|p| frame_b.carried(&p)),
+            normals: [frame_a.turned(&normals[0]), frame_b.turned(&normals[1])],
+        };
+        let (_, wrench, force) = wrench(self, &sides, [&frame_a, &frame_b], &variables(9));
+        (wrench, force)
+    }
 }
 
 /// Three variables of zero, the first of them number `first`; constants beyond the last variable.
@@ -120,7 +103,7 @@ fn variables<const N: usize>(first: usize) -> Vector<Dual<N>> {
 }
 
 /// The frames of `a` and `b`, moved by variables: position of `b` (0-2), spin of `b` (3-5), spin of `a` (6-8).
-pub(super) fn moving_frames<const N: usize>(a: &Kinematics, b: &Kinematics) -> [Frame<Dual<N>>; 2] {
+pub(super) fn moving_frames<const N: usize>([a, b]: [&Kinematics; 2]) -> [Frame<Dual<N>>; 2] {
     let still = |k: &Kinematics| Vector::constant(&k.position);
     [
         Frame { position: still(a), spin: Some(variables(6)), kinematics: *a },
@@ -138,12 +121,10 @@ struct Sides<T> {
 /// The contact with the elastic displacement `displaced` on top of the state's; its wrench, and the force on `b` that bends bodies, which the weight's
 /// gradient is no part of.
 fn wrench<T: Real>(
-    law: &ContactLaw,
-    site: &Site,
+    &Situation { law, site, state, .. }: &Situation<'_>,
     Sides { a, b, normals }: &Sides<T>,
     [frame_a, frame_b]: [&Frame<T>; 2],
     displaced: &Vector<T>,
-    state: &PointState,
 ) -> (Evaluation, [T; 12], Vector<T>) {
     let zero = T::constant(0.0);
     let is_edge_pair = site.count_a == 2 && site.count_b == 2;

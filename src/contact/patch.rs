@@ -61,10 +61,10 @@ impl<'a> FacesInSpace<'a> {
 pub fn evaluate(
     law: &ContactLaw,
     faces: &FacesInSpace<'_>,
-    [a, b]: [&Kinematics; 2],
+    kinematics: [&Kinematics; 2],
     states: &[PointState; POINTS],
 ) -> Option<[Evaluation; POINTS]> {
-    let frames = [Frame::<f64>::still(a), Frame::still(b)];
+    let frames = kinematics.map(Frame::<f64>::still);
     wrenches(law, faces, &frames, states).map(|all| all.map(|(evaluation, _)| evaluation))
 }
 
@@ -72,10 +72,10 @@ pub fn evaluate(
 pub fn tangents(
     law: &ContactLaw,
     faces: &FacesInSpace<'_>,
-    [a, b]: [&Kinematics; 2],
+    kinematics: [&Kinematics; 2],
     states: &[PointState; POINTS],
 ) -> Option<[Tangent; POINTS]> {
-    let frames = moving_frames::<9>(a, b);
+    let frames = moving_frames::<9>(kinematics);
     let gradients = |(_, wrench): (Evaluation, [Dual<9>; 12])| wrench.map(|component| component.gradient);
     wrenches(law, faces, &frames, states).map(|all| all.map(gradients))
 }

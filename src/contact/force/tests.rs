@@ -30,28 +30,23 @@ impl Scene {
         self
     }
 
-    fn sides_at(&self, poses: &[Pose; 2]) -> ([Kinematics; 2], SitePoints) {
-        let kinematics = [0, 1].map(|i| Kinematics::between(&self.committed[i], &poses[i]));
+    fn situation<R>(&self, poses: &[Pose; 2], ask: impl Fn(&Situation<'_>) -> R) -> R {
+        let [a, b] = [0, 1].map(|i| Kinematics::between(&self.committed[i], &poses[i]));
         let points = SitePoints {
             a: self.body_a.map(|p| poses[0].to_space(&p)),
             b: self.body_b.map(|p| poses[1].to_space(&p)),
             normals: [poses[0].rotation * self.faces[0], poses[1].rotation * self.faces[1]],
         };
-        (kinematics, points)
+        let Scene { site, state, .. } = self;
+        ask(&Situation { law: &LAW, site, points: &points, kinematics: [&a, &b], state })
     }
 
     fn elastic_tangent_at(&self, poses: &[Pose; 2]) -> ElasticTangent {
-        let ([a, b], points) = self.sides_at(poses);
-        elastic_tangent(&LAW, &self.site, &points, &a, &b, &self.state)
+        self.situation(poses, |it| it.elastic_tangent())
     }
 
     fn evaluate_at(&self, poses: &[Pose; 2]) -> (Evaluation, Tangent) {
-        let ([a, b], points) = self.sides_at(poses);
-        let (a, b) = (&a, &b);
-        (
-            evaluate(&LAW, &self.site, &points, a, b, &self.state),
-            tangent(&LAW, &self.site, &points, a, b, &self.state),
-        )
+        self.situation(poses, |it| (it.evaluate(), it.tangent()))
     }
 }
 
