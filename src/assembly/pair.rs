@@ -410,26 +410,12 @@ impl<'a> Meeting<'a> {
 
     /// Of a contact of this spring [N/m], before what its bodies' displacements, faces and damage change.
     fn state(&self, start: &Start, spring: f64) -> PointState {
-        let [a, b] = self.shapes.map(|shape| shape.rounded.radius);
+        let roundings = self.shapes.map(|shape| shape.rounded.radius);
         PointState {
-            radii: a + b,
-            radius_difference: a - b,
-            stiffness: spring,
-            spring,
-            friction: self.friction,
-            offset: 0.0,
             stretch: start.stretch,
-            behind_stretch: Vec3::zeros(),
             is_new: self.is_new,
-            corners: None,
-            faces: None,
-            elastic: Vec3::zeros(),
-            elastic_change: Vec3::zeros(),
             initial_overlap: start.initial_overlap,
-            compliance: 0.0,
-            returned: Vec3::zeros(),
-            hardening: 0.0,
-            asperity: None,
+            ..PointState::of_spring(roundings, spring, self.friction)
         }
     }
 

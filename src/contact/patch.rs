@@ -300,25 +300,11 @@ mod tests {
             let committed = [Pose::identity(), Pose::new(Vec3::new(0.0, 0.0, 0.02), Rotation::identity())];
             let kinematics = [0, 1].map(|i| Kinematics::between(&committed[i], &poses[i]));
             let faces = FacesInSpace::new(self.facing(), [&poses[0], &poses[1]], 1.0);
+            let spring = 0.25 * STIFFNESS * faces.reference_area();
+            let friction = Weakening::constant(self.friction);
             let state = PointState {
-                radii: 2e-3,
-                radius_difference: 0.0,
-                stiffness: 0.25 * STIFFNESS * faces.reference_area(),
-                spring: 0.25 * STIFFNESS * faces.reference_area(),
-                friction: Weakening::constant(self.friction),
-                offset: 0.0,
                 stretch: Vec3::new(2e-6, 1e-6, 0.0),
-                behind_stretch: Vec3::zeros(),
-                is_new: false,
-                corners: None,
-                faces: None,
-                elastic: Vec3::zeros(),
-                elastic_change: Vec3::zeros(),
-                initial_overlap: 0.0,
-                compliance: 0.0,
-                returned: Vec3::zeros(),
-                hardening: 0.0,
-                asperity: None,
+                ..PointState::of_spring([1e-3; 2], spring, friction)
             };
             let [a, b] = [&kinematics[0], &kinematics[1]];
             let evaluated = evaluate(&LAW, &faces, [a, b], &[state; POINTS])?;

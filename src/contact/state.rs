@@ -82,6 +82,30 @@ pub struct PointState {
 }
 
 impl PointState {
+    /// Of two rigid bodies with these roundings [m] that touch by a spring [N/m].
+    pub fn of_spring([a, b]: [f64; 2], spring: f64, friction: Weakening) -> Self {
+        PointState {
+            radii: a + b,
+            radius_difference: a - b,
+            stiffness: spring,
+            spring,
+            friction,
+            offset: 0.0,
+            stretch: Vec3::zeros(),
+            behind_stretch: Vec3::zeros(),
+            is_new: false,
+            corners: None,
+            faces: None,
+            elastic: Vec3::zeros(),
+            elastic_change: Vec3::zeros(),
+            initial_overlap: 0.0,
+            compliance: 0.0,
+            returned: Vec3::zeros(),
+            hardening: 0.0,
+            asperity: None,
+        }
+    }
+
     /// Compliance that stands behind the spring, over the spring's own; zero for two rigid bodies.
     pub(super) fn behind(&self) -> f64 {
         self.spring / self.stiffness - 1.0

@@ -51,26 +51,16 @@ impl Scene {
 }
 
 fn state(friction: f64) -> PointState {
-    let friction = Weakening::constant(friction);
     PointState {
         radii: 1e-3,
         radius_difference: 4e-4,
         stiffness: 6e7,
-        spring: 3e8,
-        friction,
         offset: 4e-6,
         stretch: Vec3::new(2e-6, 1e-6, -1e-6),
         behind_stretch: Vec3::new(-1e-7, 4e-7, 2e-7),
-        is_new: false,
-        corners: None,
-        faces: None,
         elastic: Vec3::new(1e-7, 2e-7, -3e-7),
         elastic_change: Vec3::new(1e-7, 0.0, 1e-7),
-        initial_overlap: 0.0,
-        compliance: 0.0,
-        returned: Vec3::zeros(),
-        hardening: 0.0,
-        asperity: None,
+        ..PointState::of_spring([0.0; 2], 3e8, Weakening::constant(friction))
     }
 }
 
