@@ -5,18 +5,13 @@
 //! - Energies close, work of forces on the way summed with the displacements that follow them.
 //! - A grain that comes to rest or wakes leaves forces as they are, and so does one that has crushed.
 
-use std::sync::Arc;
-
 use riprap::contact::NormalLaw;
-use riprap::grain::CondensedGrain;
 use riprap::loading::StageEnd;
-use riprap::material::Elastic;
-use riprap::mesh::grain_mesh;
 use riprap::solver::Stabilisation;
 use riprap::solver::fidelity::change;
 use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Test};
 
-use crate::ready::{PRESSURE, consolidate_seated, drive, rig, run};
+use crate::ready::{PRESSURE, condensed_grains, consolidate_seated, drive, rig, run, seat};
 
 /// The rig with asperities, before any contact is made.
 pub fn with_asperities(mut rig: Rig) -> Rig {
@@ -25,28 +20,17 @@ pub fn with_asperities(mut rig: Rig) -> Rig {
     rig
 }
 
-fn grains_of(rig: &Rig, cells: usize) -> Vec<Arc<CondensedGrain>> {
-    let rock = Elastic::new(3e10, 0.2).expect("allowed");
-    let grains = rig.model.bodies.iter().filter(|body| body.stiffness.is_finite());
-    let grain = |nominal| {
-        let mesh = grain_mesh(nominal, cells).expect("a mesh");
-        let rock = vec![rock; mesh.cells.len()];
-        Arc::new(CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain").on_patches())
-    };
-    grains.map(|body| grain(&body.nominal)).collect()
-}
-
 /// Consolidated, with the rows; rigid without cells.
 fn consolidated(cells: Option<usize>) -> (Rig, Test, Vec<Row>) {
     let mut rig = with_asperities(rig(Cover::Pressure(Rims::Bonded)));
     if let Some(cells) = cells {
-        let grains = grains_of(&rig, cells).into_iter().map(|grain| (grain, None)).collect();
+        let grains = condensed_grains(&rig, cells).into_iter().map(|grain| (grain, None)).collect();
         rig.condense(grains);
     }
     rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
     let mut test = Test::new(&rig);
     if let Some(elasticity) = rig.stiffen() {
-        assert!((0..8).any(|_| test.seat(&mut rig, PRESSURE).converged()));
+        assert!(seat(&mut rig, &mut test));
         rig.soften(elasticity);
     }
     let rows = consolidate_seated(&mut rig, &mut test, 6);

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use riprap::assembly::{ContactPoint, PairWork};
 use riprap::contact::memory::PairKey;
-use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain};
+use riprap::grain::{Ancestry, DamagedGrain};
 use riprap::loading::StageEnd;
 use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
-use riprap::mesh::{CellId, grain_mesh};
+use riprap::mesh::CellId;
 use riprap::model::fracture::Fracture;
 use riprap::model::{BodyKind, DamageCounts};
 use riprap::solver::fidelity::change;
@@ -20,7 +20,8 @@ use riprap::triaxial::{Cover, Lateral, Rig, RigState, Rims, Row, Test};
 
 use crate::behind::with_asperities;
 use crate::ready::{
-    PRESSURE, consolidate, drive, rig, rubber, run, specimen, try_to_consolidate, try_to_consolidate_seated,
+    PRESSURE, condensed_grains, consolidate, drive, rig, rubber, run, seat, specimen, try_to_consolidate,
+    try_to_consolidate_seated,
 };
 
 const PRESSED: Cover = Cover::Pressure(Rims::Bonded);
@@ -50,24 +51,19 @@ fn breakable_by_cells(tensile: &dyn Fn(usize, usize) -> f64, kind: Kind) -> Rig 
     let elastic = Elastic::new(3e10, 0.2).expect("allowed");
     let law =
         |strength: f64| DamageLaw::new(elastic, strength, 10.0 * strength, &parameters, 0.01).expect("a law");
-    let grains = specimen().grains.iter().enumerate().map(|(index, grain)| {
-        let mesh = grain_mesh(&grain.nominal, 38).expect("a mesh");
-        let cells = mesh.cells.len();
-        let condensed = CondensedGrain::new(mesh, &vec![elastic; cells], 2700.0).expect("a grain");
-        let condensed = Arc::new(if kind.crushes { condensed.on_patches() } else { condensed });
+    let rig = rig(kind.cover);
+    let mut rig = if kind.crushes { with_asperities(rig) } else { rig };
+    let grains = condensed_grains(&rig, 38).into_iter().enumerate().map(|(index, condensed)| {
         let ancestry = Ancestry::of_grain(index as u32);
-        let laws = (0..cells).map(|cell| law(tensile(index, cell))).collect();
+        let laws = (0..condensed.mesh().cells.len()).map(|cell| law(tensile(index, cell))).collect();
         let damaged = DamagedGrain::over(condensed.clone(), laws, 2700.0, ancestry).expect("a grain");
         let damaged = if kind.keeps_rubble { damaged.keeping_rubble() } else { damaged };
         (condensed, Some(Arc::new(damaged)))
     });
-    let grains = grains.collect();
-    let rig = rig(kind.cover);
-    let mut rig = if kind.crushes { with_asperities(rig) } else { rig };
     if kind.bends {
-        rig.condense(grains)
+        rig.condense(grains.collect())
     } else {
-        rig.let_break(grains.into_iter().map(|(_, damaged)| damaged).collect())
+        rig.let_break(grains.map(|(_, damaged)| damaged).collect())
     }
     rig
 }
@@ -83,7 +79,7 @@ fn compressed(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>) {
 fn try_to_compress(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>, StageEnd) {
     let Some(elasticity) = rig.stiffen() else { return try_to_consolidate(rig, increments) };
     let mut test = Test::new(rig);
-    assert!((0..8).any(|_| test.seat(rig, PRESSURE).converged()));
+    assert!(seat(rig, &mut test));
     rig.soften(elasticity);
     let (rows, end) = try_to_consolidate_seated(rig, &mut test, increments);
     (test, rows, end)

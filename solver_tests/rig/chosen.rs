@@ -4,35 +4,16 @@
 //! shear, over the largest q, as the charts of work against precision measure it. Nothing here is fitted: the choice sees its own estimate
 //! alone. All changes of fidelity leave contact forces as they are, to a thousandth of the mean force.
 
-use std::sync::Arc;
-
 use riprap::contact::law::Friction;
-use riprap::grain::CondensedGrain;
 use riprap::loading::StageEnd;
-use riprap::material::Elastic;
-use riprap::mesh::grain_mesh;
 use riprap::solver::Stabilisation;
 use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Stage, Steps, Test};
 
-use crate::ready::{PRESSURE, consolidate_seated, drive, finished, rig, run};
+use crate::ready::{condensed_grains, consolidate_seated, drive, finished, rig, run, seat};
 
 fn condensed(rig: &mut Rig) {
-    let rock = Elastic::new(3e10, 0.2).expect("allowed");
-    let grains = rig.model.bodies[..16].iter().map(|body| {
-        let mesh = grain_mesh(&body.nominal, 38).expect("a mesh");
-        let rock = vec![rock; mesh.cells.len()];
-        (Arc::new(CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain")), None)
-    });
-    let grains = grains.collect();
-    rig.condense(grains);
-}
-
-fn seated(rig: &mut Rig, test: &mut Test) {
-    for _ in 0..8 {
-        if test.seat(rig, PRESSURE).converged() {
-            break;
-        }
-    }
+    let grains = condensed_grains(rig, 38).into_iter().map(|grain| (grain, None));
+    rig.condense(grains.collect());
 }
 
 /// The rows of the shear; grains are seated rigid first, as `simulation::seating` does it.
@@ -43,11 +24,11 @@ fn sheared(accuracy: Option<f64>) -> Vec<Row> {
     if accuracy.is_some() {
         rig.rest_all();
         rig.settings.accuracy = accuracy;
-        seated(&mut rig, &mut test);
+        seat(&mut rig, &mut test);
         rig.condense_seated();
     } else {
         let elasticity = rig.stiffen().expect("condensed grains");
-        seated(&mut rig, &mut test);
+        seat(&mut rig, &mut test);
         rig.soften(elasticity);
     }
     let before = consolidate_seated(&mut rig, &mut test, 6);
@@ -92,7 +73,7 @@ fn grains_that_bend_move_on_through_a_collapse() {
     let mut test = Test::new(&rig);
     rig.rest_all();
     rig.settings.accuracy = Some(0.05);
-    seated(&mut rig, &mut test);
+    seat(&mut rig, &mut test);
     rig.condense_seated();
     consolidate_seated(&mut rig, &mut test, 6);
     rig.settings.stabilisation = Stabilisation::Unrest(3e-3);

@@ -1,12 +1,15 @@
 //! A specimen of sixteen grains, seated and consolidated once for all tests, per cover.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use riprap::contact::NormalLaw;
 use riprap::contact::face::FaceContact;
 use riprap::contact::law::Friction;
+use riprap::grain::CondensedGrain;
 use riprap::loading::StageEnd;
-use riprap::material::{Rubber, RubberLaw};
+use riprap::material::{Elastic, Rubber, RubberLaw};
+use riprap::mesh::grain_mesh;
+use riprap::model::Body;
 use riprap::solver::Settings;
 use riprap::specimen::Specimen;
 use riprap::triaxial::{
@@ -58,6 +61,23 @@ pub fn rubber() -> Cover {
     })
 }
 
+/// The grains on meshes of about so many cells; where asperities bear, forces act on patches of them.
+pub fn condensed_grains(rig: &Rig, cells: usize) -> Vec<Arc<CondensedGrain>> {
+    let rock = Elastic::new(3e10, 0.2).expect("allowed");
+    let grain = |body: &Body| {
+        let mesh = grain_mesh(&body.nominal, cells).expect("a mesh");
+        let rock = vec![rock; mesh.cells.len()];
+        let grain = CondensedGrain::new(mesh, &rock, 2700.0).expect("a grain");
+        Arc::new(if rig.model.normal == NormalLaw::Asperity { grain.on_patches() } else { grain })
+    };
+    rig.model.bodies[..16].iter().map(grain).collect()
+}
+
+/// Brings the grains into touch; whether they came to rest.
+pub fn seat(rig: &mut Rig, test: &mut Test) -> bool {
+    (0..8).any(|_| test.seat(rig, PRESSURE).converged())
+}
+
 /// Lays a membrane, seats the grains and consolidates them in so many increments.
 pub fn consolidate(rig: &mut Rig, increments: usize) -> (Test, Vec<Row>) {
     let (test, rows, end) = try_to_consolidate(rig, increments);
@@ -82,16 +102,8 @@ pub fn consolidate_seated(rig: &mut Rig, test: &mut Test, increments: usize) -> 
 
 /// The same, wherever it ends.
 pub fn try_to_consolidate_seated(rig: &mut Rig, test: &mut Test, increments: usize) -> (Vec<Row>, StageEnd) {
-    for _ in 0..8 {
-        if test.seat(rig, PRESSURE).converged() {
-            break;
-        }
-    }
-    let stage = Stage {
-        path: Path::Stress { axial: PRESSURE, radial: PRESSURE },
-        steps: Steps::Count(increments),
-        until: Until::default(),
-    };
+    seat(rig, test);
+    let stage = loaded(Path::Stress { axial: PRESSURE, radial: PRESSURE }, increments);
     let (rows, end) = run(rig, test, &stage);
     test.zero_strains(rig);
     (rows, end)
@@ -127,6 +139,22 @@ pub fn run(rig: &mut Rig, test: &mut Test, stage: &Stage) -> (Vec<Row>, StageEnd
 
 pub fn steps(nominal: f64) -> Steps {
     Steps::Strain { nominal, largest: nominal, growth: 1.5 }
+}
+
+/// A stage of so many increments.
+pub fn loaded(path: Path, increments: usize) -> Stage {
+    Stage { path, steps: Steps::Count(increments), until: Until::default() }
+}
+
+/// Back to where unloading began.
+pub fn reloaded() -> Stage {
+    let path = Path::Return { lateral: Lateral::Pressure };
+    Stage { path, steps: steps(2e-5), until: Until::default() }
+}
+
+/// Where the deviatoric stress is `q` [Pa].
+pub fn to_stress(q: f64, must: bool) -> Until {
+    Until { deviatoric_stress: Some(q), drop_after_peak: None, must }
 }
 
 pub fn drive(axial_strain: f64, lateral: Lateral) -> Stage {

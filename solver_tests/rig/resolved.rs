@@ -6,30 +6,19 @@ use std::sync::Arc;
 
 use riprap::contact::NormalLaw;
 use riprap::element::Strains;
-use riprap::grain::{CondensedGrain, FullGrain};
-use riprap::material::Elastic;
-use riprap::mesh::grain_mesh;
+use riprap::grain::FullGrain;
 use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Test};
 
 use crate::behind::with_asperities;
-use crate::ready::{PRESSURE, consolidate_seated, drive, finished, rig, run};
+use crate::ready::{condensed_grains, consolidate_seated, drive, finished, rig, run, seat};
 
 const FORCE_TOLERANCE: f64 = 1e-4;
-const DENSITY: f64 = 2700.0;
 
 fn deform(rig: &mut Rig, strains: Option<Strains>) {
-    let rock = Elastic::new(3e10, 0.2).expect("allowed");
-    let on_patches = rig.model.normal == NormalLaw::Asperity;
-    let grains = rig.model.bodies[..16].iter().map(|body| {
-        let mesh = grain_mesh(&body.nominal, 38).expect("a mesh");
-        let rock = vec![rock; mesh.cells.len()];
-        let grain = CondensedGrain::new(mesh, &rock, DENSITY).expect("a grain");
-        Arc::new(if on_patches { grain.on_patches() } else { grain })
-    });
-    let grains: Vec<_> = grains.collect();
+    let grains = condensed_grains(rig, 38);
     match strains {
         Some(strains) => {
-            let full = |grain| Arc::new(FullGrain::new(grain, DENSITY, strains).expect("a grain"));
+            let full = |grain| Arc::new(FullGrain::new(grain, 2700.0, strains).expect("a grain"));
             rig.resolve(grains.into_iter().map(full).collect());
         }
         None => rig.condense(grains.into_iter().map(|grain| (grain, None)).collect()),
@@ -46,11 +35,7 @@ fn sheared(normal: NormalLaw, strains: Option<Strains>) -> Vec<Row> {
     deform(&mut rig, strains);
     let mut test = Test::new(&rig);
     let elasticity = rig.stiffen().expect("grains that deform");
-    for _ in 0..8 {
-        if test.seat(&mut rig, PRESSURE).converged() {
-            break;
-        }
-    }
+    seat(&mut rig, &mut test);
     rig.soften(elasticity);
     let mut rows = consolidate_seated(&mut rig, &mut test, 4);
     let (more, end) = run(&mut rig, &mut test, &drive(2e-4, Lateral::Pressure));

@@ -3,9 +3,11 @@
 use std::sync::OnceLock;
 
 use riprap::loading::{EnergyGate, StageEnd};
-use riprap::triaxial::{Lateral, Path, Rig, Row, Stage, Steps, Test, Until};
+use riprap::triaxial::{Lateral, Path, Rig, Row, Stage, Test};
 
-use crate::ready::{HELD, PRESSURE, consolidate, drive, finished, rig, rubber, run, steps};
+use crate::ready::{
+    HELD, PRESSURE, consolidate, drive, finished, loaded, reloaded, rig, rubber, run, steps, to_stress,
+};
 
 fn wrapped() -> (Rig, Test) {
     static WRAPPED: OnceLock<(Rig, Test)> = OnceLock::new();
@@ -26,7 +28,7 @@ fn every_stage_holds_what_it_prescribes() {
     let size = 2e-5;
     let stages = [
         drive(4e-5, Lateral::Pressure),
-        Stage { path: Path::Hold, steps: Steps::Count(1), until: Until::default() },
+        loaded(Path::Hold, 1),
         drive(4e-5, Lateral::Area),
         drive(4e-5, Lateral::Volume),
         drive(4e-5, Lateral::MeanStress),
@@ -65,24 +67,19 @@ fn last_strains(rig: &Rig, test: &Test) -> [f64; 2] {
 #[test]
 fn a_specimen_in_rubber_is_unloaded_and_reloaded() {
     let (mut rig, mut test) = wrapped();
-    let to = |q: f64, must: bool| Until { deviatoric_stress: Some(q), drop_after_peak: None, must };
     let goal = 0.2 * PRESSURE;
-    let loading = Stage { until: to(goal, false), ..drive(0.01, Lateral::Pressure) };
+    let loading = Stage { until: to_stress(goal, false), ..drive(0.01, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &loading);
     finished(&rows, &end, 2);
     let loaded = rows[rows.len() - 1].clone();
     assert!((loaded.measures.deviatoric_stress / goal - 1.0).abs() < HELD, "{loaded:?}");
-    let unloading = Stage { steps: steps(2e-5), until: to(0.0, true), ..drive(-0.01, Lateral::Pressure) };
+    let until = to_stress(0.0, true);
+    let unloading = Stage { steps: steps(2e-5), until, ..drive(-0.01, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &unloading);
     finished(&rows, &end, 2);
     let unloaded = rows[rows.len() - 1].clone();
     assert!(unloaded.measures.deviatoric_stress.abs() < HELD * goal, "{unloaded:?}");
-    let reloading = Stage {
-        path: Path::Return { lateral: Lateral::Pressure },
-        steps: steps(2e-5),
-        until: Until::default(),
-    };
-    let (rows, end) = run(&mut rig, &mut test, &reloading);
+    let (rows, end) = run(&mut rig, &mut test, &reloaded());
     finished(&rows, &end, 2);
     let reloaded = &rows[rows.len() - 1];
     assert!((reloaded.measures.axial_strain - loaded.measures.axial_strain).abs() < 1e-12, "{reloaded:?}");

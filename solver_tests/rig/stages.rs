@@ -3,10 +3,10 @@
 
 use riprap::loading::{EnergyGate, StageEnd};
 use riprap::solver::Stabilisation;
-use riprap::triaxial::{Cover, Lateral, Path, Rig, Rims, Row, Stage, Steps, Test, Until};
+use riprap::triaxial::{Cover, Lateral, Path, Rig, Rims, Row, Stage, Test, Until};
 use riprap::verification::rig::{TALL, column, prism};
 
-use crate::ready::{HELD, PRESSURE, drive, finished, run, steps};
+use crate::ready::{HELD, PRESSURE, drive, finished, loaded, reloaded, run, steps, to_stress};
 
 fn consolidated() -> (Rig, Test, &'static [Row]) {
     crate::ready::consolidated(Cover::Pressure(Rims::Bonded))
@@ -33,9 +33,7 @@ fn isotropic_consolidation_is_isotropic() {
 fn anisotropic_consolidation_follows_both_stresses() {
     let (mut rig, mut test, _) = consolidated();
     let (axial, radial) = (1.2 * PRESSURE, 0.9 * PRESSURE);
-    let stage =
-        Stage { path: Path::Stress { axial, radial }, steps: Steps::Count(8), until: Until::default() };
-    let (rows, end) = run(&mut rig, &mut test, &stage);
+    let (rows, end) = run(&mut rig, &mut test, &loaded(Path::Stress { axial, radial }, 8));
     finished(&rows, &end, 8);
     for row in &rows {
         let m = &row.measures;
@@ -49,9 +47,8 @@ fn anisotropic_consolidation_follows_both_stresses() {
 fn drained_shear_lands_on_a_stress_and_unloads_and_reloads() {
     let (mut rig, mut test, _) = consolidated();
     let height = rig.height(&rig.committed.poses);
-    let to = |q: f64, must: bool| Until { deviatoric_stress: Some(q), drop_after_peak: None, must };
     let goal = 0.3 * PRESSURE;
-    let loading = Stage { until: to(goal, false), ..drive(0.01, Lateral::Pressure) };
+    let loading = Stage { until: to_stress(goal, false), ..drive(0.01, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &loading);
     finished(&rows, &end, 2);
     let loaded = rows[rows.len() - 1].measures;
@@ -62,20 +59,15 @@ fn drained_shear_lands_on_a_stress_and_unloads_and_reloads() {
     }
     assert!((1.0 - rig.height(&rig.committed.poses) / height - loaded.axial_strain).abs() < 1e-12);
 
-    let unloading =
-        Stage { steps: steps(2e-5), until: to(0.1 * PRESSURE, true), ..drive(-0.01, Lateral::Pressure) };
+    let until = to_stress(0.1 * PRESSURE, true);
+    let unloading = Stage { steps: steps(2e-5), until, ..drive(-0.01, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &unloading);
     finished(&rows, &end, 2);
     let unloaded = rows[rows.len() - 1].measures;
     assert!((unloaded.deviatoric_stress - 0.1 * PRESSURE).abs() < HELD * goal, "{unloaded:?}");
     assert!(unloaded.axial_strain < loaded.axial_strain);
 
-    let reloading = Stage {
-        path: Path::Return { lateral: Lateral::Pressure },
-        steps: steps(2e-5),
-        until: Until::default(),
-    };
-    let (rows, end) = run(&mut rig, &mut test, &reloading);
+    let (rows, end) = run(&mut rig, &mut test, &reloaded());
     finished(&rows, &end, 2);
     let reloaded = rows[rows.len() - 1].measures;
     assert!((reloaded.axial_strain - loaded.axial_strain).abs() < 1e-12, "{reloaded:?}");
@@ -122,15 +114,13 @@ fn constant_mean_stress_is_constant() {
 fn stress_control_reaches_what_strain_control_reaches() {
     let (mut rig, mut test, _) = consolidated();
     let deviatoric_stress = 0.2 * PRESSURE;
-    let stage =
-        Stage { path: Path::Shear { deviatoric_stress }, steps: Steps::Count(10), until: Until::default() };
-    let (rows, end) = run(&mut rig, &mut test, &stage);
+    let (rows, end) = run(&mut rig, &mut test, &loaded(Path::Shear { deviatoric_stress }, 10));
     finished(&rows, &end, 10);
     let loaded = rows[rows.len() - 1].measures;
     assert!((loaded.deviatoric_stress / deviatoric_stress - 1.0).abs() < HELD);
 
     let (mut rig, mut test, _) = consolidated();
-    let until = Until { deviatoric_stress: Some(deviatoric_stress), drop_after_peak: None, must: true };
+    let until = to_stress(deviatoric_stress, true);
     let stage = Stage { until, steps: steps(1e-5), ..drive(0.01, Lateral::Pressure) };
     let (rows, end) = run(&mut rig, &mut test, &stage);
     finished(&rows, &end, 2);
@@ -148,8 +138,7 @@ fn hold_changes_nothing() {
             run(&mut rig, &mut test, &drive(1e-4, lateral));
         }
         let before = rig.committed.poses.clone();
-        let hold = Stage { path: Path::Hold, steps: Steps::Count(2), until: Until::default() };
-        let (rows, end) = run(&mut rig, &mut test, &hold);
+        let (rows, end) = run(&mut rig, &mut test, &loaded(Path::Hold, 2));
         finished(&rows, &end, 2);
         for (old, new) in before.iter().zip(&rig.committed.poses) {
             // Nothing moves further than what the tolerance on forces leaves open.
@@ -192,7 +181,7 @@ fn stages_that_end_early_come_to_rest() {
 #[test]
 fn a_stress_that_never_comes_stops_the_stage() {
     let (mut rig, mut test, _) = consolidated();
-    let until = Until { deviatoric_stress: Some(100.0 * PRESSURE), drop_after_peak: None, must: true };
+    let until = to_stress(100.0 * PRESSURE, true);
     let stage = Stage { until, ..drive(1e-4, Lateral::Pressure) };
     let (_, end) = run(&mut rig, &mut test, &stage);
     assert!(matches!(end, StageEnd::Stopped { reason } if reason.contains("deviatoric stress")));
@@ -221,9 +210,7 @@ fn a_peak_is_passed_when_driven_and_stops_a_load() {
 
     let (mut rig, mut test, _) = consolidated();
     let deviatoric_stress = 3.0 * peak;
-    let stage =
-        Stage { path: Path::Shear { deviatoric_stress }, steps: Steps::Count(30), until: Until::default() };
-    let (rows, end) = run(&mut rig, &mut test, &stage);
+    let (rows, end) = run(&mut rig, &mut test, &loaded(Path::Shear { deviatoric_stress }, 30));
     let carried = rows[rows.len() - 1].measures.deviatoric_stress;
     let StageEnd::Stopped { reason } = end else { panic!("{end:?} at {carried} Pa of {deviatoric_stress}") };
     assert!(reason.contains("cannot pass a peak") && reason.contains(&format!("{carried:.4e}")), "{reason}");

@@ -1,8 +1,8 @@
 //! The `rigid_wall` cover: a smooth cylinder whose mean pressure is the confining pressure.
 
-use riprap::triaxial::{Cover, Lateral, Path, Rig, Row, Stage, Steps, Test, Until};
+use riprap::triaxial::{Cover, Lateral, Path, Rig, Row, Stage, Test};
 
-use crate::ready::{HELD, PRESSURE, consolidated, drive, finished, rig, steps};
+use crate::ready::{HELD, PRESSURE, consolidated, drive, finished, loaded, reloaded, rig, steps, to_stress};
 
 /// Mean pressure of the grains on the wall over its whole side, from the contacts [Pa].
 fn mean_pressure(rig: &Rig) -> f64 {
@@ -37,23 +37,16 @@ fn the_wall_presses_with_the_confining_pressure_in_every_stage() {
     let (mut rig, mut test, rows) = consolidated(Cover::RigidWall);
     assert_eq!(rows.len(), 6);
     assert!((mean_pressure(&rig) / PRESSURE - 1.0).abs() < HELD);
-    let to = |q: f64, must: bool| Until { deviatoric_stress: Some(q), drop_after_peak: None, must };
-    let hold = Stage { path: Path::Hold, steps: Steps::Count(2), until: Until::default() };
-    watched(&mut rig, &mut test, &hold, 2);
+    watched(&mut rig, &mut test, &loaded(Path::Hold, 2), 2);
     let goal = 0.3 * PRESSURE;
-    let loading = Stage { until: to(goal, false), ..drive(0.01, Lateral::Pressure) };
+    let loading = Stage { until: to_stress(goal, false), ..drive(0.01, Lateral::Pressure) };
     let rows = watched(&mut rig, &mut test, &loading, 2);
     let loaded = rows[rows.len() - 1].measures;
     assert!((loaded.deviatoric_stress / goal - 1.0).abs() < HELD, "{loaded:?}");
-    let unloading =
-        Stage { steps: steps(2e-5), until: to(0.1 * PRESSURE, true), ..drive(-0.01, Lateral::Pressure) };
+    let until = to_stress(0.1 * PRESSURE, true);
+    let unloading = Stage { steps: steps(2e-5), until, ..drive(-0.01, Lateral::Pressure) };
     watched(&mut rig, &mut test, &unloading, 2);
-    let reloading = Stage {
-        path: Path::Return { lateral: Lateral::Pressure },
-        steps: steps(2e-5),
-        until: Until::default(),
-    };
-    let rows = watched(&mut rig, &mut test, &reloading, 2);
+    let rows = watched(&mut rig, &mut test, &reloaded(), 2);
     let reloaded = rows[rows.len() - 1].measures;
     assert!((reloaded.axial_strain - loaded.axial_strain).abs() < 1e-12, "{reloaded:?}");
 }
