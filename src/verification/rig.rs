@@ -178,7 +178,7 @@ fn gauge(grain: &CondensedGrain, field: &[Vec3]) -> [f64; 2] {
 ///
 /// # Errors
 /// As for specimens and rigs.
-pub fn column() -> Result<Option<([f64; 2], usize)>> {
+fn column() -> Result<Option<([f64; 2], usize)>> {
     let specimen = stack(&[[0.06; 3], [0.05; 3], [0.06; 3]], 1e-3, 0.09)?;
     let settings = Settings { force_tolerance: 1e-6, ..Settings::default() };
     let mut rig = Rig::new(&specimen, &parameters(0.65), settings)?;

@@ -17,7 +17,7 @@ use crate::verification::bodies::{
 use crate::verification::{Findings, Relative, Run, worse};
 
 /// Cards of 200 x 10 mm at `theta` from the vertical [rad], with `share` of the friction that they need.
-pub fn tent(theta: f64, share: f64) -> SceneParameters {
+fn tent(theta: f64, share: f64) -> SceneParameters {
     let (length, thickness, width) = (0.2, 0.01, 0.1);
     let r = ROUNDING * thickness;
     let (l, d) = (0.5 * length - r, 0.5 * thickness - r);
@@ -33,7 +33,7 @@ pub fn tent(theta: f64, share: f64) -> SceneParameters {
 }
 
 /// Whether a run finished with every body within a millimetre of where it began.
-pub fn stands(run: &Run) -> bool {
+pub(super) fn stands(run: &Run) -> bool {
     let moved = |b: &crate::scene::BodyState| b.displacement.norm();
     run.finished() && run.at_end(|row| row.bodies.iter().map(moved).fold(0.0, worse)) < 1e-3
 }
@@ -48,13 +48,13 @@ pub(super) fn card_tent(findings: &mut Findings) {
 }
 
 /// Mutual and ground friction that the three cylinders need.
-pub fn cylinders_need() -> [f64; 2] {
+fn cylinders_need() -> [f64; 2] {
     let mutual = 15.0f64.to_radians().tan();
     [mutual, mutual / 3.0]
 }
 
 /// Three cylinders with this mutual friction, and this one on the ground.
-pub fn cylinders(mutual: f64, floor: f64) -> SceneParameters {
+fn cylinders(mutual: f64, floor: f64) -> SceneParameters {
     let radius = 0.05;
     let ball = |name: &str, x: f64, z: f64| SceneBody {
         friction: Some(Friction::constant(mutual)),
@@ -72,7 +72,7 @@ pub fn cylinders(mutual: f64, floor: f64) -> SceneParameters {
 }
 
 /// Shares of the needed mutual and ground friction, and whether the cylinders stand with them; 2 is ample.
-pub const CYLINDERS: [([f64; 2], bool); 4] =
+const CYLINDERS: [([f64; 2], bool); 4] =
     [([1.002, 1.002], true), ([2.0, 6.0], true), ([0.998, 6.0], false), ([2.0, 0.998], false)];
 
 pub(super) fn three_cylinders(findings: &mut Findings) {
