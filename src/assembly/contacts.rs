@@ -11,7 +11,7 @@ use crate::assembly::too_close::TooClose;
 use crate::assembly::trial::Trial;
 use crate::assembly::wall::touch_wall_into;
 use crate::contact::Crushed;
-use crate::contact::force::Kinematics;
+use crate::contact::force::{Kinematics, Situation, Tangent};
 use crate::contact::law::CORE_FLOOR;
 use crate::contact::memory::PairKey;
 use crate::contact::search::Neighbours;
@@ -368,6 +368,14 @@ impl Contacts {
     /// Every active contact point with its pair.
     pub fn active(&self) -> impl Iterator<Item = (&PairWork, &ContactPoint)> {
         self.pairs.iter().flat_map(|pair| pair.active().map(move |point| (pair, point)))
+    }
+
+    /// Tangent of one active point in the configuration last evaluated.
+    pub fn tangent_of(&self, model: &Model, pair: &PairWork, point: &ContactPoint) -> Tangent {
+        let ContactPoint { site, sites, state, .. } = point;
+        let kinematics = [pair.a(), pair.b()].map(|body| &self.kinematics[body]);
+        let law = &model.law_at(site.feature);
+        Situation { law, site, points: sites, kinematics, state }.tangent()
     }
 
     /// Mean normal force over active contact points [N]; zero without any.

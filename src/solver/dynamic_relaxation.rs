@@ -93,7 +93,7 @@ impl Newton<'_> {
             }
             self.counters.relaxation_steps += 1;
             if takes_anew {
-                self.stiffness_of_bodies_into(&mut stiffness);
+                self.stiffness_of_bodies_into(&mut stiffness, in_the_mean);
             }
             for body in 0..self.dofs.carriers() {
                 for (component, unknown) in self.dofs.of(body).iter().enumerate() {
@@ -170,8 +170,9 @@ impl Newton<'_> {
         self.committed = Cow::Owned(here);
     }
 
-    /// What contacts resist each body's translation and rotation with [N/m], and at least what one would.
-    fn stiffness_of_bodies_into(&self, stiffness: &mut Vec<[f64; 2]>) {
+    /// What contacts resist each body's translation and rotation with [N/m], and at least what one would. `exactly`: where a contact's weight changes with the
+    /// way, so does its force, and more than its spring's.
+    pub(super) fn stiffness_of_bodies_into(&self, stiffness: &mut Vec<[f64; 2]>, exactly: bool) {
         let own = |body: usize| {
             let body = &self.model.bodies[body];
             if body.stiffness.is_finite() && body.kind != BodyKind::Gone { 0.5 * body.stiffness } else { 0.0 }
@@ -185,11 +186,20 @@ impl Newton<'_> {
             let spring = point.state.unloading_stiffness(e.patch);
             let harder = hardening * law.hardening_slope(point.geometric_overlap(), radii);
             let spring = e.weight * (spring + harder);
-            for body in [pair.a(), pair.b()] {
-                let arm =
-                    (e.point - self.poses[body].position).norm() / self.model.bodies[body].rotation_scale;
-                stiffness[body][0] += spring;
-                stiffness[body][1] += spring * arm * arm;
+            let tangent =
+                (exactly && e.weight < 1.0).then(|| self.contacts.tangent_of(self.model, pair, point));
+            for (side, body) in [pair.a(), pair.b()].into_iter().enumerate() {
+                let scale = self.model.bodies[body].rotation_scale;
+                let arm = (e.point - self.poses[body].position).norm() / scale;
+                let [along, about] = tangent.as_ref().map_or([0.0; 2], |tangent| {
+                    let block = |row: usize, column: usize| {
+                        let entries = tangent[row..row + 3].iter().flat_map(|row| &row[column..column + 3]);
+                        entries.map(|k| k * k).sum::<f64>().sqrt()
+                    };
+                    [block(6 * side, 0), block(6 * side + 3, 6 - 3 * side) / (scale * scale)]
+                });
+                stiffness[body][0] += along.max(spring);
+                stiffness[body][1] += about.max(spring * arm * arm);
             }
         }
         stiffness.iter_mut().flatten().for_each(|k| *k = k.max(1e-3 * self.typical_stiffness));

@@ -1,5 +1,6 @@
 //! Small scenes with known answers, straight through the solver.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::*;
@@ -389,6 +390,41 @@ fn explicit_steps_sum_the_work_of_their_way() {
     let friction = newton.step_dissipation();
     assert!((work[1].sum() + friction).abs() < 0.02 * friction, "{work:?} {friction}");
     assert_eq!(work[0], Vector6::zeros());
+}
+
+/// Two edges that cross near the end of one of them: what explicit steps take a body to be held with is no less than what its force changes by.
+#[test]
+fn explicit_steps_are_no_longer_than_contacts_that_fade_allow() {
+    let (below, below_shape) = block("below", [0.1; 3]);
+    let (above, above_shape) = block("above", [0.1; 3]);
+    let (half, overlap) = (0.05 - ROUNDING, 0.8 * ROUNDING);
+    let (mut model, _, loads) = block_on_plate(0.0);
+    let law = model.law;
+    model = Model::new(vec![below, above], vec![below_shape, above_shape], law, Friction::constant(0.0));
+    let turned = |axis: [f64; 3]| crate::tensor::Rotation::from_scaled_axis(Vec3::from(axis) * PI / 4.0);
+    // The end of the upper edge is a quarter of the fade length beyond the lower one.
+    let at = Vec3::new(half - 0.25 * law.fade_length, 0.0, 2.0 * (2f64.sqrt() * half + ROUNDING) - overlap);
+    let poses =
+        vec![Pose::new(Vec3::zeros(), turned([0.0, 1.0, 0.0])), Pose::new(at, turned([1.0, 0.0, 0.0]))];
+    let committed = Committed::new(poses.clone());
+    let settings = Settings::default();
+    let newton = Newton::new(&model, &committed, &loads, &settings, Contacts::default(), poses);
+    let mut newton = newton.unwrap_or_else(|_| panic!("too close"));
+    let mut held = Vec::new();
+    newton.stiffness_of_bodies_into(&mut held, true);
+    let springs: f64 = newton.contacts.active().map(|(_, p)| p.evaluation.weight * p.state.spring).sum();
+    let h = 1e-8;
+    let changes = [Vec3::x(), Vec3::y(), Vec3::z()].map(|along| {
+        let forces = [h, -h].map(|way| {
+            newton.poses[1].position = at + way * along;
+            assert!(newton.evaluate());
+            newton.forces()[1].fixed_rows::<3>(0).into_owned()
+        });
+        (forces[0] - forces[1]).norm() / (2.0 * h)
+    });
+    let changes = changes.into_iter().fold(0.0, f64::max);
+    assert!(changes > 4.0 * springs, "the weight matters here: {changes} {springs}");
+    assert!(held[1][0] > 0.99 * changes, "{held:?} {changes}");
 }
 
 /// What contacts set free by getting softer is booked once, whether or not friction is re-based on the way.
