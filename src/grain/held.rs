@@ -99,7 +99,7 @@ impl HeldGrain {
     ) -> Result<Self, HoldFault> {
         let mut stiffness = stiffness_on(self.frame.pattern.clone(), mesh, rock, intact)?;
         hold(&mut stiffness, &self.frame.arms)?;
-        let mut factor = self.factor.again()?;
+        let mut factor = self.factor.again();
         factor.factorise(&stiffness)?;
         Ok(HeldGrain { factor, frame: self.frame.clone() })
     }

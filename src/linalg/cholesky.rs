@@ -1,4 +1,5 @@
-//! Supernodal LLT of symmetric sparse matrices: analysed once, refactored into the same buffers.
+//! Supernodal LLT of symmetric sparse matrices: analysed once, refactored in place. Memory to work in is held no longer than that takes: specimens
+//! keep a factor a grain.
 //!
 //! faer does the work, sequentially: parallelism inside one factorisation gains little on the
 //! matrices met here, so callers parallelise over grains and cases. The same input gives the same
@@ -26,13 +27,12 @@ impl From<FaerError> for FactorError {
     }
 }
 
-/// A sparse factorisation with reusable buffers.
+/// A sparse factorisation.
 pub struct SparseCholesky {
     symbolic: Arc<SymbolicCholesky<u32>>,
     pattern_entries: usize,
     values: Vec<f64>,
     factorised: bool,
-    scratch: MemBuffer,
 }
 
 impl std::fmt::Debug for SparseCholesky {
@@ -63,23 +63,17 @@ impl SparseCholesky {
         };
         let symbolic =
             cholesky::factorize_symbolic_cholesky(symbolic_ref(pattern), Side::Lower, order, params)?;
-        Self::over(Arc::new(symbolic), pattern.entries())
+        Ok(Self::over(Arc::new(symbolic), pattern.entries()))
     }
 
     /// For another matrix of the same pattern, with the same symbolic factorisation.
-    pub fn again(&self) -> Result<Self, FactorError> {
+    pub fn again(&self) -> Self {
         Self::over(self.symbolic.clone(), self.pattern_entries)
     }
 
-    fn over(symbolic: Arc<SymbolicCholesky<u32>>, pattern_entries: usize) -> Result<Self, FactorError> {
-        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        Ok(SparseCholesky {
-            values: vec![0.0; symbolic.len_val()],
-            pattern_entries,
-            factorised: false,
-            scratch: allocate(scratch)?,
-            symbolic,
-        })
+    fn over(symbolic: Arc<SymbolicCholesky<u32>>, pattern_entries: usize) -> Self {
+        let values = vec![0.0; symbolic.len_val()];
+        SparseCholesky { symbolic, pattern_entries, values, factorised: false }
     }
 
     /// Number of unknowns.
@@ -96,7 +90,9 @@ impl SparseCholesky {
             return Err(FactorError::NotFinite("the matrix"));
         }
         let a = SparseColMatRef::new(symbolic_ref(matrix.pattern()), &matrix.values);
-        let stack = MemStack::new(&mut self.scratch);
+        let request = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+        let mut scratch = allocate(request)?;
+        let stack = MemStack::new(&mut scratch);
         self.symbolic
             .factorize_numeric_llt(
                 &mut self.values,
