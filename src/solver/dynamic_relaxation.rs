@@ -26,8 +26,9 @@ const DRAG: f64 = 0.98;
 /// A plate, which has no stiffness of its own, is heavy enough to be moved by this share of the smallest rounding in a step from rest. What presses
 /// it would else drive it into the first grains that it meets.
 const PLATE_MOTION: f64 = 0.02;
-/// Largest motion of a body in a step, over what Newton's iterations may do at once.
+/// Largest motion of a body in a step, over what Newton's iterations may do at once; and where bodies relax to a mean, whose work is summed.
 const SHARE_OF_CAP: f64 = 0.3;
+const SHARE_IN_THE_MEAN: f64 = 0.1;
 /// What is left of velocities and of the step where bodies would have come too close.
 const SHOCK: f64 = 0.25;
 /// Shocks in a row before the relaxation is given up.
@@ -36,7 +37,6 @@ const MOST_SHOCKS: usize = 20;
 const REBASE_EVERY: usize = 20;
 /// Steps between two lines of the log.
 const TOLD_EVERY: usize = 50;
-
 /// Steps after which masses and the mean contact force are taken anew, where bodies relax to a mean.
 const TAKEN_EVERY: usize = 5;
 
@@ -72,8 +72,9 @@ impl Newton<'_> {
         let mut shocks = 0;
         self.away.iter_mut().for_each(|d| *d = 0.0);
         let mut from = (self.poses.clone(), self.away.clone());
+        let in_the_mean = matches!(enough, Enough::InTheMean(_));
+        let share_of_cap = if in_the_mean { SHARE_IN_THE_MEAN } else { SHARE_OF_CAP };
         for done in 0..most_steps {
-            let in_the_mean = matches!(enough, Enough::InTheMean(_));
             let takes_anew = !in_the_mean || done % TAKEN_EVERY == 0;
             if in_the_mean && takes_anew {
                 mean_contact = self.yardsticks().mean;
@@ -109,7 +110,7 @@ impl Newton<'_> {
             // Each body within its own cap; what is light must not hold up the others.
             for body in 0..self.dofs.carriers() {
                 let reach = self.reach(&velocity, body);
-                let most = SHARE_OF_CAP * self.settings.motion_cap * lengths[body];
+                let most = share_of_cap * self.settings.motion_cap * lengths[body];
                 if reach > most {
                     for k in self.dofs.of(body).iter().flatten() {
                         velocity[*k as usize] *= most / reach;
