@@ -48,10 +48,10 @@ const REFERENCE: f64 = 300.0;
 const REFERENCE_INCREMENT: f64 = 2e-4;
 /// Powers of the grains and of the strain of an increment in that time (measured: 14,477 and 10,106 factorisations in increments
 /// of 4e-4 and 8e-4; decision 0192).
-const TIME_POWER: f64 = 1.3;
+const TIME_POWER: f64 = 1.4;
 const STRAIN_POWER: f64 = 0.5;
 /// What grains that can break take longer: rigid ones, and ones that bend (measured: 380 s for 300 rigid grains to 15 %, some 7000 s for 3643).
-const BREAKING: [f64; 2] = [2.0, 1.3];
+const BREAKING: [f64; 2] = [1.6, 1.3];
 /// CPU seconds of an increment that go into writing it.
 const WRITING: f64 = 0.015;
 /// CPU seconds a grain that generating, compacting and seating it takes.
