@@ -1,4 +1,4 @@
-"""Draws stress_strain.png, energy.png and full_size.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
+"""Draws stress_strain.png, energy.png, full_size.png and motion.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
 
 import csv
 import pathlib
@@ -32,13 +32,13 @@ plt.rcParams.update(STYLE)
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
 for pressure, colour in PRESSURES.items():
     name = f"p{pressure:04d}"
-    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (HERE / f"{name}_short.csv", ":", 1.0), (HERE / f"{name}_explicit.csv", "-.", 1.0)]:
+    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (HERE / f"{name}_short.csv", ":", 1.0)]:
         if path.exists():
             draw(axes, path, colour, line, width)
     if pressure in SOURCE:
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
     axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa")
-for label, line in [("as the cases are, before decision 0194", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("of these, weakening over a tenth", "--"), ("the same, since decision 0194", "-.")]:
+for label, line in [("as the cases are", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("of these, weakening over a tenth", "--")]:
     axes[0].plot([], [], line, color="#555555", label=label)
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
 axes[0].legend(loc="upper left", ncol=2)
@@ -61,7 +61,7 @@ energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
-for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full_explicit.csv", COLOURS[3], "unrest 1e-2, explicit steps (0194)"), (HERE / "p0800_explicit.csv", COLOURS[0], "300 grains, explicit steps")]:
+for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full_1e-2.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full.csv", COLOURS[3], "unrest 1e-2, explicit steps"), (HERE / "p0800.csv", COLOURS[0], "300 grains, explicit steps")]:
     if path.exists():
         draw(axes, path, colour, "-", 1.4)
         axes[0].plot([], [], color=colour, label=label)
@@ -75,3 +75,25 @@ axes[1].set_ylabel("volume strain [%]")
 axes[1].axhline(0, color="#888888", lw=0.8)
 figure.tight_layout()
 figure.savefig(HERE / "full_size.png", dpi=150)
+
+# Grains whose centres end within 20 mm of a plane through the axis.
+with open(HERE / "p0800_full_slice.csv") as file:
+    grains = list(csv.DictReader(file))
+x, z, ux, uz, size, shear, turn = (np.array([float(grain[name]) for grain in grains])
+                                   for name in ("x", "z", "ux", "uz", "sieve_size", "local_shear_strain", "turn"))
+figure, (axes, scales) = plt.subplots(2, 3, figsize=(9.6, 5.2), height_ratios=[28, 1], layout="constrained")
+axes[0].quiver(1e3 * x, 1e3 * z, ux, uz - uz.mean(), color=COLOURS[0], angles="xy", scale=0.5, width=4e-3)
+axes[0].set_title("displacement, less its mean", loc="left")
+scales[0].axis("off")
+for of, scale, values, title in [(axes[1], scales[1], 100 * shear, "shear strain about a grain [%]"), (axes[2], scales[2], np.degrees(turn), "turn of a grain [deg]")]:
+    dots = of.scatter(1e3 * x, 1e3 * z, c=values, s=(4e2 * size) ** 2, cmap="viridis", vmin=0, vmax=60, linewidths=0)
+    figure.colorbar(dots, cax=scale, orientation="horizontal", extend="max")
+    of.set_title(title, loc="left")
+for of in axes:
+    of.set_aspect("equal")
+    of.set_xlim(-215, 215)
+    of.set_ylim(-20, 580)
+    of.set_xlabel("x [mm]")
+    of.grid(False)
+axes[0].set_ylabel("z [mm]")
+figure.savefig(HERE / "motion.png", dpi=150)
