@@ -35,10 +35,11 @@ const SHOCK: f64 = 0.25;
 const MOST_SHOCKS: usize = 20;
 /// Steps after which friction acts against the way from there on.
 const REBASE_EVERY: usize = 20;
+/// The same where bodies relax to a mean and work is summed, and after which masses and the mean contact force are taken anew: friction that turns on a longer
+/// way is not in what its ends tell (docs/decisions/0196-explicit-steps-to-rest.md).
+const TAKEN_EVERY: usize = 5;
 /// Steps between two lines of the log.
 const TOLD_EVERY: usize = 50;
-/// Steps after which masses and the mean contact force are taken anew, where bodies relax to a mean.
-const TAKEN_EVERY: usize = 5;
 
 /// What may be left out of balance, over the mean contact force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +74,8 @@ impl Newton<'_> {
         self.away.iter_mut().for_each(|d| *d = 0.0);
         let mut from = (self.poses.clone(), self.away.clone());
         let in_the_mean = matches!(enough, Enough::InTheMean(_));
-        let share_of_cap = if in_the_mean { SHARE_IN_THE_MEAN } else { SHARE_OF_CAP };
+        let (rebase_every, share_of_cap) =
+            if in_the_mean { (TAKEN_EVERY, SHARE_IN_THE_MEAN) } else { (REBASE_EVERY, SHARE_OF_CAP) };
         for done in 0..most_steps {
             let takes_anew = !in_the_mean || done % TAKEN_EVERY == 0;
             if in_the_mean && takes_anew {
@@ -121,7 +123,7 @@ impl Newton<'_> {
             step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
             from.0.clone_from(&self.poses);
             from.1.clone_from(&self.away);
-            if done % REBASE_EVERY == 0 {
+            if done % rebase_every == 0 {
                 self.rebase();
             }
             before.clone_from(&self.residual);

@@ -82,6 +82,9 @@ pub struct Settings {
     pub relaxation: Option<Relaxation>,
     /// How far an increment has to come.
     pub stabilisation: Stabilisation,
+    /// Whether rigid bodies may go on by explicit steps where all is to come to rest. Where every increment does, collapses of weak rock then end out of
+    /// balance, or lose a hundredth of the work without an account (docs/decisions/0196-explicit-steps-to-rest.md).
+    pub explicitly_to_rest: bool,
     /// Drag of the first step over the typical contact stiffness, and the least, where all is to come to rest.
     pub drag_to_rest: [f64; 2],
     /// Newton iterations in a step.
@@ -111,6 +114,7 @@ impl Default for Settings {
             begins_soft: false,
             relaxation: None,
             stabilisation: Stabilisation::Rest,
+            explicitly_to_rest: false,
             drag_to_rest: [3e-2, 1e-5],
             max_newton: 12,
             motion_cap: 0.6,

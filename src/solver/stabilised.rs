@@ -24,6 +24,8 @@ const SLOW: f64 = 0.33;
 /// And where so much is out of balance: below, a few bodies slip, which implicit steps follow better.
 const COLLAPSE: f64 = 0.02;
 const EXPLICIT_STEPS: usize = 2000;
+/// Goes of so many explicit steps that do not end, where all is to come to rest.
+const MOST_ENDLESS: usize = 6;
 /// Steps after which friction acts along the way from there on. Before, it is implicit in the whole way, so that what a step overshoots is not paid for.
 const REBASE_EVERY: usize = 4;
 /// The same where two bodies have come this share of the length that one may go in an iteration against each other: what slides and opens on a longer way
@@ -38,7 +40,7 @@ const SHARES_OF_DRAG: [f64; 2] = [1.0, 0.1];
 /// The same where a step begins with so many times the unrest that is asked for: the next ones go on from what it comes to.
 const EARLY: f64 = 5.0;
 const EARLY_SHARES_OF_DRAG: [f64; 2] = [1.0, 0.3];
-/// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body.
+/// The same where all is to come to rest: shares of what a step began with, and of what may be left on any body; explicit steps leave the latter in the mean.
 const SHARE_OF_START: f64 = 0.05;
 const SHARE_OF_TOLERANCE: f64 = 0.3;
 /// A step to rest ends where a body has gone so many times what it may in an iteration: friction that it does on a longer way is not seen by its ends.
@@ -203,8 +205,8 @@ impl Newton<'_> {
         // Scenes come to rest, and book what they lose on the way as a remainder.
         let tells_work = !self.model.is_of_a_scene() || until != Stabilisation::Rest;
         let mut relaxations = Relaxations::new(settings.relaxation.filter(|_| self.can_relax()));
-        // Steps whose work is summed, and fruitless ones in a row.
-        let (mut counted, mut fruitless) = (0, 0);
+        // Steps whose work is summed, fruitless ones in a row, and goes of explicit ones that did not end.
+        let (mut counted, mut fruitless, mut endless) = (0, 0, 0);
         loop {
             self.counters.augmentations += 1;
             found.augmentations += 1;
@@ -218,10 +220,12 @@ impl Newton<'_> {
             } else {
                 let begun = self.balance().unrest;
                 let end = self.implicit_step(&mut drag, &self.left_of_step(until), room);
-                let is_first = found.augmentations == 1;
-                if let Some(most) = self.left_to_explicit_steps(until, begun).filter(|_| !is_first) {
+                let may_end = until != Stabilisation::Rest || endless < MOST_ENDLESS;
+                let may_follow = found.augmentations > 1 && may_end;
+                if let Some(most) = self.left_to_explicit_steps(until, begun).filter(|_| may_follow) {
                     path.go_on(self, cut);
                     let end = self.relax_dynamically(most, EXPLICIT_STEPS, Some(&mut path.work));
+                    endless += usize::from(end != StepEnd::Solved);
                     drag = self.count_from_here(&mut path, first_drag);
                     counted = found.augmentations;
                     end
@@ -294,13 +298,16 @@ impl Newton<'_> {
         self.uniform_drag(first_drag)
     }
 
-    /// Where an increment need not come to rest, and an implicit step that began with this unrest has brought it not much nearer, what explicit ones may
-    /// leave.
+    /// Where an implicit step that began with this unrest has brought it not much nearer to what an increment is to come to, what explicit ones may leave.
     fn left_to_explicit_steps(&self, until: Stabilisation, begun: f64) -> Option<Enough> {
-        let Stabilisation::Unrest(unrest) = until else { return None };
+        let enough = match until {
+            Stabilisation::Unrest(unrest) => unrest,
+            Stabilisation::Rest if self.settings.explicitly_to_rest => SHARE_OF_TOLERANCE * self.tolerance,
+            Stabilisation::Rest => return None,
+        };
         let left = self.balance().unrest;
-        (self.can_relax() && left >= unrest.max(COLLAPSE) && left > SLOW * begun)
-            .then_some(Enough::InTheMean(unrest))
+        (self.can_relax() && left >= enough.max(COLLAPSE) && left > SLOW * begun)
+            .then_some(Enough::InTheMean(enough))
     }
 
     /// What Newton's iterations may leave of a step.

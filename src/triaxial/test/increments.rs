@@ -195,7 +195,12 @@ impl UnderTest<'_> {
         let lift = drive.lift(next.to).map(|lift| drive.origin.top + lift - now.top);
         let starts = starts(rig, last.map(|last| (last, next.share / last.share)), lift, now.height);
         let loads = drive.loads(rig, next, &guess);
-        let rest = Settings { stabilisation: Stabilisation::Rest, ..rig.settings.clone() };
+        let asks_for_rest = rig.settings.stabilisation == Stabilisation::Rest;
+        let rest = Settings {
+            stabilisation: Stabilisation::Rest,
+            explicitly_to_rest: !asks_for_rest,
+            ..rig.settings.clone()
+        };
         let advance_with = |settings: &Settings, contacts: &mut Contacts| {
             let increment =
                 Increment { model: &rig.model, committed: &rig.committed, loads: &loads, settings };
@@ -203,7 +208,6 @@ impl UnderTest<'_> {
         };
         let settings = if comes_to_rest { &rest } else { &rig.settings };
         let mut report = advance_with(settings, &mut rig.contacts);
-        let asks_for_rest = rig.settings.stabilisation == Stabilisation::Rest;
         let may_move_on = comes_to_rest && !asks_for_rest && !drive.comes_to_rest();
         if may_move_on && matches!(report.status, StepStatus::OutOfBalance { .. }) {
             // Behind a collapse that goes on, the end of a stage is as restless as the way to it; its row says so.
