@@ -61,13 +61,13 @@ energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
-for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full_1e-2.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full.csv", COLOURS[3], "unrest 1e-2, explicit steps"), (HERE / "p0800.csv", COLOURS[0], "300 grains, explicit steps")]:
+for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full_1e-2.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full.csv", COLOURS[3], "unrest 1e-2, explicit steps"), (HERE / "p0800.csv", COLOURS[0], "300 grains, explicit steps"), (HERE / "p1600_full.csv", "#555555", "3643 grains, 1.6 MPa")]:
     if path.exists():
         draw(axes, path, colour, "-", 1.4)
         axes[0].plot([], [], color=colour, label=label)
-axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak")
-axes[0].set_title("Breaking grains at 0.8 MPa", loc="left")
-axes[0].set_ylim(0, 8.5)
+axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak at 0.8 MPa")
+axes[0].set_title("Breaking grains at 0.8 MPa, and at 1.6 MPa", loc="left")
+axes[0].set_ylim(0, 14)
 axes[0].set_ylabel("deviatoric stress [MPa]")
 axes[0].legend(loc="upper right", ncol=2)
 axes[1].set_xlabel("axial strain [%]")
