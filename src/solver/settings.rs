@@ -83,7 +83,7 @@ pub struct Settings {
     /// How far an increment has to come.
     pub stabilisation: Stabilisation,
     /// Whether rigid bodies may go on by explicit steps where all is to come to rest. Where every increment does, collapses of weak rock then end out of
-    /// balance, or lose a hundredth of the work without an account (docs/decisions/0196-explicit-steps-to-rest.md).
+    /// balance, or lose hundredths of the work without an account (docs/decisions/0196-explicit-steps-to-rest.md).
     pub explicitly_to_rest: bool,
     /// Drag of the first step over the typical contact stiffness, and the least, where all is to come to rest.
     pub drag_to_rest: [f64; 2],
