@@ -13,6 +13,7 @@
 
 pub mod error;
 pub mod input;
+pub mod quantity;
 pub mod tensor;
 pub mod linalg;
 pub mod geometry;

@@ -3,7 +3,7 @@
 //! One table of forms is the source of the checks ([`super::walk`]), the defaults, the error
 //! messages and the JSON Schema ([`super::schema`]), so that these cannot drift apart.
 
-use super::quantity::Dimension;
+use crate::quantity::Dimension;
 
 /// What a value of the case file must look like.
 #[derive(Debug, Clone, Copy)]

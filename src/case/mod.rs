@@ -18,7 +18,6 @@ mod overlap;
 mod packed;
 mod path;
 mod plausible;
-mod quantity;
 mod remarks;
 mod rules;
 mod schema;

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::form::{Form, Key, Need, Range};
-use super::quantity::Dimension;
 use super::table;
+use crate::quantity::Dimension;
 
 /// The schema, for editors: they complete keys, show descriptions and mark what doesn't fit.
 pub fn schema() -> Value {

@@ -4,7 +4,7 @@
 
 use super::bring::{HULL, PACKED_GRAINS, POROSITY, POSITION, ROTATION, SHAPES, SIEVE};
 use super::form::{Form, Key, Kind, Range, positive, within};
-use super::quantity::Dimension;
+use crate::quantity::Dimension;
 
 use Form::{Choice, Count, Flag, Kinds, List, Named, Nullable, Object, OneOf, Quantity, Text, Tuple};
 

@@ -6,7 +6,7 @@ use crate::error::{Fault, Faults};
 
 use super::form::{Form, Key, Kind, Need, Range};
 use super::path::{child, fault_of_pointer, is_within, shortened};
-use super::quantity::{self, Dimension};
+use crate::quantity::{self, Dimension};
 
 /// What to do about keys that are not there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,13 +1,9 @@
 //! Headings of tables: the name of a column and its unit, in the ways in which sheets of several countries put them.
 
-/// Units, as [`plain_unit`], that stand behind a slash, a comma or "in"; in brackets anything may be one.
-const UNITS: [&str; 17] = [
-    "%", "1", "-", "pa", "kpa", "mpa", "kn/m2", "n/mm2", "psi", "ksi", "kgf/cm2", "m", "cm", "mm", "um",
-    "in", "ft",
-];
+use crate::quantity::Dimension;
 
 /// A heading as a name and a unit, if it has one: `name [unit]`, `name (unit)`, those in full-width brackets, `name/unit`, `name, unit`, `name in unit`.
-/// Brackets about a name as in `(σ1-σ3)/kPa` stay with it.
+/// In brackets anything may be a unit, else a share, a stress or a length. Brackets about a name as in `(σ1-σ3)/kPa` stay with it.
 pub fn heading(cell: &str) -> (&str, Option<&str>) {
     let cell = cell.trim_matches(['"', ' ', '\t']);
     let bracket = |c: char| matches!(c, '[' | '(' | '（' | '［');
@@ -32,14 +28,19 @@ pub fn heading(cell: &str) -> (&str, Option<&str>) {
 }
 
 fn known_unit(text: &str) -> Option<&str> {
-    Some(text.trim()).filter(|unit| UNITS.contains(&plain_unit(unit).as_str()))
+    let lengths_and_stresses = [Dimension::Length, Dimension::Pressure];
+    let is_known = |unit: &&str| {
+        share_of_one(unit).is_some() || lengths_and_stresses.iter().any(|of| of.si_of(unit).is_some())
+    };
+    Some(text.trim()).filter(is_known)
 }
 
-/// A unit by the letters that tell it from others: `KPa`, `kN/m²`, `kN/m^2`, `％` and `inch` are `kpa`, `kn/m2`, `kn/m2`, `%` and `in`.
-pub fn plain_unit(unit: &str) -> String {
-    let unit = unit.to_lowercase().replace(['^', ' '], "");
-    let unit = unit.replace('²', "2").replace('％', "%").replace(['µ', 'μ'], "u");
-    if unit == "inch" { "in".into() } else { unit }
+/// How many of one a unit of a share is: `%`, or none by the name of `1` or `-`.
+pub fn share_of_one(unit: &str) -> Option<f64> {
+    match unit {
+        "1" | "-" => Some(1.0),
+        unit => Dimension::None.si_of(unit),
+    }
 }
 
 #[cfg(test)]

@@ -10,19 +10,19 @@
 //!
 //! The first line names the columns, in any order, each with its unit in brackets, square or round: `axial_strain` is needed, and at least
 //! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart, an empty cell of it as the one above. Other usual names are known too
-//! ([`NAMES`]). Strains are in `%` or `1`, stresses in `Pa`, `kPa`, `MPa`, `kN/m2`, `N/mm2`, `psi`, `ksi` or `kgf/cm2`; a column without its unit is
-//! refused. Compression and contraction count positive. A cell may be empty. Commas, semicolons or tabs part the cells; where semicolons or tabs do,
-//! or cells are quoted, decimals may stand behind a comma. Other columns are left out and named, but those that `riprap export --csv` writes: its
-//! tables can be overlaid too.
+//! ([`NAMES`]). Strains are in `%` or `1`, stresses in any unit that a case knows; a column without its unit is refused. Compression and contraction
+//! count positive. A cell may be empty. Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals may stand
+//! behind a comma. Other columns are left out and named, but those that `riprap export --csv` writes: its tables can be overlaid too.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
+use crate::quantity::Dimension;
 use crate::results::HISTORY;
 
 use super::decimal::Decimals;
-use super::heading::{heading, plain_unit};
+use super::heading::{heading, share_of_one};
 use super::sheet::Sheet;
 
 /// One measured curve, in SI, compression positive.
@@ -98,18 +98,6 @@ const NAMES: [&[&str]; 4] = [
         "体应变",
         "体积应变",
     ],
-];
-/// Units and how many of SI they are.
-const STRAINS: &[(&str, f64)] = &[("%", 0.01), ("1", 1.0), ("-", 1.0)];
-const STRESSES: &[(&str, f64)] = &[
-    ("Pa", 1.0),
-    ("kPa", 1e3),
-    ("MPa", 1e6),
-    ("kN/m2", 1e3),
-    ("N/mm2", 1e6),
-    ("psi", 4.448_221_615_260_5 / (0.0254 * 0.0254)),
-    ("ksi", 4.448_221_615_260_5e3 / (0.0254 * 0.0254)),
-    ("kgf/cm2", 98066.5),
 ];
 /// Faults of a table that are listed; the others are counted.
 const LISTED: usize = 10;
@@ -242,17 +230,17 @@ fn column_of(name: &str) -> Option<usize> {
 
 /// What makes the cells of a column SI.
 fn factor(number: usize, unit: Option<&str>) -> Result<f64, String> {
-    let units = match number {
+    let known = match number {
         0 => return Ok(1.0),
-        2 => STRESSES,
-        _ => STRAINS,
+        2 => unit.and_then(|unit| Dimension::Pressure.si_of(unit)),
+        _ => unit.and_then(share_of_one),
     };
-    let same = |name: &str| unit.is_some_and(|unit| plain_unit(unit) == plain_unit(name));
-    let known = units.iter().find(|(name, _)| same(name));
-    known.map(|(_, factor)| *factor).ok_or_else(|| {
+    known.ok_or_else(|| {
         let column = COLUMNS[number];
-        let named = units.iter().filter(|(name, _)| *name != "-").map(|(name, _)| format!("[{name}]"));
-        let accepted = named.collect::<Vec<_>>().join(", ");
+        let of_shares = ["%", "1"];
+        let units: Vec<&str> =
+            if number == 2 { Dimension::Pressure.units().collect() } else { of_shares.into() };
+        let accepted = units.iter().map(|name| format!("[{name}]")).collect::<Vec<_>>().join(", ");
         match unit {
             None | Some("") => format!("column {column} has no unit (accepted: {accepted} behind its name)"),
             Some(unit) => format!("{column}: unit [{unit}] is unknown (accepted: {accepted})"),

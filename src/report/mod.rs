@@ -33,7 +33,7 @@ mod viewer;
 
 pub use axis::{Axis, duration, short};
 pub use energy::SOUND;
-pub use heading::{heading, plain_unit};
+pub use heading::heading;
 pub use laboratory::read_laboratory;
 pub use run::{Run, safe};
 pub use sheet::{Row, Sheet};

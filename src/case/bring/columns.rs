@@ -5,13 +5,12 @@
 use std::path::Path;
 
 use crate::input;
-use crate::report::{Row, Sheet, heading, plain_unit};
-
-use super::words::{METRES, UNITS};
+use crate::quantity::Dimension;
+use crate::report::{Row, Sheet, heading};
 
 /// A table's cells.
 pub struct Columns {
-    /// Name and, where there is one, unit, both in small letters.
+    /// Name in small letters and, where there is one, unit.
     pub header: Vec<(String, Option<String>)>,
     pub rows: Vec<Row>,
     separator: u8,
@@ -36,7 +35,7 @@ impl Columns {
         }
         let parted = |cell: &str| {
             let (name, unit) = heading(cell);
-            (name.to_lowercase(), unit.map(plain_unit))
+            (name.to_lowercase(), unit.map(str::to_string))
         };
         let is_long = |(_, cells): &&Row| cells.iter().skip(header.len()).any(|cell| !cell.is_empty());
         if let Some((line, _)) = rows.iter().find(is_long) {
@@ -63,8 +62,7 @@ impl Columns {
 
     /// The unit of length of a column [m].
     pub fn metres(&self, column: usize) -> Option<f64> {
-        let unit = self.header.get(column)?.1.as_deref()?;
-        UNITS.iter().zip(METRES).find(|(name, _)| **name == unit).map(|(_, metres)| metres)
+        Dimension::Length.si_of(self.header.get(column)?.1.as_deref()?)
     }
 
     /// A cell; nothing where its row ends before.

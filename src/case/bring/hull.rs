@@ -7,11 +7,12 @@ use serde_json::{Value, json};
 use crate::error::Fault;
 use crate::geometry::Polyhedron;
 use crate::mesh::formats;
+use crate::quantity::Dimension;
 use crate::tensor::Vec3;
 
 use super::super::form::Form;
 use super::super::walk::shown;
-use super::words::{HULL, METRES, Notes, UNITS, walked};
+use super::words::{HULL, Notes, walked};
 
 const OF_FILE: &str = "a .stl, .obj, .ply, .msh or .vtu file, its path relative to the case file";
 
@@ -23,8 +24,7 @@ pub fn shape(given: &Value, path: &str, folder: &Path) -> Result<(Value, Notes),
     }
     let hull = walked(&Form::Object(HULL), &given["hull"], &path)?;
     let file = hull["file"].as_str().unwrap_or_default();
-    let metres = UNITS.iter().zip(METRES).find(|(unit, _)| hull["unit"] == **unit);
-    let metres = metres.map_or(1.0, |(_, metres)| metres);
+    let metres = hull["unit"].as_str().and_then(|unit| Dimension::Length.si_of(unit)).unwrap_or(1.0);
     let most = hull["vertices"].as_u64().unwrap_or_default() as usize;
     let no_body = |e: crate::error::Error| {
         Fault::new(format!("{path}.file"), shown(&hull["file"]), format!("makes no body: {e}"), OF_FILE)

@@ -21,11 +21,11 @@ use crate::tensor::{Pose, Rotation, Vec3};
 
 use super::super::form::Form;
 use super::super::packed::PackingCase;
-use super::super::quantity::{self, Dimension};
 use super::super::walk::shown;
 use super::columns::Columns;
 use super::library::Shape;
 use super::words::{GRAINS, Notes, PACKING, walked};
+use crate::quantity::{self, Dimension};
 
 const PATH: &str = "$.specimen.packing";
 const ACCEPTED: &str = r#"a CSV or JSON file, its path relative to the case file, or an object such as {"file": "packing.csv", "compact": true}, or {"grains": [{"vertices": [[x, y, z], ...]}, ...]}"#;

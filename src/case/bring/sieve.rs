@@ -115,7 +115,7 @@ fn table(columns: &Columns) -> Result<Curve, String> {
     }
     let point = |row| Ok([columns.number(row, 0)? * metres, columns.number(row, 1)?]);
     let mut curve = columns.rows.iter().map(point).collect::<Result<Curve, String>>()?;
-    let in_per_cent = name.contains('%') || unit.is_some_and(|unit| unit.contains('%'));
+    let in_per_cent = format!("{name}{}", unit.unwrap_or_default()).contains(['%', '％']);
     if in_per_cent || curve.iter().any(|point| point[1] > 1.0) {
         curve.iter_mut().for_each(|point| point[1] *= 0.01);
     }

@@ -5,8 +5,8 @@ use serde_json::Value;
 use crate::error::Fault;
 
 use super::super::form::{Form, Key, positive, within};
-use super::super::quantity::Dimension;
 use super::super::walk::Walker;
+use crate::quantity::Dimension;
 
 /// What was left out or put together, a sentence each.
 pub type Notes = Vec<String>;
@@ -102,9 +102,7 @@ const SIGNED_LENGTH: Form = Form::Quantity(Dimension::Length, within(-1e6, 1e6))
 const ANGLE: Form = Form::Quantity(Dimension::Angle, within(-1e3, 1e3));
 pub(super) const LENGTH: Form = Form::Quantity(Dimension::Length, positive(1e4));
 pub(super) static POINT: Form = Form::Tuple(&[LENGTH, Form::Quantity(Dimension::None, within(0.0, 1.0))]);
-pub(super) static UNITS: [&str; 6] = ["m", "cm", "mm", "um", "in", "ft"];
-/// In metres, as [`UNITS`].
-pub(super) const METRES: [f64; 6] = [1.0, 1e-2, 1e-3, 1e-6, 0.0254, 0.3048];
+static UNITS: [&str; 6] = ["m", "cm", "mm", "um", "in", "ft"];
 
 /// What is given at `path` in SI, or its first fault.
 pub(super) fn walked(form: &Form, given: &Value, path: &str) -> Result<Value, Fault> {

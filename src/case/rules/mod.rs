@@ -16,9 +16,9 @@ use serde_json::{Value, json};
 use crate::error::{Fault, Faults};
 
 use super::path::at;
-use super::quantity::{self, Dimension};
 use super::size::{MeanGrains, SCENE_WEAKENING, weakening_distance};
 use super::walk::{Walker, number, shown};
+use crate::quantity::{self, Dimension};
 
 /// Fills in what follows from other values.
 pub fn derive(case: &mut Value) {

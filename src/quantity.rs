@@ -1,4 +1,4 @@
-//! Quantities of a case file: a plain SI number, or a string with its unit such as `"0.8 MPa"`.
+//! Units of cases and sheets. A quantity of a case is a plain SI number, or a string with its unit such as `"0.8 MPa"`.
 
 use serde_json::Value;
 
@@ -118,6 +118,13 @@ impl Dimension {
         UNITS.iter().filter(move |unit| unit.1 == self).map(|unit| unit.0)
     }
 
+    /// How many of SI a unit is, in the ways in which sheets put it: `KPa`, `kN/m²`, `％`.
+    pub fn si_of(self, unit: &str) -> Option<f64> {
+        let same =
+            |known: &&(&str, Dimension, f64)| known.1 == self && sheet_unit(known.0) == sheet_unit(unit);
+        UNITS.iter().find(same).map(|known| known.2)
+    }
+
     /// What a message offers: `a pressure, as "0.8 MPa" or a number in Pa`.
     pub fn accepted(self) -> String {
         match self {
@@ -197,7 +204,12 @@ fn number_length(text: &str) -> usize {
     end
 }
 
-/// `N·m`, `N*m` and `N m` are `Nm`; `kg/m^3` and `kg/m³` are `kg/m3`; both micro signs are `u`.
+/// A unit by the letters that tell it from others where small and large ones are mixed up: `KPa` and `kN/m²` are `kpa` and `kn/m2`.
+fn sheet_unit(unit: &str) -> String {
+    plain_spelling(unit).to_lowercase()
+}
+
+/// `N·m`, `N*m` and `N m` are `Nm`; `kg/m^3` and `kg/m³` are `kg/m3`; both micro signs are `u`; `％` is `%`.
 fn plain_spelling(unit: &str) -> String {
     unit.chars()
         .filter(|c| !c.is_whitespace() && !matches!(c, '*' | '^' | '·' | '⋅'))
@@ -205,6 +217,7 @@ fn plain_spelling(unit: &str) -> String {
             'µ' | 'μ' => 'u',
             '²' => '2',
             '³' => '3',
+            '％' => '%',
             other => other,
         })
         .collect()
