@@ -204,7 +204,7 @@ rows! {
     augmentations: i64, "1", "augmentations in this increment";
     newton_iterations: i64, "1", "Newton iterations on all unknowns in this increment";
     factorisations: i64, "1", "factorisations of all unknowns in this increment";
-    snapped: i64, "1", "1 where more was still moving at the end of this increment than solver.stabilisation asks for, or it took many steps to rest; in a scene, where it snapped to another equilibrium, so that its energy is known by balance only";
+    snapped: i64, "1", "1 where more was still moving at the end of this increment than solver.stabilisation asks for, damage or gaps had not settled, or it took many steps to rest; in a scene, where it snapped to another equilibrium, so that its energy is known by balance only";
     cuts: i64, "1", "times this increment was cut before it was accepted";
     wall_time: f64, "s", "wall-clock time since the start of the run";
     solving_time: f64, "s", "wall-clock time of all increments so far, without what came before them and without the file";

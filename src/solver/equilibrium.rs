@@ -10,6 +10,8 @@ use crate::tensor::Vector6;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     pub converged: bool,
+    /// Whether it was taken for one though gaps or damage had not settled.
+    pub unsettled: bool,
     pub balance: Balance,
     /// Out-of-balance of each augmentation.
     pub history: Vec<f64>,
@@ -29,6 +31,7 @@ impl Equilibrium {
     pub(super) fn begun(balance: Balance) -> Self {
         Equilibrium {
             converged: false,
+            unsettled: false,
             balance,
             history: vec![balance.out_of_balance],
             augmentations: 0,

@@ -77,6 +77,8 @@ pub struct IncrementReport {
     pub pressure_work: f64,
     /// Whether more moves at the end than was asked for.
     pub restless: bool,
+    /// Whether gaps or damage had not settled after as many steps as an increment takes.
+    pub unsettled: bool,
 }
 
 impl IncrementReport {
@@ -222,6 +224,7 @@ impl<'a> Increment<'a> {
             work: Vec::new(),
             pressure_work: 0.0,
             restless: false,
+            unsettled: false,
         }
     }
 
@@ -284,6 +287,7 @@ impl<'a> Increment<'a> {
             damage,
             factor: newton.steering.as_ref().map_or(0.0, |steering| steering.factor),
             restless: !settings.stabilisation.is_met(&found.balance, settings.force_tolerance),
+            unsettled: found.unsettled,
             work: found.work,
             pressure_work: found.pressure_work,
         }

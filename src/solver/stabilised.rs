@@ -258,7 +258,9 @@ impl Newton<'_> {
             }
             let tired = fruitless >= most_fruitless || found.augmentations >= most_steps;
             if tired && matches!(until, Stabilisation::Unrest(_)) {
-                found.converged |= end != StepEnd::Stalled && settled.nearly && self.control_is_met();
+                let is_taken = end != StepEnd::Stalled && settled.nearly && self.control_is_met();
+                found.unsettled = is_taken && !settled.fully;
+                found.converged |= is_taken;
             }
             let stops = settings.stop.is_raised();
             // A step that was cut short is not what an uninterrupted run comes to.

@@ -34,7 +34,7 @@ pub struct Row {
     pub energy_gap: f64,
     /// Whether that is beyond the gate.
     pub poorly_closed: bool,
-    /// Whether more was still moving at its end than was asked for.
+    /// Whether more was still moving at its end than was asked for, damage or gaps had not settled, or it took many steps.
     pub restless: bool,
     /// By how much what the stage prescribes is missed: stresses relative to the larger of their value and the
     /// pressure, the volume to what an increment sweeps, the top plate to its travel in it.
