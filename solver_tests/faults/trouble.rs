@@ -80,7 +80,7 @@ fn a_run_is_begun_where_there_is_nothing_to_continue() {
 /// Weak grains whose rock cannot carry across closed cracks, and whose rubble is removed: before 2 % of strain nothing bears them any more in five packings of
 /// six, this one among them; the other (seed 5) stops at an overlap that no contact knows of.
 const DISSOLVING: &str = r#"{
-  "seed": 6,
+  "seed": 5,
   "specimen": {"grains": 24, "aspect": 1.8, "grading": [["60 mm", 1.0], ["40 mm", 0.0]], "void_ratio": 0.6, "unreachable": "nearest"},
   "rock": {"density": 2700, "youngs_modulus": 3e10, "poissons_ratio": 0.2,
            "compressive_strength": {"mean": 4e7, "weibull_shape": 8}, "tensile_strength": {"mean": 4e6, "weibull_shape": 8},

@@ -90,6 +90,16 @@ impl ContactShape {
         self.rounded.radius.min(0.04 * self.outer_radius())
     }
 
+    /// Length of the longest of its edges that are too short to touch anything [m].
+    pub fn longest_silent_edge(&self) -> f64 {
+        let core = &self.rounded.core;
+        let lengths = core.edges.iter().map(|edge| {
+            let [from, to] = edge.vertices.map(|v| core.vertices[v]);
+            (to - from).norm()
+        });
+        lengths.filter(|length| *length <= SHORT_EDGE * self.rounded.radius).fold(0.0, f64::max)
+    }
+
     pub fn is_point(&self) -> bool {
         self.rounded.core.vertices.len() == 1
     }

@@ -8,15 +8,17 @@ use crate::assembly::cubes::{contacts_at, pile};
 use crate::assembly::{Contacts, Dofs};
 use crate::contact::law::{CORE_FLOOR, Friction};
 use crate::contact::{ContactLaw, ContactShape};
+use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{Ancestry, DamagedGrain};
 use crate::material::{DamageLaw, DamageParameters, Elastic};
 use crate::mesh::grain_mesh;
 use crate::model::{Body, BodyKind, Breakage, Committed, Control, Controlled, Deformation, Loads, Model};
+use crate::solver::audit;
 use crate::solver::balance::Yardsticks;
 use crate::solver::dynamic_relaxation::Enough;
 use crate::solver::newton::Newton;
 use crate::solver::step::Room;
-use crate::tensor::{Pose, Vec3, Vector6};
+use crate::tensor::{Pose, Rotation, Vec3, Vector6};
 
 const ROUNDING: f64 = 1e-3;
 
@@ -204,6 +206,34 @@ fn an_initial_overlap_is_known_to_the_audit() {
         let sunk = first.poses[1].position.z - second.poses[1].position.z;
         assert!((sunk + share * depth).abs() < 0.01 * depth, "{sunk} m of {depth} m at {share}");
     }
+}
+
+/// Two roofs, the upper one upside down and turned, whose ridges of 0.4 roundings cross: their ends alone touch, and know of less than the ridges' depth.
+#[test]
+fn edges_too_short_to_touch_are_no_overlap_that_contacts_miss() {
+    let half_ridge = 0.2 * ROUNDING;
+    let roof = |name: &str| {
+        let eaves =
+            [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].map(|[x, y]| 0.05 * Vec3::new(x, y, -1.0));
+        let ridge = [1.0, -1.0].map(|x| Vec3::new(x * half_ridge, 0.0, 0.0));
+        let core = Polyhedron::convex_hull(&[&eaves[..], &ridge].concat()).expect("a roof");
+        (block(name, [0.1; 3]).0, ContactShape::new(RoundedBody { core, radius: ROUNDING }))
+    };
+    let ((lower, lower_shape), (upper, upper_shape)) = (roof("lower"), roof("upper"));
+    let shapes = vec![lower_shape, upper_shape];
+    let law = block_on_plate(0.5).0.law;
+    let model = Model::new(vec![lower, upper], shapes, law, Friction::constant(0.5));
+    let apart = 1.9 * ROUNDING;
+    let over =
+        Rotation::from_axis_angle(&Vec3::z_axis(), 0.5 * PI) * Rotation::from_axis_angle(&Vec3::x_axis(), PI);
+    let poses = vec![Pose::identity(), Pose::new(Vec3::new(0.0, 0.0, apart), over)];
+    let contacts = contacts_at(&model, &Committed::new(poses.clone()), &poses);
+    let known = contacts.active().map(|(_, point)| point.geometric_overlap()).fold(0.0, f64::max);
+    let missed = 2.0 * ROUNDING - apart - known;
+    assert!((missed - (apart.hypot(half_ridge) - apart)).abs() < 1e-12, "{missed}");
+    assert_eq!(audit::fault(&model, &contacts, &poses), None);
+    let closer = vec![Pose::identity(), Pose::new(Vec3::new(0.0, 0.0, apart - 2.0 * missed), over)];
+    assert!(audit::fault(&model, &contacts, &closer).is_some());
 }
 
 /// The pile with its upper cubes condensed, the lowest held and the highest pressed down.
