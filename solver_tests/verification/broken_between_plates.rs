@@ -228,7 +228,7 @@ fn the_case_says_what_is_dust() {
     let share = |rock: &str| {
         let scene = scene(&case(rock, 1.0));
         let grain = scene.model.bodies.iter().find_map(|body| body.damaged()).expect("rock that breaks");
-        grain.least_volume() / grain.origin_volume()
+        grain.least_volume() / grain.generated().volume()
     };
     assert!((share("{}") - 0.02).abs() < 1e-12);
     assert!((share(r#"{"damage": {"least_fragment": 0.1}}"#) - 0.1).abs() < 1e-12);

@@ -162,10 +162,15 @@ impl Contacts {
         self.surface_loads.clear();
         self.followed.clear();
         self.stressing_loads.clear();
-        self.trial = Trial::default();
+        self.forget_trial();
         for pair in &mut self.pairs {
             pair.reset(model, committed);
         }
+    }
+
+    /// Forgets the damage of an increment that is over, whose grains hold factors of what they were before.
+    pub fn forget_trial(&mut self) {
+        self.trial = Trial::default();
     }
 
     pub(super) fn update_reach(&mut self) {

@@ -178,6 +178,11 @@ impl CondensedGrain {
         ))
     }
 
+    /// Its mesh, for others to hold too.
+    pub fn shared_mesh(&self) -> &Arc<Mesh> {
+        &self.mesh
+    }
+
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }

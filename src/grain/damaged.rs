@@ -241,9 +241,8 @@ impl DamagedGrain {
         ancestry: Ancestry,
         lasting: bool,
     ) -> Result<Self> {
-        let mesh = condition.condensed.mesh();
-        let origin_cells = mesh.cell_ids().collect();
-        let origin = Arc::new(mesh.clone());
+        let origin = condition.condensed.shared_mesh().clone();
+        let origin_cells = origin.cell_ids().collect();
         let offset = Vec3::zeros();
         let least_share = LEAST_SHARE;
         let past = Past { origin_cells, ancestry, origin, offset, lasting, least_share, rubble: None };
@@ -306,7 +305,7 @@ impl DamagedGrain {
 
     /// Volume of the smallest part that goes on as a body [m^3].
     pub fn least_volume(&self) -> f64 {
-        self.least_share * self.origin_volume()
+        self.least_share * self.origin.volume()
     }
 
     /// The same with failed cells that stay where they are as rubble: they carry no stress in the mesh any more, but go on taking their room
@@ -351,9 +350,9 @@ impl DamagedGrain {
         &self.displaced
     }
 
-    /// Volume of the grain as generated [m^3].
-    pub fn origin_volume(&self) -> f64 {
-        self.origin.volume()
+    /// The mesh of the grain as generated.
+    pub const fn generated(&self) -> &Arc<Mesh> {
+        &self.origin
     }
 
     /// Where the reference point of the body coordinates lies in those of the grain as generated [m].

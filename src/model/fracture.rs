@@ -88,9 +88,10 @@ impl Model {
         self.generated.iter().any(Option::is_some)
     }
 
-    /// Notes the sound grains that damage begins with; once, when the bodies are complete.
+    /// Notes the cells that damage begins with; once, when the bodies are complete.
     pub fn begin_damage(&mut self) {
-        self.generated = self.bodies.iter().map(|body| body.damaged().cloned()).collect();
+        let generated = |body: &Body| Some(body.damaged()?.generated().clone());
+        self.generated = self.bodies.iter().map(generated).collect();
     }
 
     /// The bodies that each grain as generated is now.
@@ -121,7 +122,7 @@ impl Model {
                 cells += grain.states().len();
                 failed += grain.states().iter().flatten().filter(|state| state.failed).count();
             }
-            let deleted = first.states().len() - cells;
+            let deleted = first.cells.len() - cells;
             counts.failed_points += failed + POINT_COUNT * deleted;
             counts.deleted_cells += deleted;
             counts.fragments += if self.came_apart(&parts) { parts.len() } else { 0 };

@@ -28,7 +28,7 @@ use std::sync::Arc;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
 use crate::contact::{Asperity, ContactLaw, ContactShape, Feature, NormalLaw};
-use crate::grain::DamagedGrain;
+use crate::mesh::Mesh;
 use crate::tensor::{self, Pose};
 
 /// Stiffness of the rounded shell of a condensed body at a contact over the stiffness that stands for
@@ -53,8 +53,8 @@ pub struct Model {
     pub membrane: Option<Membrane>,
     /// Rigid wall in the place of a cover, where there is one.
     pub wall: Option<RigidWall>,
-    /// Of each body that can break, the sound grain that it was (or, behind the first bodies, nothing): what damage began with.
-    pub generated: Vec<Option<Arc<DamagedGrain>>>,
+    /// The mesh of each body that can break as it was generated; `None` of those that cannot.
+    pub generated: Vec<Option<Arc<Mesh>>>,
 }
 
 impl Model {

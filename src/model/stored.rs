@@ -103,7 +103,8 @@ impl Model {
                 made.push(None);
                 continue;
             };
-            let Some(Some(first)) = self.generated.get(grain.origin() as usize) else { return Ok(false) };
+            let first = first.get(grain.origin() as usize).and_then(Body::damaged);
+            let Some(first) = first.filter(|first| first.is_sound()) else { return Ok(false) };
             made.push(Some(Arc::new(first.restored(grain)?)));
         }
         for (index, (stored, grain)) in stored.bodies.into_iter().zip(made).enumerate() {

@@ -62,14 +62,14 @@ impl BreakageMeter {
     fn fates(&mut self, model: &Model) -> Vec<GrainFate> {
         let first = model.generated.iter().flatten();
         if self.before.is_empty() {
-            self.before = first.clone().map(|grain| sieve_size(&grain.mesh().surface_corners())).collect();
+            self.before = first.clone().map(|mesh| sieve_size(&mesh.surface_corners())).collect();
         }
         let parts = model.parts();
         let parts =
             model.generated.iter().zip(&parts).filter_map(|(first, parts)| first.as_ref().map(|_| parts));
         let mut fates = Vec::with_capacity(self.before.len());
         for ((first, parts), size) in first.zip(parts).zip(&self.before) {
-            let volume = first.origin_volume();
+            let volume = first.volume();
             let mut fate = GrainFate {
                 before: Piece { size: *size, volume },
                 pieces: vec![],
@@ -80,7 +80,7 @@ impl BreakageMeter {
             for body in parts {
                 let Some(grain) = model.bodies[*body].damaged() else { continue };
                 let (cells, volume) = (grain.mesh().cells.len(), grain.mesh().volume());
-                let size = match cells == first.mesh().cells.len() {
+                let size = match cells == first.cells.len() {
                     true => *size,
                     false => *self
                         .pieces

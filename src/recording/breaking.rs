@@ -1,7 +1,11 @@
 //! What damage has made of the bodies, as the results file shows it: cells and grains.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
+use crate::element::POINT_COUNT;
+use crate::mesh::Mesh;
 use crate::model::Model;
 use crate::tensor::Vec3;
 
@@ -35,7 +39,7 @@ pub fn cell_states(model: &Model) -> Vec<CellStates> {
         .generated
         .iter()
         .map(|grain| {
-            let cells = grain.as_ref().map_or(0, |grain| grain.states().len());
+            let cells = grain.as_ref().map_or(0, |mesh| mesh.cells.len());
             CellStates { body: vec![None; cells], damage: vec![1.0; cells] }
         })
         .collect();
@@ -57,10 +61,8 @@ pub fn cell_states(model: &Model) -> Vec<CellStates> {
 
 /// Damage of every grain as generated.
 pub fn grain_states(model: &Model) -> Vec<GrainState> {
-    let of_grain = |(first, parts): (&Option<_>, Vec<usize>)| -> GrainState {
-        let Some(first): Option<&std::sync::Arc<crate::grain::DamagedGrain>> = first.as_ref() else {
-            return GrainState::default();
-        };
+    let of_grain = |(first, parts): (&Option<Arc<Mesh>>, Vec<usize>)| -> GrainState {
+        let Some(first) = first else { return GrainState::default() };
         let (mut sum, mut largest, mut failed, mut points) = (0.0, 0.0_f64, 0, 0);
         let mut left = 0.0;
         for grain in parts.iter().filter_map(|part| model.bodies[*part].damaged()) {
@@ -72,11 +74,11 @@ pub fn grain_states(model: &Model) -> Vec<GrainState> {
             failed += summary.failed_points;
             points += summary.points;
         }
-        let all = crate::element::POINT_COUNT * first.states().len();
-        let lost = (first.origin_volume() - left).max(0.0);
+        let (all, volume) = (POINT_COUNT * first.cells.len(), first.volume());
+        let lost = (volume - left).max(0.0);
         let gone = all - points;
         GrainState {
-            damage_mean: (sum + lost) / first.origin_volume(),
+            damage_mean: (sum + lost) / volume,
             damage_max: if gone > 0 { 1.0 } else { largest },
             failed_fraction: (failed + gone) as f64 / all as f64,
             parts: parts.len(),

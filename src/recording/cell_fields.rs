@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use crate::assembly::Contacts;
 use crate::element::POINT_COUNT;
-use crate::grain::DamagedGrain;
 use crate::mesh::Mesh;
 use crate::model::{Body, Committed, Loads, Model};
 use crate::tensor::{Pose, Rotation, Vec3, Vector6, components, symmetric};
@@ -37,7 +36,12 @@ pub fn of_committed(
     committed: &Committed,
     loads: &Loads,
 ) -> Vec<CellFields> {
-    let (mut contacts, poses) = (contacts.clone(), &committed.poses);
+    let poses = &committed.poses;
+    // What does not bend has its stresses from its last damage.
+    if !model.bodies.iter().any(|body| body.grain().is_some() || body.full().is_some()) {
+        return of_bodies(model, contacts, poses);
+    }
+    let mut contacts = contacts.clone();
     contacts.start(model, committed);
     if contacts.evaluate(model, committed, poses).is_err() {
         return Vec::new();
@@ -62,7 +66,7 @@ fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<CellFiel
         .collect();
     let mut all: Vec<CellFields> = match model.generated.is_empty() {
         true => vec![CellFields::default(); model.bodies.len()],
-        false => model.generated.iter().map(|grain| gone(grain.as_deref())).collect(),
+        false => model.generated.iter().map(|mesh| gone(mesh.as_deref())).collect(),
     };
     for ((index, body), own) in model.bodies.iter().enumerate().zip(own) {
         let origin = body.damaged().map_or(index, |grain| grain.ancestry().origin as usize);
@@ -81,8 +85,8 @@ fn of_bodies(model: &Model, contacts: &Contacts, poses: &[Pose]) -> Vec<CellFiel
 }
 
 /// A grain all cells of which are deleted.
-fn gone(grain: Option<&DamagedGrain>) -> CellFields {
-    let cells = grain.map_or(0, |grain| grain.states().len());
+fn gone(mesh: Option<&Mesh>) -> CellFields {
+    let cells = mesh.map_or(0, |mesh| mesh.cells.len());
     CellFields { stress: vec![[0.0; 6]; cells], displacement: Vec::new() }
 }
 

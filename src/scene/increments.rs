@@ -160,6 +160,7 @@ impl Scene {
         let (bodies, snapped) = self.book(&report, &loads, rebalanced);
         report.commit_to(&mut self.committed);
         self.model.take_damage(&report.damage.grains);
+        self.contacts.forget_trial();
         self.failing = report.damage.failing(&self.model);
         self.increments += 1;
         let gravity = loads.gravity;

@@ -256,7 +256,7 @@ impl UnderTest<'_> {
             fidelity: FidelityCounts::default(),
             energy_gap: balance.energy_gap,
             poorly_closed: balance.poorly_closed,
-            restless: report.restless || report.is_snap(),
+            restless: report.restless || report.unsettled || report.is_snap(),
             control_error: balance.control_error,
             counters: stage.take_spent(&report.counters),
             out_of_balance: report.balance.out_of_balance,
@@ -289,6 +289,7 @@ impl UnderTest<'_> {
         };
         report.commit_to(&mut rig.committed);
         rig.model.take_damage(&report.damage.grains);
+        rig.contacts.forget_trial();
         rig.failing = report.damage.failing(&rig.model);
         rig.pressure = balance.pressure;
         rig.committed.pressure = Some(balance.pressure);
