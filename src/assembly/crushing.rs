@@ -1,5 +1,7 @@
 //! What contacts crush of the rock at their asperities, which stays so when bodies part, slide on or meet others.
 
+use rayon::prelude::*;
+
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::memory::{Crushable, Crushed};
 use crate::contact::{Asperity, Feature};
@@ -24,23 +26,21 @@ impl PairWork {
     }
 }
 
-impl Contacts {
-    /// What has been crushed once the present configuration is accepted.
-    pub(super) fn crushed_now(&self) -> Crushed {
-        let mut crushed = self.crushed.clone();
-        for (pair, point) in self.active() {
-            let depth = depth_of(point);
-            if let Some(place) = Crushable::of((pair.key(), point.site.feature)).filter(|_| depth > 0.0) {
-                let deepest = crushed.entry(place).or_insert(0.0);
-                *deepest = deepest.max(depth);
-            }
+/// Notes in `crushed` what contacts have crushed in the configuration last evaluated.
+pub(super) fn deepen(crushed: &mut Crushed, pairs: &[PairWork]) {
+    for (pair, point) in pairs.iter().flat_map(|pair| pair.active().map(move |point| (pair, point))) {
+        let depth = depth_of(point);
+        if let Some(place) = Crushable::of((pair.key(), point.site.feature)).filter(|_| depth > 0.0) {
+            let deepest = crushed.entry(place).or_insert(0.0);
+            *deepest = deepest.max(depth);
         }
-        crushed
     }
+}
 
+impl Contacts {
     /// Work that crushing has taken since the committed state [J].
     pub fn work_of_crushing(&self) -> f64 {
-        let work = |(pair, point): (&PairWork, &ContactPoint)| {
+        let work = |pair: &PairWork, point: &ContactPoint| {
             let Some(asperity) = point.state.asperity else { return 0.0 };
             let depth = depth_of(point);
             if depth <= asperity.depth {
@@ -52,6 +52,8 @@ impl Contacts {
             let law = asperity.law;
             weight * asperity.share * (law.work_of_crushing(depth) - law.work_of_crushing(asperity.depth))
         };
-        self.active().map(work).sum()
+        let all =
+            self.pairs.par_iter().flat_map_iter(|pair| pair.active().map(move |point| work(pair, point)));
+        all.collect::<Vec<f64>>().into_iter().sum()
     }
 }

@@ -189,7 +189,7 @@ impl Contacts {
                 softer.map(|(point, memory)| freed_in_place(&law(point), point, memory)).sum()
             }
         };
-        self.pairs.iter().map(freed).sum()
+        self.pairs.par_iter().map(freed).collect::<Vec<f64>>().into_iter().sum()
     }
 
     /// The damage that goes with the accepted configuration; empty where nothing can break.

@@ -15,6 +15,8 @@
 //! trapezoidal rule. A contact that is lost gives up what it had stored, and its force, averaged with none, works along what its bodies
 //! slid in touch.
 
+use rayon::prelude::*;
+
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::ContactLaw;
 use crate::contact::asperity::AsperityState;
@@ -66,26 +68,21 @@ impl Stretched {
 impl Contacts {
     /// Work lost to friction since the committed state [J], in the configuration last evaluated.
     pub fn dissipation(&self, model: &Model, committed: &Committed) -> f64 {
-        let mut sum = 0.0;
-        for pair in &self.pairs {
+        let of_pair = |pair: &PairWork| {
             // Where bodies bend a force is kept while a contact gets softer, else its place.
             let bends = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
-            sum += pair.active().map(|point| dissipated(&model.law, pair, point, bends)).sum::<f64>();
-            let lost = |memory: &&PointMemory| !pair.active().any(|p| p.site.feature == memory.feature);
-            sum += pair
-                .carried
-                .points
-                .iter()
-                .filter(lost)
-                .map(|memory| self.given_up(model, pair, memory))
-                .sum::<f64>();
+            let kept: f64 = pair.active().map(|point| dissipated(&model.law, pair, point, bends)).sum();
+            let is_lost = |memory: &&PointMemory| !pair.active().any(|p| p.site.feature == memory.feature);
+            let lost = pair.carried.points.iter().filter(is_lost);
+            let given_up: f64 = lost.map(|memory| self.given_up(model, pair, memory)).sum();
             // Nodes of a patch that has slid are others, and hold what the old ones nearest to them did.
-            if !pair.carried.mortars.is_empty()
-                && let Some(before) = committed.memory.get(&pair.key())
-            {
-                sum += before.tangential_energy() - pair.carried.tangential_energy();
-            }
-        }
+            let before = committed.memory.get(&pair.key()).filter(|_| !pair.carried.mortars.is_empty());
+            let moved =
+                before.map_or(0.0, |before| before.tangential_energy() - pair.carried.tangential_energy());
+            [kept, given_up, moved]
+        };
+        let all: Vec<[f64; 3]> = self.pairs.par_iter().map(of_pair).collect();
+        let mut sum: f64 = all.iter().flatten().sum();
         // Pairs that are no longer within reach.
         for (key, memory) in &committed.memory {
             if self.pairs.binary_search_by(|pair| pair.key().cmp(key)).is_err() {

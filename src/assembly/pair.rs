@@ -228,6 +228,15 @@ impl PairWork {
         self.offset = 0.0;
     }
 
+    /// The same in the midst of an increment: where contacts lie on bodies that do not bend stays known until its end.
+    pub(super) fn go_on_from(&mut self, model: &Model, committed: &Committed) {
+        let places = std::mem::take(&mut self.places);
+        self.reset(model, committed);
+        if [self.a(), self.b()].iter().all(|body| !model.bodies[*body].is_elastic()) {
+            self.places = places;
+        }
+    }
+
     /// Finds its contact points.
     pub(super) fn evaluate(&mut self, model: &Model, view: &View<'_>) {
         self.points.clear();

@@ -103,11 +103,6 @@ impl Memory {
         Memory::default()
     }
 
-    /// Of no pairs yet.
-    pub fn with_crushed(crushed: Crushed) -> Self {
-        Memory { crushed, ..Memory::default() }
-    }
-
     /// Forgets what was crushed on a body: its features are others now.
     pub fn renew_features_of(&mut self, body: usize) {
         self.crushed.retain(|feature, _| !feature.is_on(body as u32));
@@ -124,6 +119,12 @@ impl Deref for Memory {
 impl DerefMut for Memory {
     fn deref_mut(&mut self) -> &mut Self::Target {
         &mut self.pairs
+    }
+}
+
+impl FromIterator<(PairKey, PairMemory)> for Memory {
+    fn from_iter<T: IntoIterator<Item = (PairKey, PairMemory)>>(pairs: T) -> Self {
+        Memory { pairs: pairs.into_iter().collect(), crushed: Crushed::new() }
     }
 }
 
