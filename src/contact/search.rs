@@ -4,7 +4,7 @@
 use crate::contact::corner::{Corner, section_spreads};
 use crate::contact::face::{Face, look_at_each_other, may_face};
 use crate::contact::features::{closest_on_segments, closest_on_triangle};
-use crate::geometry::rounded::RoundedBody;
+use crate::geometry::{Polyhedron, RoundedBody};
 use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -44,18 +44,26 @@ fn grown(value: f64, [none, all]: [f64; 2]) -> f64 {
     ((value - none) / (all - none)).clamp(0.0, 1.0)
 }
 
+/// Of each edge [m].
+fn edge_lengths(core: &Polyhedron) -> impl Iterator<Item = f64> {
+    core.edges.iter().map(|edge| {
+        let [from, to] = edge.vertices.map(|v| core.vertices[v]);
+        (to - from).norm()
+    })
+}
+
 impl ContactShape {
     pub fn new(rounded: RoundedBody) -> Self {
         let core = &rounded.core;
         let edge_weight = core
             .edges
             .iter()
-            .map(|edge| {
+            .zip(edge_lengths(core))
+            .map(|(edge, length)| {
                 let [f, g] = edge.facets.map(|f| core.normals[f]);
                 let angle = f.cross(&g).norm().atan2(f.dot(&g));
-                let [from, to] = edge.vertices.map(|v| core.vertices[v]);
-                let length = (to - from).norm() / rounded.radius;
-                grown(angle, [FLAT_EDGE, SHARP_EDGE]) * grown(length, [SHORT_EDGE, LONG_EDGE])
+                grown(angle, [FLAT_EDGE, SHARP_EDGE])
+                    * grown(length / rounded.radius, [SHORT_EDGE, LONG_EDGE])
             })
             .collect();
         let bounding_radius = core.bounding_radius();
@@ -92,12 +100,8 @@ impl ContactShape {
 
     /// Length of the longest of its edges that are too short to touch anything [m].
     pub fn longest_silent_edge(&self) -> f64 {
-        let core = &self.rounded.core;
-        let lengths = core.edges.iter().map(|edge| {
-            let [from, to] = edge.vertices.map(|v| core.vertices[v]);
-            (to - from).norm()
-        });
-        lengths.filter(|length| *length <= SHORT_EDGE * self.rounded.radius).fold(0.0, f64::max)
+        let is_silent = |length: &f64| *length <= SHORT_EDGE * self.rounded.radius;
+        edge_lengths(&self.rounded.core).filter(is_silent).fold(0.0, f64::max)
     }
 
     pub fn is_point(&self) -> bool {
@@ -408,7 +412,6 @@ fn vertices_within_reach(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Polyhedron;
 
     /// Reference: the distances of each vertex from all facets of the other body.
     #[test]
