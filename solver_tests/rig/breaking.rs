@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use riprap::assembly::{ContactPoint, PairWork};
-use riprap::contact::memory::PairKey;
+use riprap::contact::memory::{Crushable, PairKey};
 use riprap::grain::{Ancestry, DamagedGrain};
 use riprap::loading::StageEnd;
 use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
@@ -147,11 +147,21 @@ fn weak_grains_that_bend_break_on_and_a_stored_state_goes_on_to_the_same_bits() 
     assert!((rested + woken).abs() < 1e-9 * rested.abs(), "{rested:e} {woken:e}");
 }
 
-/// The same behind asperities, rigid and bending.
+/// The same behind asperities, rigid and bending. What contacts remember to have crushed, those of new shapes included, their features know.
 #[test]
 fn weak_grains_behind_asperities_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
-    break_on(Kind { crushes: true, ..RIGID });
-    break_on(Kind { crushes: true, ..BENDING });
+    for kind in [RIGID, BENDING] {
+        let memory = break_on(Kind { crushes: true, ..kind }).committed.memory;
+        let points = memory.iter().flat_map(|(key, pair)| pair.points.iter().map(|point| (*key, point)));
+        let crushed = points.filter(|(_, point)| point.depth > 0.0);
+        let mut known = 0;
+        for (key, point) in crushed {
+            let place = Crushable::of((key, point.feature)).expect("a corner or two edges");
+            assert!(memory.crushed.get(&place).is_some_and(|depth| *depth >= point.depth), "{place:?}");
+            known += 1;
+        }
+        assert!(known > 20, "{known}");
+    }
 }
 
 /// A force between two bodies as committed, on the first of them [N], and where it acts [m].

@@ -51,7 +51,7 @@ fn margin(model: &Model, (a, b): PairKey, needed: f64) -> f64 {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Contacts {
     pub pairs: Vec<PairWork>,
-    neighbours: Neighbours,
+    pub(super) neighbours: Neighbours,
     #[serde(skip)]
     pub(super) kinematics: Vec<Kinematics>,
     /// Core vertices of every body in space [m].
@@ -103,6 +103,9 @@ pub struct Contacts {
     /// How deep features were crushed at the start of the increment.
     #[serde(skip)]
     pub(super) crushed: Crushed,
+    /// Whether what contacts of new shapes began with is among that.
+    #[serde(skip)]
+    pub(super) knows_depths: bool,
     /// Searches so far.
     pub searches: usize,
     /// What the work with these contacts has taken so far.
@@ -131,6 +134,7 @@ impl Default for Contacts {
             surplus: Vec::new(),
             unknown_forces: ContactForces::default(),
             crushed: Crushed::new(),
+            knows_depths: false,
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -144,6 +148,7 @@ impl Contacts {
     pub fn start(&mut self, model: &Model, committed: &Committed) {
         self.membrane.start();
         self.crushed.clone_from(&committed.memory.crushed);
+        self.knows_depths = false;
         self.unknown_forces.clear();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
@@ -223,20 +228,22 @@ impl Contacts {
             yields: self.yields,
         };
         let counted = self.pairs.par_iter_mut().enumerate().filter(|(number, pair)| counts(*number, pair));
-        counted.for_each(|(_, pair)| {
-            let needed = pair.elastic_reach(reach);
-            pair.renew_list(model, corners, poses, needed, margin(model, pair.key(), needed));
-            pair.evaluate(model, &view);
-        });
-        self.timings.book(Kernel::Contacts, start);
-        for (_, pair) in self.pairs.iter().enumerate().filter(|(number, pair)| counts(*number, pair)) {
+        let too_close = |pair: &PairWork| {
             let (a, b) = (pair.a(), pair.b());
             let floor = CORE_FLOOR * (model.shapes[a].rounded.radius + model.shapes[b].rounded.radius);
-            if pair.nearest < floor {
-                return Err(TooClose { a, b, distance: pair.nearest });
-            }
-        }
-        Ok(())
+            (pair.nearest < floor).then_some(TooClose { a, b, distance: pair.nearest })
+        };
+        let met: Vec<TooClose> = counted
+            .filter_map(|(_, pair)| {
+                let needed = pair.elastic_reach(reach);
+                let key = pair.key();
+                pair.renew_list(model, corners, poses, needed, || margin(model, key, needed));
+                pair.evaluate(model, &view);
+                too_close(pair)
+            })
+            .collect();
+        self.timings.book(Kernel::Contacts, start);
+        met.into_iter().next().map_or(Ok(()), Err)
     }
 
     /// Evaluates the contacts of the wall and the membrane with all bodies, which were placed at `poses`.
@@ -257,24 +264,26 @@ impl Contacts {
         model: &Model,
         committed: &Committed,
         poses: &[Pose],
-        moves: impl Fn(usize) -> bool,
+        moves: impl Fn(usize) -> bool + Sync,
     ) {
         let frames = committed.poses.iter().zip(poses);
         let is_first = self.kinematics.len() != frames.len() || self.corners.len() != model.shapes.len();
         if is_first {
             self.kinematics.clear();
-            self.kinematics.extend(frames.clone().map(|(old, now)| Kinematics::between(old, now)));
+            self.kinematics.extend(frames.map(|(old, now)| Kinematics::between(old, now)));
             self.corners.resize(model.shapes.len(), Vec::new());
         }
-        for (body, (old, now)) in frames.enumerate().filter(|(body, _)| is_first || moves(*body)) {
-            self.kinematics[body] = Kinematics::between(old, now);
-            let (Some(corners), Some(shape)) = (self.corners.get_mut(body), model.shapes.get(body)) else {
-                continue;
-            };
+        let moved = |body: &usize| is_first || moves(*body);
+        let kinematics = self.kinematics.par_iter_mut().zip(&committed.poses).zip(poses).enumerate();
+        kinematics
+            .filter(|(body, _)| moved(body))
+            .for_each(|(_, ((kinematics, old), now))| *kinematics = Kinematics::between(old, now));
+        let corners = self.corners.par_iter_mut().zip(&model.shapes).zip(poses).enumerate();
+        corners.filter(|(body, _)| moved(body)).for_each(|(_, ((corners, shape), now))| {
             let turn = now.rotation.to_rotation_matrix();
             corners.clear();
             corners.extend(shape.rounded.core.vertices.iter().map(|v| now.position + turn * v));
-        }
+        });
     }
 
     /// Tangents of all active points in the configuration last evaluated, of those pairs that `counts` holds for.
@@ -357,7 +366,7 @@ impl Contacts {
 
     fn forget_places_on(&mut self, is_meant: impl Fn(usize) -> bool) {
         let meant = self.pairs.iter_mut().filter(|pair| is_meant(pair.a()) || is_meant(pair.b()));
-        meant.for_each(|pair| pair.places.clear());
+        meant.for_each(PairWork::forget_places);
         self.unknown_forces.lift();
     }
 

@@ -26,11 +26,12 @@ impl PairWork {
     }
 }
 
-/// Notes in `crushed` what contacts have crushed in the configuration last evaluated.
-pub(super) fn deepen(crushed: &mut Crushed, pairs: &[PairWork]) {
+/// Notes in `crushed` what contacts have crushed in the configuration last evaluated; where what they began with `is_known` there, only what is deeper.
+pub(super) fn deepen(crushed: &mut Crushed, pairs: &[PairWork], is_known: bool) {
     for (pair, point) in pairs.iter().flat_map(|pair| pair.active().map(move |point| (pair, point))) {
         let depth = depth_of(point);
-        if let Some(place) = Crushable::of((pair.key(), point.site.feature)).filter(|_| depth > 0.0) {
+        let noted = point.state.asperity.filter(|_| is_known).map_or(0.0, |began| began.depth);
+        if let Some(place) = Crushable::of((pair.key(), point.site.feature)).filter(|_| depth > noted) {
             let deepest = crushed.entry(place).or_insert(0.0);
             *deepest = deepest.max(depth);
         }

@@ -85,7 +85,7 @@ impl Contacts {
         let mut sum: f64 = all.iter().flatten().sum();
         // Pairs that are no longer within reach.
         for (key, memory) in &committed.memory {
-            if self.pairs.binary_search_by(|pair| pair.key().cmp(key)).is_err() {
+            if self.neighbours.pairs.binary_search(key).is_err() {
                 sum += memory.tangential_energy();
             }
         }

@@ -239,7 +239,7 @@ impl Contacts {
                 }
             }
             pair.multipliers = multipliers;
-            pair.places.clear();
+            pair.forget_places();
             largest
         };
         let gaps: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();

@@ -13,7 +13,8 @@ impl Contacts {
     pub fn rebase(&mut self, model: &Model, committed: &mut Committed) {
         committed.memory = self.of_pairs(model);
         // What is crushed is kept here within an increment.
-        deepen(&mut self.crushed, &self.pairs);
+        deepen(&mut self.crushed, &self.pairs, self.knows_depths);
+        self.knows_depths = true;
         self.pairs.par_iter_mut().for_each(|pair| pair.go_on_from(model, committed));
     }
 
@@ -21,7 +22,7 @@ impl Contacts {
     pub fn memory(&self, model: &Model) -> Memory {
         let mut memory = self.of_pairs(model);
         memory.crushed.clone_from(&self.crushed);
-        deepen(&mut memory.crushed, &self.pairs);
+        deepen(&mut memory.crushed, &self.pairs, self.knows_depths);
         memory
     }
 

@@ -96,8 +96,10 @@ pub fn add_other_forces(
             wall_forces_into(wrenches, wall, &contacts.wall, poses);
         }
     }
-    for ((wrench, body), pose) in wrenches.iter_mut().zip(&model.bodies).zip(poses) {
-        *wrench += body.weight(&gravity, pose);
+    if gravity != Vec3::zeros() {
+        for ((wrench, body), pose) in wrenches.iter_mut().zip(&model.bodies).zip(poses) {
+            *wrench += body.weight(&gravity, pose);
+        }
     }
 }
 

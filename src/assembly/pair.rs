@@ -44,9 +44,14 @@ pub struct PairWork {
     initial_overlap: f64,
     #[serde(skip)]
     is_new: bool,
-    /// What is carried of the listed features, as far as they were looked at.
+    /// Whether one of the bodies deforms, and whether one can break or is rubble.
     #[serde(skip)]
-    starts: Vec<Option<Start>>,
+    is_elastic: bool,
+    #[serde(skip)]
+    is_brittle: bool,
+    /// What is carried of listed features that came in reach, by number in the list.
+    #[serde(skip)]
+    starts: Vec<(usize, Start)>,
     #[serde(skip)]
     clearances: Clearances,
     /// Forces of the last augmentation, by feature.
@@ -88,6 +93,8 @@ struct Start {
     initial_overlap: f64,
     /// With its whole share.
     asperity: Option<AsperityState>,
+    /// What damage of brittle bodies leaves of its spring, once that is known.
+    stiffness_left: Option<f64>,
 }
 
 /// The configuration that contacts are evaluated in.
@@ -125,6 +132,8 @@ impl PairWork {
             carried: PairMemory::default(),
             initial_overlap: 0.0,
             is_new: true,
+            is_elastic: false,
+            is_brittle: false,
             starts: Vec::new(),
             clearances: Clearances::default(),
             multipliers: Vec::new(),
@@ -138,17 +147,17 @@ impl PairWork {
         }
     }
 
-    /// Lists its features anew where others may have come within reach, or `margin` [m] asks for more than `needed`.
+    /// Lists its features anew, `margin` [m] beyond its radii, where others may have come within reach or `needed` [m] is more than what they are listed for.
     pub(super) fn renew_list(
         &mut self,
         model: &Model,
         corners: &[Vec<Vec3>],
         poses: &[Pose],
         needed: f64,
-        margin: f64,
+        margin: impl FnOnce() -> f64,
     ) {
         if !self.features.is_valid(&model.shapes, poses) || self.features.margin() < needed {
-            let margins = [self.skin, margin];
+            let margins = [self.skin, margin()];
             self.features = PairFeatures::list(&model.shapes, corners, poses, self.key(), margins);
             self.clearances.clear();
             self.starts.clear();
@@ -201,6 +210,12 @@ impl PairWork {
         self.places.iter().find(|place| place.feature == feature)
     }
 
+    /// Forgets where its contacts lie on the bodies' surfaces, and what follows from it.
+    pub(super) fn forget_places(&mut self) {
+        self.places.clear();
+        self.starts.clear();
+    }
+
     pub fn multiplier(&self, feature: Feature) -> Option<&Multiplier> {
         self.multipliers.iter().find(|multiplier| multiplier.feature == feature)
     }
@@ -217,6 +232,9 @@ impl PairWork {
         faces::renew_mortars(&mut self.carried, model, key, &committed.poses);
         self.initial_overlap = self.carried.initial_overlap();
         self.is_new = self.carried.points.iter().all(|point| point.load <= 0.0);
+        let bodies = [self.a(), self.b()].map(|body| &model.bodies[body]);
+        self.is_elastic = bodies.iter().any(|body| body.is_elastic());
+        self.is_brittle = bodies.iter().any(|body| body.softens());
         self.starts.clear();
         self.mortars.clone_from(&self.carried.mortars);
         self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
@@ -232,7 +250,7 @@ impl PairWork {
     pub(super) fn go_on_from(&mut self, model: &Model, committed: &Committed) {
         let places = std::mem::take(&mut self.places);
         self.reset(model, committed);
-        if [self.a(), self.b()].iter().all(|body| !model.bodies[*body].is_elastic()) {
+        if !self.is_elastic {
             self.places = places;
         }
     }
@@ -254,14 +272,14 @@ impl PairWork {
         let crushing = Crushing { model, bodies: [a, b], carried, crushed: view.crushed };
         let mut known = Known { carried, multipliers, places, offset: 0.0 };
         let placed = Placed { shapes, corners, poses };
+        let mut at = 0;
         self.nearest = visit_sites(&placed, features, clearances, reach, |site, number| {
-            if starts.len() <= number {
-                starts.resize(number + 1, None);
-            }
-            let start = starts[number].get_or_insert_with(|| {
+            at += starts[at..].iter().take_while(|(listed, _)| *listed < number).count();
+            if starts.get(at).is_none_or(|(listed, _)| *listed != number) {
                 let asperity = crushing.asperity(site.feature);
-                Start { asperity, ..Start::of(carried, site.feature) }
-            });
+                starts.insert(at, (number, Start { asperity, ..Start::of(carried, site.feature) }));
+            }
+            let start = &mut starts[at].1;
             let edge_weight = match site.feature {
                 Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
                 Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
@@ -278,8 +296,12 @@ impl PairWork {
                 sites.normals = facing.normals;
                 state.faces = Some(FaceShare::Feature { g: facing.g, cosines: facing.cosines });
             }
-            points.push(meeting.point(&model.law, site, sites, state, None, &mut known));
+            points.push(meeting.point(&model.law, site, sites, state, None, (start, &mut known)));
         });
+        self.offset = known.offset;
+        if facings.is_empty() {
+            return;
+        }
         let softened = (view.strength / meeting.yielding / meeting.springs.contact).min(1.0);
         let per_area = meeting.springs.patch * softened;
         let law = model.law.of_patches();
@@ -297,9 +319,11 @@ impl PairWork {
             for (k, node) in mortars[number].nodes.iter().enumerate() {
                 let site = facing.site(k as u32);
                 let sites = facing.sites(poses, node, shapes);
-                let mut state = meeting.state(&Start::of(carried, site.feature), per_area * node.area);
+                let mut start = Start::of(carried, site.feature);
+                let mut state = meeting.state(&start, per_area * node.area);
                 state.faces = Some(FaceShare::Patch { g: facing.g });
-                points.push(meeting.point(&law, site, sites, state, Some(&node.on), &mut known));
+                let on = Some(&node.on);
+                points.push(meeting.point(&law, site, sites, state, on, (&mut start, &mut known)));
             }
         }
         self.offset = known.offset;
@@ -309,24 +333,24 @@ impl PairWork {
     pub(super) fn update_tangents(&mut self, model: &Model, kinematics: &[Kinematics], poses: &[Pose]) {
         let PairWork { features, points, tangents, elastic_tangents, .. } = self;
         let (a, b) = (features.a as usize, features.b as usize);
-        let deforms = model.bodies[a].is_elastic() || model.bodies[b].is_elastic();
-        let has_mortars = has_mortars(model, [a, b]);
+        let of_patch = |point: &ContactPoint| matches!(point.site.feature, Feature::Faces(..));
+        let has_rigid_patch = points.iter().any(of_patch) && !has_mortars(model, [a, b]);
         tangents.clear();
         elastic_tangents.clear();
         let between = [&kinematics[a], &kinematics[b]];
-        for ContactPoint { site, sites, state, .. } in points.iter().filter(|p| p.evaluation.is_active()) {
-            let is_patch = matches!(site.feature, Feature::Faces(..));
+        for point in points.iter().filter(|p| p.evaluation.is_active()) {
+            let ContactPoint { site, sites, state, .. } = point;
             let law = &model.law_at(site.feature);
             let situation = Situation { law, site, points: sites, kinematics: between, state };
-            if deforms && state.asperity.is_none() {
+            if self.is_elastic && state.asperity.is_none() {
                 let elastic = situation.elastic_tangent();
                 tangents.push(std::array::from_fn(|r| std::array::from_fn(|c| elastic[r][c])));
                 elastic_tangents.push(elastic);
-            } else if has_mortars || !is_patch {
+            } else if !has_rigid_patch || !of_patch(point) {
                 tangents.push(situation.tangent());
             }
         }
-        if !has_mortars {
+        if has_rigid_patch {
             let poses = [&poses[a], &poses[b]];
             faces::patch_tangents_into(tangents, model, features, points, poses, between);
         }
@@ -342,6 +366,7 @@ impl Start {
             stretch,
             initial_overlap: memory.map_or(0.0, |memory| memory.initial_overlap),
             asperity: None,
+            stiffness_left: None,
         }
     }
 }
@@ -411,8 +436,8 @@ impl<'a> Meeting<'a> {
             springs: pair.springs,
             friction: pair.friction,
             is_new: pair.is_new,
-            is_elastic: bodies.iter().any(|body| model.bodies[*body].is_elastic()),
-            is_brittle: bodies.iter().any(|body| model.bodies[*body].softens()),
+            is_elastic: pair.is_elastic,
+            is_brittle: pair.is_brittle,
             yielding: shapes[0].yielding() + shapes[1].yielding(),
         }
     }
@@ -459,6 +484,9 @@ impl<'a> Meeting<'a> {
 
     /// By how much less its bodies yield by the spring of a contact there, or a patch, than rigid ones [m/N, m^3/N].
     fn spared(&self, feature: Feature) -> f64 {
+        if !self.is_elastic {
+            return 0.0;
+        }
         let deforming = self.bodies.into_iter().filter(|body| self.model.bodies[*body].is_elastic());
         deforming.map(|body| self.model.spares(body, feature)).sum()
     }
@@ -532,36 +560,36 @@ impl<'a> Meeting<'a> {
         sites: SitePoints,
         mut state: PointState,
         on: Option<&[Option<SurfacePoint>; 2]>,
-        known: &mut Known<'_>,
+        (start, known): (&mut Start, &mut Known<'_>),
     ) -> ContactPoint {
-        let mut stiffness_left = 1.0;
-        if self.is_elastic || self.is_brittle {
-            let last = known.multipliers.iter().find(|multiplier| multiplier.feature == site.feature);
-            let number = self.place(&site, &sites, &state, on, known, last);
-            let place = &known.places[number];
-            let spring = state.spring;
-            stiffness_left = place.stiffness_left;
-            if stiffness_left != 1.0 {
-                (state.spring, state.stiffness) = (spring * stiffness_left, spring * stiffness_left);
-                state.asperity.iter_mut().for_each(|asperity| asperity.share *= stiffness_left);
-            }
-            if self.is_brittle {
-                let share = spring / self.springs.at(site.feature);
-                state.hardening = state.spring / (1.0 + state.spring * self.spared(site.feature) / share);
-            }
-            if self.is_elastic {
-                state.elastic = place.elastic;
-                state.elastic_change = place.change;
-                if let Some(returned) = place.returned {
-                    (state.compliance, state.returned) = (place.compliance, returned);
-                } else {
-                    state.stiffness = 1.0 / (1.0 / state.spring + place.compliance);
-                    if let Some(multiplier) = last {
-                        state.offset = place.compliance * multiplier.load;
-                        known.offset = known.offset.max(state.offset);
-                        let tangential = place.compliance / self.model.law.tangential_ratio;
-                        state.behind_stretch = multiplier.traction * tangential;
-                    }
+        let seeks = self.is_elastic || self.is_brittle && start.stiffness_left.is_none();
+        let of_feature = |multiplier: &&Multiplier| multiplier.feature == site.feature;
+        let last = seeks.then(|| known.multipliers.iter().find(of_feature)).flatten();
+        let place = seeks.then(|| self.place(&site, &sites, &state, on, known, last));
+        let place = place.map(|number| &known.places[number]);
+        start.stiffness_left = place.map_or(start.stiffness_left, |place| Some(place.stiffness_left));
+        let spring = state.spring;
+        let stiffness_left = start.stiffness_left.unwrap_or(1.0);
+        if stiffness_left != 1.0 {
+            (state.spring, state.stiffness) = (spring * stiffness_left, spring * stiffness_left);
+            state.asperity.iter_mut().for_each(|asperity| asperity.share *= stiffness_left);
+        }
+        if self.is_brittle {
+            let share = spring / self.springs.at(site.feature);
+            state.hardening = state.spring / (1.0 + state.spring * self.spared(site.feature) / share);
+        }
+        if let Some(place) = place.filter(|_| self.is_elastic) {
+            state.elastic = place.elastic;
+            state.elastic_change = place.change;
+            if let Some(returned) = place.returned {
+                (state.compliance, state.returned) = (place.compliance, returned);
+            } else {
+                state.stiffness = 1.0 / (1.0 / state.spring + place.compliance);
+                if let Some(multiplier) = last {
+                    state.offset = place.compliance * multiplier.load;
+                    known.offset = known.offset.max(state.offset);
+                    let tangential = place.compliance / self.model.law.tangential_ratio;
+                    state.behind_stretch = multiplier.traction * tangential;
                 }
             }
         }

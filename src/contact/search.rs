@@ -6,6 +6,7 @@ use crate::contact::face::{Face, look_at_each_other, may_face};
 use crate::contact::features::{closest_on_segments, closest_on_triangle};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::tensor::{Pose, Vec3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Edges between facets whose normals differ by less than this angle [rad] are inside a face and
@@ -260,7 +261,7 @@ impl Neighbours {
     pub fn is_valid(&self, shapes: &[ContactShape], poses: &[Pose]) -> bool {
         self.reference.len() == poses.len()
             && shapes
-                .iter()
+                .par_iter()
                 .zip(poses)
                 .zip(&self.reference)
                 .zip(&self.margins)

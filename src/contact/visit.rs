@@ -9,12 +9,26 @@ const MEASURED_ANEW: f64 = 0.2;
 /// A way in space of this share of the skin is taken for the way against each other.
 const UNSEEN: f64 = 0.02;
 
-/// How far the listed features of a pair were apart in a configuration: what cannot have come near since needs no look.
+/// How far the listed features of a pair were apart in a configuration, and the vertices that span them: what cannot have come near since needs no look, and
+/// what is looked at often lies close together.
 #[derive(Debug, Clone, Default)]
 pub struct Clearances {
     /// Core distances in the order of the list [m].
     distances: Vec<f64>,
+    /// The least of them.
+    smallest: f64,
+    /// Facets that vertices may be nearest to, those of one vertex after the other's.
+    facets: Vec<NearFacet>,
+    /// Ends of the edges on either body, in the order of the list.
+    edges: Vec<[[u32; 2]; 2]>,
     at: Option<[Pose; 2]>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct NearFacet {
+    vertices: [u32; 3],
+    /// Of the vertex of the other body [m].
+    distance: f64,
 }
 
 impl Clearances {
@@ -31,8 +45,27 @@ impl Clearances {
         if known.is_none() {
             self.at = Some(poses.map(Pose::clone));
             self.distances.clear();
+            self.list_vertices(pair, *shapes);
         }
         known
+    }
+
+    /// Lists the vertices of the facets and edges of a pair, nothing of which has been measured.
+    fn list_vertices(&mut self, pair: &PairFeatures, shapes: [&ContactShape; 2]) {
+        self.facets.clear();
+        for (other, list) in [(1, &pair.vertices_of_a), (0, &pair.vertices_of_b)] {
+            let of_core = &shapes[other].rounded.core.facets;
+            let facets = list.iter().flat_map(|reach| &reach.facets);
+            self.facets.extend(facets.map(|facet| NearFacet {
+                vertices: of_core[*facet as usize].map(|v| v as u32),
+                distance: 0.0,
+            }));
+        }
+        self.edges.clear();
+        let ends = |side: usize, edge: u32| {
+            shapes[side].rounded.core.edges[edge as usize].vertices.map(|v| v as u32)
+        };
+        self.edges.extend(pair.edges.iter().map(|(i, j)| [ends(0, *i), ends(1, *j)]));
     }
 }
 
@@ -50,6 +83,8 @@ struct Walk<'a> {
     distances: &'a mut Vec<f64>,
     closer: Option<f64>,
     limit: f64,
+    /// What the nearest feature is within [m].
+    nearest_within: f64,
     /// The smallest core distance so far [m].
     smallest: f64,
     /// Number of the next feature in the list.
@@ -60,8 +95,26 @@ impl Walk<'_> {
     /// Whether the next feature can be in reach, or the nearest.
     fn next_matters(&mut self) -> bool {
         self.next += 1;
-        let distance = || self.distances[self.next - 1];
-        self.closer.is_none_or(|closer| distance() - closer < self.limit.max(self.smallest))
+        let can = |closer: f64| {
+            let least = self.distances[self.next - 1] - closer;
+            least < self.limit || least <= self.nearest_within
+        };
+        self.closer.is_none_or(can)
+    }
+
+    /// The piece nearest to `p` of a body with these `corners` that is known by `facets`, as [`nearest_of`] gives it. Those that cannot have it are passed
+    /// over.
+    fn nearest_piece(&self, p: &Vec3, facets: &mut [NearFacet], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
+        if facets.is_empty() {
+            return ((p - corners[0]).norm(), [0; 3], 1);
+        }
+        let Some(closer) = self.closer else {
+            let measured = facets.iter_mut().map(|facet| (facet.vertices, Some(&mut facet.distance)));
+            return nearest_of(p, measured, corners);
+        };
+        let within = facets.iter().map(|facet| facet.distance).fold(f64::INFINITY, f64::min) + closer;
+        let can_have_it = facets.iter().filter(|facet| facet.distance - closer <= within);
+        nearest_of(p, can_have_it.map(|facet| (facet.vertices, None)), corners)
     }
 
     /// Takes note of its distance [m]; its number where it is in reach.
@@ -70,6 +123,7 @@ impl Walk<'_> {
             self.distances.push(distance);
         }
         self.smallest = self.smallest.min(distance);
+        self.nearest_within = self.nearest_within.min(distance);
         (distance < self.limit).then_some(self.next - 1)
     }
 }
@@ -86,16 +140,20 @@ pub fn visit_sites(
     let Placed { shapes, corners, .. } = *placed;
     let closer = clearances.closer(pair, placed);
     let limit = shapes[0].rounded.radius + shapes[1].rounded.radius + reach;
-    let distances = &mut clearances.distances;
-    let mut walk = Walk { distances, closer, limit, smallest: f64::INFINITY, next: 0 };
+    let Clearances { distances, smallest, facets, edges, .. } = clearances;
+    let nearest_within = closer.map_or(f64::INFINITY, |closer| *smallest + closer);
+    let mut walk = Walk { distances, closer, limit, nearest_within, smallest: f64::INFINITY, next: 0 };
+    let mut facets = &mut facets[..];
     for (own, list) in [&pair.vertices_of_a, &pair.vertices_of_b].into_iter().enumerate() {
         let other = 1 - own;
-        for VertexReach { vertex, facets } in list {
+        for VertexReach { vertex, facets: near } in list {
+            let of_vertex;
+            (of_vertex, facets) = facets.split_at_mut(near.len());
             if !walk.next_matters() {
                 continue;
             }
             let p = &corners[own][*vertex as usize];
-            let (distance, piece, count) = nearest_piece(p, shapes[other], facets, corners[other]);
+            let (distance, piece, count) = walk.nearest_piece(p, of_vertex, corners[other]);
             let Some(number) = walk.note(distance) else { continue };
             let alone = [*vertex, 0, 0];
             let site = if own == 0 {
@@ -108,21 +166,24 @@ pub fn visit_sites(
             visit(site, number);
         }
     }
-    for &(i, j) in &pair.edges {
+    for (&(i, j), &[on_a, on_b]) in pair.edges.iter().zip(edges.iter()) {
         if !walk.next_matters() {
             continue;
         }
-        let on_a = shapes[0].rounded.core.edges[i as usize].vertices;
-        let on_b = shapes[1].rounded.core.edges[j as usize].vertices;
-        let ([p0, p1], [q0, q1]) = (on_a.map(|v| &corners[0][v]), on_b.map(|v| &corners[1][v]));
+        let ([p0, p1], [q0, q1]) =
+            (on_a.map(|v| &corners[0][v as usize]), on_b.map(|v| &corners[1][v as usize]));
         let (s, t) = closest_on_segments(p0, p1, q0, q1);
         let distance = ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm();
         let inside = |s: f64| s > 1e-12 && s < 1.0 - 1e-12;
         let Some(number) = walk.note(distance).filter(|_| inside(s) && inside(t)) else { continue };
-        let [on_a, on_b] = [on_a, on_b].map(|ends| [ends[0] as u32, ends[1] as u32, 0]);
+        let [on_a, on_b] = [on_a, on_b].map(|[from, to]| [from, to, 0]);
         visit(Site { feature: Feature::Edges(i, j), on_a, on_b, count_a: 2, count_b: 2 }, number);
     }
-    walk.smallest
+    let found = walk.smallest;
+    if closer.is_none() {
+        *smallest = found;
+    }
+    found
 }
 
 /// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`: how far it is [m], its vertices, and their number.
@@ -132,17 +193,30 @@ pub fn nearest_piece(
     facets: &[u32],
     corners: &[Vec3],
 ) -> (f64, [u32; 3], u8) {
-    if shape.rounded.core.facets.is_empty() {
+    let of_core = &shape.rounded.core.facets;
+    if of_core.is_empty() {
         return ((p - corners[0]).norm(), [0; 3], 1);
     }
+    let vertices = |facet: &u32| of_core[*facet as usize].map(|v| v as u32);
+    nearest_of(p, facets.iter().map(|facet| (vertices(facet), None)), corners)
+}
+
+/// The same of facets of these vertices; puts down how far each is where there is a place for it.
+fn nearest_of<'a>(
+    p: &Vec3,
+    facets: impl Iterator<Item = ([u32; 3], Option<&'a mut f64>)>,
+    corners: &[Vec3],
+) -> (f64, [u32; 3], u8) {
     let mut best = (f64::INFINITY, [0; 3], 0);
-    for &f in facets {
-        let vertices = shape.rounded.core.facets[f as usize];
-        let (closest, spans) = closest_on_triangle(p, vertices.map(|v| &corners[v]));
+    for (vertices, place) in facets {
+        let (closest, spans) = closest_on_triangle(p, vertices.map(|v| &corners[v as usize]));
         let distance = (closest - p).norm();
         if distance < best.0 {
-            let (piece, count) = spanned(vertices.map(|v| v as u32), spans);
+            let (piece, count) = spanned(vertices, spans);
             best = (distance, piece, count);
+        }
+        if let Some(place) = place {
+            *place = distance;
         }
     }
     best

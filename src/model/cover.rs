@@ -90,6 +90,11 @@ pub struct PressureCover {
     statistics: DrapeStatistics,
 }
 
+/// Area times normal of a facet with these corners [m^2].
+fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
+    0.5 * (b - a).cross(&(c - a))
+}
+
 impl PressureCover {
     /// From nodes and a closed triangulation of them: the facets of the side, then those of the
     /// caps, all counter-clockwise seen from outside; `rims` are the nodes of the bottom and top rim.
@@ -210,8 +215,7 @@ impl PressureCover {
 
     /// Area times outward normal of a facet [m^2].
     fn area_vector(&self, poses: &[Pose], facet: usize) -> Vec3 {
-        let [a, b, c] = self.corners_of(poses, facet);
-        0.5 * (b - a).cross(&(c - a))
+        area_vector(self.corners_of(poses, facet))
     }
 
     /// Enclosed volume [m^3], pores and grains together.
@@ -231,8 +235,10 @@ impl PressureCover {
     /// # Panics
     /// If `loads` or `poses` is shorter than the list of bodies that the cover was draped over.
     pub fn loads_into(&self, loads: &mut [Vector6<f64>], poses: &[Pose], pressure: f64) {
-        for (index, facet) in self.facets.iter().enumerate() {
-            let force = self.area_vector(poses, index) * (-pressure / 3.0);
+        // Each node is a corner of some six facets.
+        let positions: Vec<Vec3> = (0..self.nodes.len()).map(|node| self.position(poses, node)).collect();
+        for facet in &self.facets {
+            let force = area_vector(facet.map(|node| positions[node])) * (-pressure / 3.0);
             for hold in facet.iter().flat_map(|&node| self.holds_of(node)) {
                 let force = hold.axes.of(&force);
                 let moment = self.arm(poses, &hold).cross(&force);

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
+
 use crate::case::{Case, Geometry};
 use crate::error::Result;
 use crate::model::{DamageCounts, Model};
@@ -62,7 +64,8 @@ impl BreakageMeter {
     fn fates(&mut self, model: &Model) -> Vec<GrainFate> {
         let first = model.generated.iter().flatten();
         if self.before.is_empty() {
-            self.before = first.clone().map(|mesh| sieve_size(&mesh.surface_corners())).collect();
+            let meshes: Vec<_> = first.clone().collect();
+            self.before = meshes.par_iter().map(|mesh| sieve_size(&mesh.surface_corners())).collect();
         }
         let parts = model.parts();
         let parts =
