@@ -60,18 +60,23 @@ figure, axes = plt.subplots(figsize=(6.4, 3.2))
 energy_bars(axes, ends, [f"{p / 1000} MPa" for p in PRESSURES])
 figure.savefig(HERE / "energy.png", dpi=150, bbox_inches="tight")
 
-figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
-for path, colour, label in [(HERE / "p0800_full_5e-2.csv", COLOURS[4], "3643 grains, unrest 5e-2"), (HERE / "p0800_full_2e-2.csv", COLOURS[2], "unrest 2e-2"), (HERE / "p0800_full_1e-2.csv", COLOURS[1], "unrest 1e-2"), (HERE / "p0800_full.csv", COLOURS[3], "unrest 1e-2, explicit steps"), (HERE / "p0800.csv", COLOURS[0], "300 grains, explicit steps"), (HERE / "p1600_full.csv", "#555555", "3643 grains, 1.6 MPa")]:
-    if path.exists():
-        draw(axes, path, colour, "-", 1.4)
-        axes[0].plot([], [], color=colour, label=label)
-axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak at 0.8 MPa")
-axes[0].set_title("Breaking grains at 0.8 MPa, and at 1.6 MPa", loc="left")
-axes[0].set_ylim(0, 14)
+figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.6), sharex=True)
+for pressure, colour in PRESSURES.items():
+    full = HERE / f"p{pressure:04d}_full.csv"
+    if full.exists():
+        draw(axes, full, colour, "-", 1.6)
+        draw(axes, HERE / f"p{pressure:04d}.csv", colour, "--", 0.9)
+        axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa, 3643 grains")
+    if pressure in SOURCE:
+        axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
+axes[0].plot([], [], "--", color="#555555", lw=0.9, label="300 grains")
+axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
+axes[0].set_title("At the source's size, and at a tenth of its grains", loc="left")
+axes[0].set_ylim(0, 11)
 axes[0].set_ylabel("deviatoric stress [MPa]")
 axes[0].legend(loc="upper right", ncol=2)
 axes[1].set_xlabel("axial strain [%]")
-axes[1].set_ylabel("volume strain [%]")
+axes[1].set_ylabel("volume strain [%], contraction positive")
 axes[1].axhline(0, color="#888888", lw=0.8)
 figure.tight_layout()
 figure.savefig(HERE / "full_size.png", dpi=150)

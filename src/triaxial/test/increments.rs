@@ -169,16 +169,20 @@ impl Loaded for UnderTest<'_> {
 }
 
 impl UnderTest<'_> {
+    /// Whether all increments have to come to rest.
+    fn asks_for_rest(&self) -> bool {
+        self.rig.settings.stabilisation == Stabilisation::Rest
+    }
+
     /// Whether an increment has to come to rest: one that ends the stage, is to land on what ends it, or comes behind it, or whose stage or case asks for it.
     fn comes_to_rest(&self, stage: &Progress, next: Portion) -> bool {
         let ends = next.to >= 1.0 || stage.own.watch.limit.is_some() || next_on_path(stage).is_none();
-        let asks_for_rest = self.rig.settings.stabilisation == Stabilisation::Rest;
-        ends || asks_for_rest || stage.own.drive.comes_to_rest()
+        ends || self.asks_for_rest() || stage.own.drive.comes_to_rest()
     }
 
     /// Brings an increment into balance; one that ends a stage, or whose stage asks for it, comes to rest. Where none is found, says why.
     fn balance(&mut self, stage: &Progress, next: Portion) -> std::result::Result<IncrementReport, Miss> {
-        let comes_to_rest = self.comes_to_rest(stage, next);
+        let (comes_to_rest, asks_for_rest) = (self.comes_to_rest(stage, next), self.asks_for_rest());
         let (test, rig) = (&*self.test, &mut *self.rig);
         // That of an attempt before says nothing of how this one ends.
         rig.dossier = None;
@@ -195,7 +199,6 @@ impl UnderTest<'_> {
         let lift = drive.lift(next.to).map(|lift| drive.origin.top + lift - now.top);
         let starts = starts(rig, last.map(|last| (last, next.share / last.share)), lift, now.height);
         let loads = drive.loads(rig, next, &guess);
-        let asks_for_rest = rig.settings.stabilisation == Stabilisation::Rest;
         let rest = Settings {
             stabilisation: Stabilisation::Rest,
             explicitly_to_rest: !asks_for_rest,
