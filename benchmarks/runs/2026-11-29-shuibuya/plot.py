@@ -1,4 +1,4 @@
-"""Draws stress_strain.png, energy.png, full_size.png and motion.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
+"""Draws stress_strain.png, energy.png, full_size.png, void_ratio.png and motion.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
 
 import csv
 import pathlib
@@ -80,6 +80,21 @@ axes[1].set_ylabel("volume strain [%], contraction positive")
 axes[1].axhline(0, color="#888888", lw=0.8)
 figure.tight_layout()
 figure.savefig(HERE / "full_size.png", dpi=150)
+
+figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
+for path, colour, label in [("p0800", COLOURS[1], "0.58"), ("p0800_void_0.64", COLOURS[0], "0.64"), ("p0800_void_0.70", COLOURS[2], "0.70")]:
+    draw(axes, HERE / f"{path}.csv", colour, "-", 1.4)
+    axes[0].plot([], [], color=colour, label=f"void ratio {label}")
+axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak")
+axes[0].set_title("Void ratio: 300 grains that break, 0.8 MPa", loc="left")
+axes[0].set_ylim(0, 5)
+axes[0].set_ylabel("deviatoric stress [MPa]")
+axes[0].legend(loc="upper left", ncol=2)
+axes[1].set_xlabel("axial strain [%]")
+axes[1].set_ylabel("volume strain [%], contraction positive")
+axes[1].axhline(0, color="#888888", lw=0.8)
+figure.tight_layout()
+figure.savefig(HERE / "void_ratio.png", dpi=150)
 
 # Grains whose centres end within 20 mm of a plane through the axis.
 with open(HERE / "p0800_full_slice.csv") as file:
