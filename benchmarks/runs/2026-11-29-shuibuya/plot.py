@@ -28,6 +28,19 @@ def draw(axes, path, colour, line, width):
     axes[1].plot(100 * strain, 100 * volume, line, color=colour, lw=width)
 
 
+def finish(figure, axes, title, most, legend, name):
+    """Titles and labels of q above and volume strain below, and the file."""
+    axes[0].set_title(title, loc="left")
+    axes[0].set_ylim(0, most)
+    axes[0].set_ylabel("deviatoric stress [MPa]")
+    axes[0].legend(loc=legend, ncol=2)
+    axes[1].set_xlabel("axial strain [%]")
+    axes[1].set_ylabel("volume strain [%], contraction positive")
+    axes[1].axhline(0, color="#888888", lw=0.8)
+    figure.tight_layout()
+    figure.savefig(HERE / name, dpi=150)
+
+
 plt.rcParams.update(STYLE)
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
 for pressure, colour in PRESSURES.items():
@@ -41,15 +54,7 @@ for pressure, colour in PRESSURES.items():
 for label, line in [("as the cases are", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("of these, weakening over a tenth", "--")]:
     axes[0].plot([], [], line, color="#555555", label=label)
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
-axes[0].legend(loc="upper left", ncol=2)
-axes[0].set_ylim(0, 15)
-axes[0].set_ylabel("deviatoric stress [MPa]")
-axes[0].set_title("300 grains that break, weakening over a quarter of a grain", loc="left")
-axes[1].set_xlabel("axial strain [%]")
-axes[1].set_ylabel("volume strain [%], contraction positive")
-axes[1].axhline(0, color="#888888", lw=0.8)
-figure.tight_layout()
-figure.savefig(HERE / "stress_strain.png", dpi=150)
+finish(figure, axes, "300 grains that break, weakening over a quarter of a grain", 15, "upper left", "stress_strain.png")
 
 ends = []
 for pressure in PRESSURES:
@@ -71,30 +76,14 @@ for pressure, colour in PRESSURES.items():
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
 axes[0].plot([], [], "--", color="#555555", lw=0.9, label="300 grains")
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
-axes[0].set_title("At the source's size, and at a tenth of its grains", loc="left")
-axes[0].set_ylim(0, 11)
-axes[0].set_ylabel("deviatoric stress [MPa]")
-axes[0].legend(loc="upper right", ncol=2)
-axes[1].set_xlabel("axial strain [%]")
-axes[1].set_ylabel("volume strain [%], contraction positive")
-axes[1].axhline(0, color="#888888", lw=0.8)
-figure.tight_layout()
-figure.savefig(HERE / "full_size.png", dpi=150)
+finish(figure, axes, "At the source's size, and at a tenth of its grains", 11, "upper right", "full_size.png")
 
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
 for path, colour, label in [("p0800", COLOURS[1], "0.58"), ("p0800_void_0.64", COLOURS[0], "0.64"), ("p0800_void_0.70", COLOURS[2], "0.70")]:
     draw(axes, HERE / f"{path}.csv", colour, "-", 1.4)
     axes[0].plot([], [], color=colour, label=f"void ratio {label}")
 axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak")
-axes[0].set_title("Void ratio: 300 grains that break, 0.8 MPa", loc="left")
-axes[0].set_ylim(0, 5)
-axes[0].set_ylabel("deviatoric stress [MPa]")
-axes[0].legend(loc="upper left", ncol=2)
-axes[1].set_xlabel("axial strain [%]")
-axes[1].set_ylabel("volume strain [%], contraction positive")
-axes[1].axhline(0, color="#888888", lw=0.8)
-figure.tight_layout()
-figure.savefig(HERE / "void_ratio.png", dpi=150)
+finish(figure, axes, "Void ratio: 300 grains that break, 0.8 MPa", 5, "upper left", "void_ratio.png")
 
 # Grains whose centres end within 20 mm of a plane through the axis.
 with open(HERE / "p0800_full_slice.csv") as file:
