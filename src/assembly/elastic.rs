@@ -19,7 +19,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::assembly::following::Followed;
-use crate::assembly::place::{Multiplier, SurfaceLoads, interpolate};
+use crate::assembly::place::{ContactPlace, Multiplier, SurfaceField, SurfaceLoads, interpolate};
 use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::{Surface, SurfacePoint};
@@ -175,74 +175,14 @@ impl Contacts {
             self.stressing_loads = self.stressing_loads(model, loads, poses);
         }
         self.timings.book(Kernel::Flexibility, start);
-        let (fields, ratio) = (&self.fields, model.law.tangential_ratio);
-        let mismatch = |pair: &mut PairWork| {
-            let (a, b) = (pair.a(), pair.b());
-            let mut multipliers = Vec::with_capacity(pair.multipliers.len());
-            let mut largest: f64 = 0.0;
-            for point in &pair.points {
-                let e = &point.evaluation;
-                let feature = point.site.feature;
-                let old = pair.multiplier(feature).copied();
-                let Some(place) = pair.place(feature) else { continue };
-                let at = |body: usize, on: &Option<SurfacePoint>| {
-                    let turned = |p: &SurfacePoint| poses[body].rotation * interpolate(p, &fields[body]);
-                    on.as_ref().map_or(Vec3::zeros(), turned)
-                };
-                let moved = at(b, &place.on_b) - at(a, &place.on_a) - place.elastic;
-                let along = moved.dot(&e.normal);
-                if !e.is_active() && old.is_none_or(|multiplier| multiplier.load == 0.0) {
-                    // Open now, and closed by what has moved since. Edges that end here carry nothing at any gap.
-                    if e.weight > 0.0 {
-                        largest = largest.max(-(point.opening() + along));
-                    }
-                    multipliers.extend(old);
-                    continue;
-                }
-                let traction = if e.is_active() { e.friction / e.weight } else { Vec3::zeros() };
-                let before = old.map_or((0.0, Vec3::zeros()), |h| (h.load, h.traction));
-                // What stands in for the flexibility gives more by this than it did.
-                let gives = match place.returned {
-                    Some(returned) => e.bending_force() * place.compliance - returned,
-                    None => {
-                        let sliding = (traction - before.1) * (place.compliance / ratio);
-                        e.normal * (place.compliance * (e.sprung() - before.0)) + sliding
-                    }
-                };
-                let across = gives.dot(&e.normal);
-                let left = along - across;
-                let slid = moved - e.normal * along - (gives - e.normal * across);
-                // A slipping contact's stretch follows its normal force, whatever it does.
-                let slid = if e.slip() == 0.0 { slid } else { Vec3::zeros() };
-                largest = largest.max(left.abs()).max(slid.norm());
-                if e.is_active() {
-                    let adapts = place.returned.is_none() && place.compliance > 0.0;
-                    let adapted = |multiplier: &Multiplier| {
-                        if adapts { multiplier.adapted(left, &slid, tolerance) } else { multiplier.scale }
-                    };
-                    let scale = old.as_ref().map_or(self.first_scale, adapted);
-                    multipliers.push(Multiplier {
-                        feature,
-                        weight: e.weight,
-                        load: e.sprung(),
-                        traction,
-                        scale,
-                        left,
-                        slid,
-                    });
-                } else if let Some(old) = old {
-                    // Its own push was too much for it. Without this a patch of contacts that close at once opens at once, each of
-                    // them forgets that it swings, and all close again just as before.
-                    let adapts = place.returned.is_none() && place.compliance > 0.0;
-                    let scale = if adapts { 2.0 * old.scale } else { old.scale };
-                    multipliers.push(Multiplier { load: 0.0, traction, scale, left: 0.0, slid, ..old });
-                }
-            }
-            pair.multipliers = multipliers;
-            pair.forget_places();
-            largest
+        let augmentation = Augmentation {
+            fields: &self.fields,
+            poses,
+            ratio: model.law.tangential_ratio,
+            first_scale: self.first_scale,
+            tolerance,
         };
-        let gaps: Vec<f64> = self.pairs.par_iter_mut().map(mismatch).collect();
+        let gaps: Vec<f64> = self.pairs.par_iter_mut().map(|pair| augmentation.take_over(pair)).collect();
         if !were.is_empty() {
             self.followed.resize_with(were.len(), Followed::default);
             let bodies = self.fields.par_iter_mut().zip(&were).zip(&mut self.followed);
@@ -289,6 +229,99 @@ impl Contacts {
                 None => 0.5 * loads.iter().map(|load| work(load, field)).sum::<f64>(),
             })
             .sum()
+    }
+}
+
+/// What contacts take over of a configuration as a new augmentation.
+struct Augmentation<'a> {
+    fields: &'a [SurfaceField],
+    poses: &'a [Pose],
+    /// Tangential over normal stiffness.
+    ratio: f64,
+    /// Of compliances over the first guess, where a contact is new.
+    first_scale: f64,
+    /// What gaps may be off by [m].
+    tolerance: f64,
+}
+
+impl Augmentation<'_> {
+    /// Takes over the forces of a pair as its multipliers, and forgets its places; the largest change of a gap or a stretch [m].
+    fn take_over(&self, pair: &mut PairWork) -> f64 {
+        let mut multipliers = Vec::with_capacity(pair.multipliers.len());
+        let mut largest: f64 = 0.0;
+        for point in &pair.points {
+            let old = pair.multiplier(point.site.feature).copied();
+            let Some(place) = pair.place(point.site.feature) else { continue };
+            let moved = self.displacement([pair.a(), pair.b()], place) - place.elastic;
+            let (multiplier, off) = self.follow(point, place, &moved, old);
+            multipliers.extend(multiplier);
+            largest = largest.max(off);
+        }
+        pair.multipliers = multipliers;
+        pair.forget_places();
+        largest
+    }
+
+    /// Elastic displacement of the surface of `b` relative to that of `a` [m], in space.
+    fn displacement(&self, [a, b]: [usize; 2], place: &ContactPlace) -> Vec3 {
+        let at = |body: usize, on: &Option<SurfacePoint>| {
+            let turned = |p: &SurfacePoint| self.poses[body].rotation * interpolate(p, &self.fields[body]);
+            on.as_ref().map_or(Vec3::zeros(), turned)
+        };
+        at(b, &place.on_b) - at(a, &place.on_a)
+    }
+
+    /// What a contact whose surfaces have `moved` [m] keeps of its force, `old` being that of the augmentation before, and by how much its gap or its
+    /// stretch is off [m].
+    fn follow(
+        &self,
+        point: &ContactPoint,
+        place: &ContactPlace,
+        moved: &Vec3,
+        old: Option<Multiplier>,
+    ) -> (Option<Multiplier>, f64) {
+        let e = &point.evaluation;
+        let along = moved.dot(&e.normal);
+        if !e.is_active() && old.is_none_or(|multiplier| multiplier.load == 0.0) {
+            // Open now, and closed by what has moved since. Edges that end here carry nothing at any gap.
+            let off = if e.weight > 0.0 { (-(point.opening() + along)).max(0.0) } else { 0.0 };
+            return (old, off);
+        }
+        let traction = if e.is_active() { e.friction / e.weight } else { Vec3::zeros() };
+        let before = old.map_or((0.0, Vec3::zeros()), |h| (h.load, h.traction));
+        // What stands in for the flexibility gives more by this than it did.
+        let gives = match place.returned {
+            Some(returned) => e.bending_force() * place.compliance - returned,
+            None => {
+                let sliding = (traction - before.1) * (place.compliance / self.ratio);
+                e.normal * (place.compliance * (e.sprung() - before.0)) + sliding
+            }
+        };
+        let across = gives.dot(&e.normal);
+        let left = along - across;
+        let slid = moved - e.normal * along - (gives - e.normal * across);
+        // A slipping contact's stretch follows its normal force, whatever it does.
+        let slid = if e.slip() == 0.0 { slid } else { Vec3::zeros() };
+        let off = left.abs().max(slid.norm());
+        let adapts = place.returned.is_none() && place.compliance > 0.0;
+        if e.is_active() {
+            let adapted = |multiplier: &Multiplier| {
+                if adapts { multiplier.adapted(left, &slid, self.tolerance) } else { multiplier.scale }
+            };
+            let scale = old.as_ref().map_or(self.first_scale, adapted);
+            let (feature, weight) = (point.site.feature, e.weight);
+            return (
+                Some(Multiplier { feature, weight, load: e.sprung(), traction, scale, left, slid }),
+                off,
+            );
+        }
+        // Its own push was too much for it. Without this a patch of contacts that close at once opens at once, each of
+        // them forgets that it swings, and all close again just as before.
+        let swung = |old: Multiplier| {
+            let scale = if adapts { 2.0 * old.scale } else { old.scale };
+            Multiplier { load: 0.0, traction, scale, left: 0.0, slid, ..old }
+        };
+        (old.map(swung), off)
     }
 }
 

@@ -9,6 +9,7 @@ use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_tr
 use crate::contact::law::CORE_FLOOR;
 use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTangent};
 use crate::contact::visit::nearest_piece;
+use crate::geometry::Edge;
 use crate::geometry::neighbours::{Ball, BallGrid};
 use crate::model::{BodyKind, Membrane, Model};
 use crate::tensor::{Pose, Vec3};
@@ -213,17 +214,16 @@ impl MembraneContacts {
                 let shape = &model.shapes[body];
                 let radii = shape.rounded.radius + membrane.rounding();
                 let ball = Ball { centre: poses[body].position, radius: shape.bounding_radius };
-                let facets = grid.near(&ball, radii + skin);
-                let is_plate = model.bodies[body].kind == BodyKind::Plate;
-                let list = BodyContacts::list(
-                    (body, is_plate),
+                let of = Vicinity {
+                    is_plate: model.bodies[body].kind == BodyKind::Plate,
                     membrane,
                     shape,
-                    &corners[body],
+                    corners: &corners[body],
                     positions,
-                    &facets,
+                    radii,
                     skin,
-                );
+                };
+                let list = BodyContacts::list(body, &of, &grid.near(&ball, of.reach()));
                 (!list.named.is_empty()).then_some(list)
             })
             .collect();
@@ -242,98 +242,127 @@ fn overlap(a: &(Vec3, Vec3), b: &(Vec3, Vec3)) -> bool {
     (0..3).all(|k| a.0[k] <= b.1[k] && b.0[k] <= a.1[k])
 }
 
-impl BodyContacts {
-    fn list(
-        (body, is_plate): (usize, bool),
-        membrane: &Membrane,
-        shape: &ContactShape,
-        corners: &[Vec3],
-        positions: &[Vec3],
-        facets: &[usize],
-        skin: f64,
-    ) -> Self {
-        let core = &shape.rounded.core;
-        let radii = shape.rounded.radius + membrane.rounding();
-        let reach = radii + skin;
-        let around = bounds(corners.iter().copied(), reach);
-        // What is glued to a plate is beside it, not in contact with it.
-        let counts = |nodes: &[usize]| !(is_plate && nodes.iter().any(|&n| membrane.is_glued(n)));
-        let near: Vec<usize> = facets
-            .iter()
-            .copied()
-            .filter(|&f| {
-                let x = membrane.facets[f].map(|n| positions[n]);
-                overlap(&around, &bounds(x.into_iter(), 0.0))
-            })
-            .collect();
+/// A body beside the membrane, as its lists are made.
+struct Vicinity<'a> {
+    is_plate: bool,
+    membrane: &'a Membrane,
+    shape: &'a ContactShape,
+    /// Vertices of the body's core in space [m].
+    corners: &'a [Vec3],
+    /// Nodes of the membrane [m].
+    positions: &'a [Vec3],
+    /// Sum of the roundings [m].
+    radii: f64,
+    /// And how much farther off pieces are listed [m].
+    skin: f64,
+}
 
-        let mut nodes = Vec::new();
-        let mut candidates: Vec<usize> = near.iter().flat_map(|&f| membrane.facets[f]).collect();
+impl Vicinity<'_> {
+    /// Distance from the core up to which pieces are listed [m].
+    fn reach(&self) -> f64 {
+        self.radii + self.skin
+    }
+
+    /// What is glued to a plate is beside it, not in contact with it.
+    fn counts(&self, nodes: &[usize]) -> bool {
+        !(self.is_plate && nodes.iter().any(|&n| self.membrane.is_glued(n)))
+    }
+
+    /// Where the nodes of a piece of membrane are [m].
+    fn at<const N: usize>(&self, nodes: [usize; N]) -> [Vec3; N] {
+        nodes.map(|n| self.positions[n])
+    }
+
+    /// The nodes of these facets that are in reach, with the facets of the core that may be closest to them.
+    fn nodes(&self, near: &[usize], around: &(Vec3, Vec3)) -> Vec<NodeReach> {
+        let core = &self.shape.rounded.core;
+        let mut candidates: Vec<usize> = near.iter().flat_map(|&f| self.membrane.facets[f]).collect();
         candidates.sort_unstable();
         candidates.dedup();
-        for &node in candidates.iter().filter(|&&node| counts(&[node])) {
-            let x = &positions[node];
+        let mut nodes = Vec::new();
+        for &node in candidates.iter().filter(|&&node| self.counts(&[node])) {
+            let x = &self.positions[node];
             if core.facets.is_empty() {
-                if (x - corners[0]).norm() < reach {
+                if (x - self.corners[0]).norm() < self.reach() {
                     nodes.push(NodeReach { node: node as u32, facets: Vec::new() });
                 }
                 continue;
             }
-            if !overlap(&around, &(*x, *x)) {
+            if !overlap(around, &(*x, *x)) {
                 continue;
             }
-            let distances: Vec<f64> = core
-                .facets
-                .iter()
-                .map(|f| (closest_on_triangle(x, f.map(|v| &corners[v])).0 - x).norm())
-                .collect();
+            let distance =
+                |f: &[usize; 3]| (closest_on_triangle(x, f.map(|v| &self.corners[v])).0 - x).norm();
+            let distances: Vec<f64> = core.facets.iter().map(distance).collect();
             let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
-            if nearest < reach {
-                let may_be_closest = |&f: &u32| distances[f as usize] <= nearest + 2.0 * skin;
+            if nearest < self.reach() {
+                let may_be_closest = |&f: &u32| distances[f as usize] <= nearest + 2.0 * self.skin;
                 let facets = (0..distances.len() as u32).filter(may_be_closest).collect();
                 nodes.push(NodeReach { node: node as u32, facets });
             }
         }
+        nodes
+    }
 
-        let (mut vertices, mut edges) = (Vec::new(), Vec::new());
-        for &f in near.iter().filter(|&&f| counts(&membrane.facets[f])) {
-            let x = membrane.facets[f].map(|n| positions[n]);
-            let boxed = bounds(x.into_iter(), reach);
-            for (v, p) in corners.iter().enumerate() {
+    /// The vertices of the core that are in reach of one of these facets, each with it.
+    fn vertices(&self, near: &[usize]) -> Vec<(u32, u32)> {
+        let mut vertices = Vec::new();
+        for &f in near.iter().filter(|&&f| self.counts(&self.membrane.facets[f])) {
+            let x = self.at(self.membrane.facets[f]);
+            let boxed = bounds(x.into_iter(), self.reach());
+            for (v, p) in self.corners.iter().enumerate() {
                 if overlap(&boxed, &(*p, *p))
-                    && (closest_on_triangle(p, [&x[0], &x[1], &x[2]]).0 - p).norm() < reach
+                    && (closest_on_triangle(p, [&x[0], &x[1], &x[2]]).0 - p).norm() < self.reach()
                 {
                     vertices.push((v as u32, f as u32));
                 }
             }
         }
-        let mut own: Vec<u32> = near
-            .iter()
-            .flat_map(|&f| {
-                let [a, b, c] = membrane.facets[f];
-                [[a, b], [b, c], [c, a]].map(|[i, j]| [i.min(j), i.max(j)])
-            })
-            .filter(|edge| counts(edge))
-            .filter_map(|edge| membrane.edges.binary_search(&edge).ok().map(|e| e as u32))
-            .collect();
+        vertices
+    }
+
+    /// The edges of the core that are in reach of an edge of one of these facets, each with it.
+    fn edges(&self, near: &[usize]) -> Vec<(u32, u32)> {
+        let membrane = self.membrane;
+        let sides = |&f: &usize| {
+            let [a, b, c] = membrane.facets[f];
+            [[a, b], [b, c], [c, a]].map(|[i, j]| [i.min(j), i.max(j)])
+        };
+        let number = |edge: [usize; 2]| membrane.edges.binary_search(&edge).ok().map(|e| e as u32);
+        let counting = near.iter().flat_map(sides).filter(|edge| self.counts(edge));
+        let mut own: Vec<u32> = counting.filter_map(number).collect();
         own.sort_unstable();
         own.dedup();
-        let boxes: Vec<(Vec3, Vec3)> =
-            core.edges.iter().map(|edge| bounds(edge.vertices.iter().map(|&v| corners[v]), reach)).collect();
+        let edges_of_core = &self.shape.rounded.core.edges;
+        let boxed = |edge: &Edge| bounds(edge.vertices.iter().map(|&v| self.corners[v]), self.reach());
+        let boxes: Vec<(Vec3, Vec3)> = edges_of_core.iter().map(boxed).collect();
+        let mut edges = Vec::new();
         for &e in &own {
-            let [q0, q1] = membrane.edges[e as usize].map(|n| positions[n]);
+            let [q0, q1] = self.at(membrane.edges[e as usize]);
             let boxed = bounds([q0, q1].into_iter(), 0.0);
-            for (i, edge) in core.edges.iter().enumerate() {
-                if shape.edge_weight[i] == 0.0 || !overlap(&boxes[i], &boxed) {
+            for (i, edge) in edges_of_core.iter().enumerate() {
+                if self.shape.edge_weight[i] == 0.0 || !overlap(&boxes[i], &boxed) {
                     continue;
                 }
-                let [p0, p1] = edge.vertices.map(|v| corners[v]);
+                let [p0, p1] = edge.vertices.map(|v| self.corners[v]);
                 let (s, t) = closest_on_segments(&p0, &p1, &q0, &q1);
-                if ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm() < reach {
+                if ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm() < self.reach() {
                     edges.push((i as u32, e));
                 }
             }
         }
+        edges
+    }
+}
+
+impl BodyContacts {
+    /// What of these `facets` of the membrane and their nodes and edges is in reach of a `body`.
+    fn list(body: usize, of: &Vicinity<'_>, facets: &[usize]) -> Self {
+        let membrane = of.membrane;
+        let around = bounds(of.corners.iter().copied(), of.reach());
+        let is_near = |&f: &usize| overlap(&around, &bounds(of.at(membrane.facets[f]).into_iter(), 0.0));
+        let near: Vec<usize> = facets.iter().copied().filter(is_near).collect();
+        let (nodes, vertices, edges) = (of.nodes(&near, &around), of.vertices(&near), of.edges(&near));
         let mut named: Vec<u32> = nodes.iter().map(|n| n.node).collect();
         named.extend(vertices.iter().flat_map(|&(_, f)| membrane.facets[f as usize].map(|n| n as u32)));
         named.extend(edges.iter().flat_map(|&(_, e)| membrane.edges[e as usize].map(|n| n as u32)));
@@ -344,7 +373,7 @@ impl BodyContacts {
             nodes,
             vertices,
             edges,
-            radii,
+            radii: of.radii,
             named,
             points: Vec::new(),
             tangents: Vec::new(),

@@ -12,11 +12,12 @@
 
 use crate::contact::corner::CornerWeight;
 use crate::contact::face::FaceWeight;
-use crate::contact::features::{LinePair, Site, closest_points};
+use crate::contact::features::{EdgeWeight, LinePair, Site, closest_points};
 use crate::contact::friction::{Pressed, rub};
 use crate::contact::law::ContactLaw;
 use crate::contact::state::Frame;
 pub use crate::contact::state::{Evaluation, Kinematics, PointState};
+use crate::contact::wrench::Wrench;
 use crate::tensor::Vec3;
 use crate::tensor::dual::{Dual, Real, Vector};
 
@@ -118,17 +119,23 @@ struct Sides<T> {
     normals: [Vector<T>; 2],
 }
 
+impl<T: Real> Sides<T> {
+    /// From the first point of each body to its second: the axes of corners.
+    fn axes(&self) -> [Vector<T>; 2] {
+        [self.a[1] - self.a[0], self.b[1] - self.b[0]]
+    }
+}
+
 /// The contact with the elastic displacement `displaced` on top of the state's; its wrench, and the force on `b` that bends bodies, which the weight's
 /// gradient is no part of.
 fn wrench<T: Real>(
     &Situation { law, site, state, .. }: &Situation<'_>,
-    Sides { a, b, normals }: &Sides<T>,
+    sides: &Sides<T>,
     [frame_a, frame_b]: [&Frame<T>; 2],
     displaced: &Vector<T>,
 ) -> (Evaluation, [T; 12], Vector<T>) {
     let zero = T::constant(0.0);
-    let is_edge_pair = site.count_a == 2 && site.count_b == 2;
-    let (xa, xb) = closest_points(site, a, b);
+    let (xa, xb) = closest_points(site, &sides.a, &sides.b);
     let difference = xb - xa;
     let distance = difference.norm();
     if distance.value().is_nan() {
@@ -142,18 +149,8 @@ fn wrench<T: Real>(
     let overlap = undeformed - normal.dot(elastic) + T::constant(state.initial_overlap);
     // Halfway between the rounded surfaces, not between the cores.
     let point = (xa + xb + normal.times(T::constant(state.radius_difference))).times(T::constant(0.5));
-    let lines = is_edge_pair.then(|| LinePair::new(a, b));
-    let edge_weight = lines.as_ref().map(|l| l.weight(law));
-    let axes = [a[1] - a[0], b[1] - b[0]];
-    let corner_weight = state.corners.map(|cosines| CornerWeight::new(normal, axes, cosines));
-    let own_weight = match (&edge_weight, &corner_weight) {
-        (Some(edge), _) => edge.value,
-        (None, Some(corner)) => corner.value,
-        (None, None) => T::constant(1.0),
-    };
-    let face_weight = state.faces.map(|share| FaceWeight::new(share, *normals, normal));
-    let faced = face_weight.as_ref().map_or(T::constant(1.0), |face| face.value);
-    let weight = own_weight * faced;
+    let weights = Weights::new(law, site, state, sides, normal);
+    let weight = weights.own * weights.faced;
 
     let returned = Vector::constant(&state.returned);
     let pushed = overlap + T::constant(state.offset) + normal.dot(returned);
@@ -192,56 +189,80 @@ fn wrench<T: Real>(
         force_on_b = force_on_b + rub(law, state, [frame_a, frame_b], &pressed, displaced, &mut evaluation);
     }
     let bending = hardened.map_or(force_on_b, |[more, _]| force_on_b - normal.times(weight * more));
-    let arm_a = point - frame_a.position;
-    let arm_b = point - frame_b.position;
-    let mut force_a = -force_on_b;
-    let mut moment_a = arm_a.cross(force_a);
-    let mut force_b = force_on_b;
-    let mut moment_b = arm_b.cross(force_b);
-
+    let mut wrench = Wrench::new([frame_a, frame_b], point, force_on_b);
     let excess = match press {
         Some((asperity, _, press)) => press.energy.scaled(asperity.share),
         None => law.energy_at(linear.scaled(1.0 / state.spring)).scaled(state.spring),
     };
     let excess = hardened.map_or(excess, |[_, more]| excess + more);
     evaluation.energy = (weight * excess).value();
-    if let (Some(lines), Some(edge_weight)) = (&lines, &edge_weight)
-        && edge_weight.value.value() < 1.0
-    {
-        let gradient = lines.end_point_gradient(edge_weight, difference);
-        for (k, g) in gradient.iter().enumerate() {
-            let push = -g.times(excess * faced);
-            if k < 2 {
-                force_a = force_a + push;
-                moment_a = moment_a + (a[k] - frame_a.position).cross(push);
-            } else {
-                force_b = force_b + push;
-                moment_b = moment_b + (b[k - 2] - frame_b.position).cross(push);
-            }
-        }
-    }
-    if let Some(corner) = corner_weight.filter(|corner| corner.value.value() < 1.0) {
-        let across = corner.by_normal - normal.times(corner.by_normal.dot(normal));
-        let excess = excess * faced;
-        let push = -across.times(excess / distance);
-        force_b = force_b + push;
-        moment_b = moment_b + (b[0] - frame_b.position).cross(push);
-        force_a = force_a - push;
-        moment_a = moment_a - (a[0] - frame_a.position).cross(push);
-        moment_a = moment_a - axes[0].cross(corner.by_axes[0]).times(excess);
-        moment_b = moment_b - axes[1].cross(corner.by_axes[1]).times(excess);
-    }
-    if let Some(face) = face_weight {
-        let moment = face.by_turn.times(excess * own_weight);
-        moment_a = moment_a - moment;
-        moment_b = moment_b + moment;
-    }
-    let mut all = [zero; 12];
-    for (part, vector) in all.chunks_exact_mut(3).zip([force_a, moment_a, force_b, moment_b]) {
-        part.copy_from_slice(&vector.0);
-    }
+    weights.push(&mut wrench, sides, difference, excess);
+    let all = wrench.components();
     evaluation.wrench = all.map(T::value);
     (evaluation, all, bending)
+}
+
+/// What share of a contact its features carry, and how that changes.
+struct Weights<T> {
+    edge: Option<(LinePair<T>, EdgeWeight<T>)>,
+    corner: Option<CornerWeight<T>>,
+    face: Option<FaceWeight<T>>,
+    /// Of the edges or corners, and what faces leave to them.
+    own: T,
+    faced: T,
+}
+
+impl<T: Real> Weights<T> {
+    #[inline]
+    fn new(law: &ContactLaw, site: &Site, state: &PointState, sides: &Sides<T>, normal: Vector<T>) -> Self {
+        let one = T::constant(1.0);
+        let edge = (site.count_a == 2 && site.count_b == 2).then(|| {
+            let lines = LinePair::new(&sides.a, &sides.b);
+            let weight = lines.weight(law);
+            (lines, weight)
+        });
+        let corner = state.corners.map(|cosines| CornerWeight::new(normal, sides.axes(), cosines));
+        let own = match (&edge, &corner) {
+            (Some((_, edge)), _) => edge.value,
+            (None, Some(corner)) => corner.value,
+            (None, None) => one,
+        };
+        let face = state.faces.map(|share| FaceWeight::new(share, sides.normals, normal));
+        let faced = face.as_ref().map_or(one, |face| face.value);
+        Weights { edge, corner, face, own, faced }
+    }
+
+    /// Adds the force that comes of the share's own gradient: `difference` is from the core of `a` to that of `b` [m], `excess` the energy of the whole
+    /// contact [J].
+    #[inline]
+    fn push(&self, wrench: &mut Wrench<T>, sides: &Sides<T>, difference: Vector<T>, excess: T) {
+        if let Some((lines, edge)) = &self.edge
+            && edge.value.value() < 1.0
+        {
+            let gradient = lines.end_point_gradient(edge, difference);
+            for (k, g) in gradient.iter().enumerate() {
+                let push = -g.times(excess * self.faced);
+                if k < 2 { wrench.push_a(sides.a[k], push) } else { wrench.push_b(sides.b[k - 2], push) }
+            }
+        }
+        if let Some(corner) = self.corner.as_ref().filter(|corner| corner.value.value() < 1.0) {
+            let distance = difference.norm();
+            let normal = difference.times(T::constant(1.0) / distance);
+            let across = corner.by_normal - normal.times(corner.by_normal.dot(normal));
+            let excess = excess * self.faced;
+            let push = -across.times(excess / distance);
+            wrench.push_b(sides.b[0], push);
+            wrench.push_a(sides.a[0], -push);
+            let [axis_a, axis_b] = sides.axes();
+            wrench.turn_a(-axis_a.cross(corner.by_axes[0]).times(excess));
+            wrench.turn_b(-axis_b.cross(corner.by_axes[1]).times(excess));
+        }
+        if let Some(face) = &self.face {
+            let moment = face.by_turn.times(excess * self.own);
+            wrench.turn_a(-moment);
+            wrench.turn_b(moment);
+        }
+    }
 }
 
 #[cfg(test)]

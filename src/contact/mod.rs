@@ -29,6 +29,7 @@ pub mod mortar;
 pub mod search;
 pub mod state;
 pub mod visit;
+mod wrench;
 
 pub use asperity::{Asperity, NormalLaw};
 pub use corner::Corner;

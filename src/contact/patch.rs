@@ -16,6 +16,7 @@ use crate::contact::force::{Evaluation, Kinematics, PointState, Tangent, moving_
 use crate::contact::friction::{Pressed, rub};
 use crate::contact::law::ContactLaw;
 use crate::contact::state::Frame;
+use crate::contact::wrench::Wrench;
 use crate::tensor::dual::{Dual, Real, Vector};
 use crate::tensor::{Pose, Vec3};
 
@@ -147,16 +148,10 @@ fn wrenches<T: Real>(
         let stored = sums.square.scaled(0.5 * state.spring / faces.reference_area());
         evaluation.energy = (weight.value * stored).value();
         let moment = weight.by_turn.times(stored);
-        let parts = [
-            -force,
-            (place - frame_a.position).cross(-force) - moment,
-            force,
-            (place - frame_b.position).cross(force) + moment,
-        ];
-        let mut all = [T::constant(0.0); 12];
-        for (part, vector) in all.chunks_exact_mut(3).zip(parts) {
-            part.copy_from_slice(&vector.0);
-        }
+        let mut wrench = Wrench::new([frame_a, frame_b], place, force);
+        wrench.turn_a(-moment);
+        wrench.turn_b(moment);
+        let all = wrench.components();
         evaluation.wrench = all.map(T::value);
         (evaluation, all)
     };

@@ -9,7 +9,8 @@ use crate::case::{Case, Geometry};
 use crate::error::Result;
 use crate::model::{DamageCounts, Model};
 use crate::results::{Column, HistoryRow};
-use crate::specimen::breakage::{Breakage, GrainFate, Piece, measure, sieve_size};
+use crate::specimen::breakage::{Breakage, GrainFate, Piece, measure};
+use crate::specimen::opening::square_opening;
 
 /// What damage had come to when it was last measured: counts, and the damaged volume's bits.
 type Mark = (DamageCounts, u64);
@@ -65,13 +66,23 @@ impl BreakageMeter {
         let first = model.generated.iter().flatten();
         if self.before.is_empty() {
             let meshes: Vec<_> = first.clone().collect();
-            self.before = meshes.par_iter().map(|mesh| sieve_size(&mesh.surface_corners())).collect();
+            self.before = meshes.par_iter().map(|mesh| square_opening(&mesh.surface_corners())).collect();
         }
         let parts = model.parts();
         let parts =
             model.generated.iter().zip(&parts).filter_map(|(first, parts)| first.as_ref().map(|_| parts));
+        let grains = first.zip(parts).zip(&self.before);
+        let smaller = grains.clone().flat_map(|((first, parts), _)| {
+            let meshes = parts.iter().filter_map(|body| Some((*body, model.bodies[*body].damaged()?.mesh())));
+            meshes.filter(|(_, mesh)| mesh.cells.len() != first.cells.len())
+        });
+        let named = smaller.map(|(body, mesh)| ((body, mesh.cells.len()), mesh));
+        let unknown: Vec<_> = named.filter(|(name, _)| !self.pieces.contains_key(name)).collect();
+        let measured =
+            unknown.par_iter().map(|(name, mesh)| (*name, square_opening(&mesh.surface_corners())));
+        self.pieces.extend(measured.collect::<Vec<_>>());
         let mut fates = Vec::with_capacity(self.before.len());
-        for ((first, parts), size) in first.zip(parts).zip(&self.before) {
+        for ((first, parts), size) in grains {
             let volume = first.volume();
             let mut fate = GrainFate {
                 before: Piece { size: *size, volume },
@@ -85,10 +96,7 @@ impl BreakageMeter {
                 let (cells, volume) = (grain.mesh().cells.len(), grain.mesh().volume());
                 let size = match cells == first.cells.len() {
                     true => *size,
-                    false => *self
-                        .pieces
-                        .entry((*body, cells))
-                        .or_insert_with(|| sieve_size(&grain.mesh().surface_corners())),
+                    false => self.pieces[&(*body, cells)],
                 };
                 fate.pieces.push(Piece { size, volume });
                 fate.damaged_volume += grain.summary().damaged_volume;

@@ -98,27 +98,8 @@ impl Newton<'_> {
             if takes_anew {
                 self.stiffness_of_bodies_into(&mut stiffness, in_the_mean);
             }
-            for body in 0..self.dofs.carriers() {
-                for (component, unknown) in self.dofs.of(body).iter().enumerate() {
-                    let Some(k) = unknown.map(|k| k as usize) else { continue };
-                    let force = self.residual[k];
-                    let against = if velocity[k] == 0.0 { 0.0 } else { velocity[k].signum() };
-                    let damped = force - DAMPING * force.abs() * against;
-                    // Velocities in lengths a step.
-                    let drag = if force == 0.0 { DRAG } else { 1.0 };
-                    velocity[k] = drag * velocity[k] + pace * pace * damped / stiffness[body][component / 3];
-                }
-            }
-            // Each body within its own cap; what is light must not hold up the others.
-            for body in 0..self.dofs.carriers() {
-                let reach = self.reach(&velocity, body);
-                let most = share_of_cap * self.settings.motion_cap * lengths[body];
-                if reach > most {
-                    for k in self.dofs.of(body).iter().flatten() {
-                        velocity[*k as usize] *= most / reach;
-                    }
-                }
-            }
+            self.accelerate(&mut velocity, &stiffness, pace);
+            self.limit(&mut velocity, share_of_cap, &lengths);
             let factor = self.largest_factor(&velocity);
             step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
             from.0.clone_from(&self.poses);
@@ -148,6 +129,33 @@ impl Newton<'_> {
             }
         }
         StepEnd::Reduced
+    }
+
+    /// Changes velocities [m a step] by the forces on bodies and by damping.
+    fn accelerate(&self, velocity: &mut [f64], stiffness: &[[f64; 2]], pace: f64) {
+        for (body, stiffness) in stiffness.iter().enumerate() {
+            for (component, unknown) in self.dofs.of(body).iter().enumerate() {
+                let Some(k) = unknown.map(|k| k as usize) else { continue };
+                let force = self.residual[k];
+                let against = if velocity[k] == 0.0 { 0.0 } else { velocity[k].signum() };
+                let damped = force - DAMPING * force.abs() * against;
+                let drag = if force == 0.0 { DRAG } else { 1.0 };
+                velocity[k] = drag * velocity[k] + pace * pace * damped / stiffness[component / 3];
+            }
+        }
+    }
+
+    /// Keeps each body within its own cap: what is light must not hold up the others.
+    fn limit(&self, velocity: &mut [f64], share_of_cap: f64, lengths: &[f64]) {
+        for (body, length) in lengths.iter().enumerate().take(self.dofs.carriers()) {
+            let reach = self.reach(velocity, body);
+            let most = share_of_cap * self.settings.motion_cap * length;
+            if reach > most {
+                for k in self.dofs.of(body).iter().flatten() {
+                    velocity[*k as usize] *= most / reach;
+                }
+            }
+        }
     }
 
     /// Adds the work of `forces` [N] on the unknowns over a step [m], without that of forces applied from outside [J].

@@ -5,6 +5,7 @@
 //! ([`crate::solver::dynamic_relaxation`]). In increments of many steps friction acts along the way.
 //! The work of all forces is summed along the way ([`crate::solver::path`]).
 
+use crate::solver::balance::Balance;
 use crate::solver::damage::DamageWatch;
 use crate::solver::dynamic_relaxation::Enough;
 use crate::solver::equilibrium::{Equilibrium, Following};
@@ -138,6 +139,69 @@ struct Settled {
     energy: f64,
 }
 
+/// An increment on the way.
+struct March {
+    until: Stabilisation,
+    course: Course,
+    room: Room,
+    damage: DamageWatch,
+    path: Path,
+    drag: Drag,
+    relaxations: Relaxations,
+    found: Equilibrium,
+    /// Whether work is summed: scenes come to rest, and book what they lose on the way as a remainder.
+    tells_work: bool,
+    /// Whether friction acts along the way.
+    rebases: bool,
+    /// Steps whose work is summed.
+    counted: usize,
+    /// Fruitless steps in a row.
+    fruitless: usize,
+    /// Goes of explicit steps that did not end.
+    endless: usize,
+}
+
+impl March {
+    fn from(newton: &Newton<'_>) -> Self {
+        let (model, settings) = (newton.model, newton.settings);
+        let until = settings.stabilisation;
+        let course = Course::to(until, settings);
+        let waits = model.waits_for_augmentations();
+        March {
+            until,
+            room: if waits || model.wall.is_some() { Room::OfAll } else { Room::OfEach },
+            damage: DamageWatch::new(model, settings),
+            path: Path::from(newton),
+            drag: newton.uniform_drag(course.first_drag),
+            relaxations: Relaxations::new(settings.relaxation.filter(|_| newton.can_relax())),
+            found: Equilibrium::begun(newton.balance()),
+            tells_work: !model.is_of_a_scene() || until != Stabilisation::Rest,
+            rebases: !waits,
+            counted: 0,
+            fruitless: 0,
+            endless: 0,
+            course,
+        }
+    }
+
+    /// Where a dynamic relaxation takes the place of the next step, what it may leave out of balance and its most steps.
+    fn relaxation_due(&mut self) -> Option<(f64, usize)> {
+        self.relaxations.due(self.found.augmentations, self.found.balance.out_of_balance)
+    }
+
+    /// Whether explicit steps may follow an implicit one.
+    fn may_go_on_explicitly(&self) -> bool {
+        self.found.augmentations > 1 && (self.until != Stabilisation::Rest || self.endless < MOST_ENDLESS)
+    }
+
+    /// Whether friction is to act along the way from here on. Most of a driven body's way is prescribed, and what the first step leaves slides back: in a
+    /// scene it is not because bodies have gone far.
+    fn is_to_rebase(&self, newton: &Newton<'_>) -> bool {
+        let many = self.found.augmentations - self.counted == REBASE_EVERY;
+        self.rebases && (many || !newton.model.is_of_a_scene() && self.path.reach(newton) > REBASE_BEYOND)
+    }
+}
+
 impl Newton<'_> {
     /// Brings the model into balance, or near enough to go on from, beginning in its present configuration.
     pub fn equilibrate(&mut self) -> Equilibrium {
@@ -189,115 +253,101 @@ impl Newton<'_> {
 
     /// Takes the steps of an increment.
     fn march(&mut self) -> Equilibrium {
-        let settings = self.settings;
-        let until = settings.stabilisation;
-        let Course { first_drag, least_drag, most_steps, most_fruitless, cut } = Course::to(until, settings);
-        let mut damage = DamageWatch::new(self.model, settings);
-        let waits = self.model.waits_for_augmentations();
-        let room = if waits || self.model.wall.is_some() { Room::OfAll } else { Room::OfEach };
         self.gather();
-        let mut path = Path::from(self);
-        let mut drag = self.uniform_drag(first_drag);
-        let mut found = Equilibrium::begun(self.balance());
-        if most_steps == 0 {
-            return Equilibrium { surface_energy: self.surface_energy(), ..found };
+        let mut march = March::from(self);
+        if march.course.most_steps == 0 {
+            return Equilibrium { surface_energy: self.surface_energy(), ..march.found };
         }
-        // Scenes come to rest, and book what they lose on the way as a remainder.
-        let tells_work = !self.model.is_of_a_scene() || until != Stabilisation::Rest;
-        let mut relaxations = Relaxations::new(settings.relaxation.filter(|_| self.can_relax()));
-        // Steps whose work is summed, fruitless ones in a row, and goes of explicit ones that did not end.
-        let (mut counted, mut fruitless, mut endless) = (0, 0, 0);
         loop {
-            self.counters.augmentations += 1;
-            found.augmentations += 1;
-            let due = relaxations.due(found.augmentations, found.balance.out_of_balance);
-            let end = if let Some((enough, most_steps)) = due {
-                let end = self.relax_dynamically(Enough::OnAny(enough), most_steps, None);
-                // What the way behind took is in the books; from here on it is counted anew.
-                drag = self.count_from_here(&mut path, first_drag);
-                counted = found.augmentations;
-                end
-            } else {
-                let begun = self.balance().unrest;
-                let end = self.implicit_step(&mut drag, &self.left_of_step(until), room);
-                let may_end = until != Stabilisation::Rest || endless < MOST_ENDLESS;
-                let may_follow = found.augmentations > 1 && may_end;
-                if let Some(most) = self.left_to_explicit_steps(until, begun).filter(|_| may_follow) {
-                    path.go_on(self, cut);
-                    let end = self.relax_dynamically(most, EXPLICIT_STEPS, Some(&mut path.work));
-                    endless += usize::from(end != StepEnd::Solved);
-                    drag = self.count_from_here(&mut path, first_drag);
-                    counted = found.augmentations;
-                    end
-                } else {
-                    end
-                }
-            };
-            let settled = match self.settle(&mut damage, until) {
+            let end = self.go_on(&mut march);
+            let settled = match self.settle(&mut march.damage, march.until) {
                 Ok(settled) => settled,
-                Err(problem) => return Equilibrium { broke: Some(problem.to_string()), ..found },
+                Err(problem) => return Equilibrium { broke: Some(problem.to_string()), ..march.found },
             };
-            found.balance = self.balance();
-            found.surface_energy = settled.energy;
-            found.history.push(found.balance.out_of_balance);
-            tracing::trace!(
-                ?end,
-                unrest = found.balance.unrest,
-                out_of_balance = found.balance.out_of_balance,
-                "step"
-            );
-            found.converged =
-                until.is_met(&found.balance, self.tolerance) && settled.fully && self.control_is_met();
-            let gained = match until {
-                Stabilisation::Unrest(_) => end == StepEnd::Solved,
-                Stabilisation::Rest => end != StepEnd::Stalled,
-            };
-            fruitless = if gained { 0 } else { fruitless + 1 };
-            if fruitless >= most_fruitless && relaxations.hasten() {
-                fruitless = 0;
-            }
-            let tired = fruitless >= most_fruitless || found.augmentations >= most_steps;
-            if tired && matches!(until, Stabilisation::Unrest(_)) {
-                let is_taken = end != StepEnd::Stalled && settled.nearly && self.control_is_met();
-                found.unsettled = is_taken && !settled.fully;
-                found.converged |= is_taken;
-            }
-            let stops = settings.stop.is_raised();
-            // A step that was cut short is not what an uninterrupted run comes to.
-            found.converged &= !stops;
-            let ends = found.converged || tired || stops;
-            // Most of a driven body's way is prescribed, and what the first step leaves slides back: in a scene friction does not act anew because bodies
-            // have gone far.
-            let is_due = found.augmentations - counted == REBASE_EVERY
-                || !self.model.is_of_a_scene() && path.reach(self) > REBASE_BEYOND;
-            let rebases = is_due && !waits;
-            if (ends || rebases) && tells_work {
-                path.go_on(self, cut);
-            }
-            if ends || rebases {
-                counted = found.augmentations;
+            let ends = self.judge(&mut march, end, &settled);
+            let rebases = march.is_to_rebase(self);
+            if (ends || rebases) && march.tells_work {
+                march.path.go_on(self, march.course.cut);
             }
             if ends {
-                (found.work, found.pressure_work) = (path.work, path.pressure_work);
-                return found;
+                let (work, pressure_work) = (march.path.work, march.path.pressure_work);
+                return Equilibrium { work, pressure_work, ..march.found };
             }
             if rebases {
+                march.counted = march.found.augmentations;
                 self.rebase();
                 self.evaluate();
             }
             // Where nothing has to come to rest the next step is the next chance, solved or not.
-            if end == StepEnd::Solved || until != Stabilisation::Rest {
-                drag.lower(DRAG_LOWER, least_drag, self);
+            if end == StepEnd::Solved || march.until != Stabilisation::Rest {
+                march.drag.lower(DRAG_LOWER, march.course.least_drag, self);
             }
         }
     }
 
-    /// Has friction and work count from where explicit steps have ended; the drag of the next implicit one.
-    fn count_from_here(&mut self, path: &mut Path, first_drag: f64) -> Drag {
+    /// Takes the next step: an implicit one, with explicit ones behind it where much moves, or a dynamic relaxation in its place.
+    fn go_on(&mut self, march: &mut March) -> StepEnd {
+        self.counters.augmentations += 1;
+        march.found.augmentations += 1;
+        if let Some((enough, most_steps)) = march.relaxation_due() {
+            let end = self.relax_dynamically(Enough::OnAny(enough), most_steps, None);
+            self.count_from_here(march);
+            return end;
+        }
+        let begun = self.balance().unrest;
+        let leave = self.left_of_step(march.until);
+        let end = self.implicit_step(&mut march.drag, &leave, march.room);
+        let Some(most) =
+            self.left_to_explicit_steps(march.until, begun).filter(|_| march.may_go_on_explicitly())
+        else {
+            return end;
+        };
+        march.path.go_on(self, march.course.cut);
+        let end = self.relax_dynamically(most, EXPLICIT_STEPS, Some(&mut march.path.work));
+        march.endless += usize::from(end != StepEnd::Solved);
+        self.count_from_here(march);
+        end
+    }
+
+    /// Has friction and work count from where explicit steps have ended, and the drag begin anew.
+    fn count_from_here(&mut self, march: &mut March) {
         self.rebase();
         self.evaluate();
-        path.restart(self);
-        self.uniform_drag(first_drag)
+        march.path.restart(self);
+        march.counted = march.found.augmentations;
+        march.drag = self.uniform_drag(march.course.first_drag);
+    }
+
+    /// Notes what a step came to; whether the increment ends with it.
+    fn judge(&self, march: &mut March, end: StepEnd, settled: &Settled) -> bool {
+        let until = march.until;
+        let found = &mut march.found;
+        found.balance = self.balance();
+        found.surface_energy = settled.energy;
+        found.history.push(found.balance.out_of_balance);
+        let Balance { unrest, out_of_balance, .. } = found.balance;
+        tracing::trace!(?end, unrest, out_of_balance, "step");
+        found.converged =
+            until.is_met(&found.balance, self.tolerance) && settled.fully && self.control_is_met();
+        let gained = match until {
+            Stabilisation::Unrest(_) => end == StepEnd::Solved,
+            Stabilisation::Rest => end != StepEnd::Stalled,
+        };
+        march.fruitless = if gained { 0 } else { march.fruitless + 1 };
+        if march.fruitless >= march.course.most_fruitless && march.relaxations.hasten() {
+            march.fruitless = 0;
+        }
+        let tired =
+            march.fruitless >= march.course.most_fruitless || found.augmentations >= march.course.most_steps;
+        if tired && matches!(until, Stabilisation::Unrest(_)) {
+            let is_taken = end != StepEnd::Stalled && settled.nearly && self.control_is_met();
+            found.unsettled = is_taken && !settled.fully;
+            found.converged |= is_taken;
+        }
+        let stops = self.settings.stop.is_raised();
+        // A step that was cut short is not what an uninterrupted run comes to.
+        found.converged &= !stops;
+        found.converged || tired || stops
     }
 
     /// Where an implicit step that began with this unrest has brought it not much nearer to what an increment is to come to, what explicit ones may leave.

@@ -6,6 +6,7 @@
 
 use crate::solver::balance::Yardsticks;
 use crate::solver::newton::Newton;
+use crate::tensor::Pose;
 
 /// Times that the drag of some bodies rises in a step.
 const MOST_RAISES: usize = 6;
@@ -66,6 +67,18 @@ pub(super) struct Drag {
     weights: Vec<f64>,
 }
 
+/// What a line search came to.
+struct Search {
+    /// Forces and drag at the length that was taken, if one was.
+    accepted: Option<Vec<f64>>,
+    /// The length that was tried last, or would be next.
+    factor: f64,
+    /// The least merit of a length that was refused, and that length.
+    least: (f64, f64),
+    /// Forces and drag at the longest that was refused and can be stood at.
+    refused: Option<Vec<f64>>,
+}
+
 /// What a step makes less of: the sum of squares.
 pub(super) fn merit(forces: &[f64]) -> f64 {
     forces.iter().map(|force| force * force).sum()
@@ -102,41 +115,20 @@ impl Newton<'_> {
                     return StepEnd::Solved;
                 }
             }
-            let now = merit(&held);
             self.counters.newton_iterations += 1;
             let Some(mut step) = self.step(&held) else { break };
             let shortened = self.clip(&mut step, room);
             let from = (self.poses.clone(), self.away.clone());
-            let (mut factor, mut refused) = (self.largest_factor(&step), None);
-            let mut least = (f64::INFINITY, 0.0);
-            let accepted = (0..leave.most_trials).find_map(|number| {
-                let bound = now * (1.0 - DECREASE * factor * shortened);
-                let trial = self.try_step(&from, &step, factor);
-                let value = trial.as_deref().map_or(f64::INFINITY, merit);
-                if value < bound {
-                    return trial;
-                }
-                // The whole length may be wrong for few alone.
-                let first = trial.as_deref().filter(|_| number == 0);
-                let settled = first.and_then(|held| self.settle_few(held, room));
-                if settled.as_deref().is_some_and(|held| merit(held) < bound) {
-                    return settled;
-                }
-                if value < least.0 {
-                    least = (value, factor);
-                }
-                factor *= 0.5;
-                refused = refused.take().or(trial);
-                None
-            });
+            let now = merit(&held);
+            let search = self.search_along(&from, &step, now, shortened, leave.most_trials, room);
             tracing::trace!(
-                accepted = accepted.is_some(),
-                factor,
+                accepted = search.accepted.is_some(),
+                factor = search.factor,
                 merit = now,
                 drag = drag.weights.iter().copied().fold(0.0, f64::max),
                 "iteration"
             );
-            if let Some(new) = accepted {
+            if let Some(new) = search.accepted {
                 (held, gained) = (new, true);
                 if self.has_gone_far(leave.farthest) {
                     return StepEnd::Reduced;
@@ -145,15 +137,15 @@ impl Newton<'_> {
             }
             raises += 1;
             if raises > MOST_RAISES {
-                if leave.goes_uphill && least.0.is_finite() {
-                    self.try_step(&from, &step, least.1);
+                if leave.goes_uphill && search.least.0.is_finite() {
+                    self.try_step(&from, &step, search.least.1);
                 } else {
                     self.go_to(from.0, from.1);
                 }
                 break;
             }
             self.go_to(from.0, from.1);
-            self.raise(drag, &held, refused.as_deref().unwrap_or(&held));
+            self.raise(drag, &held, search.refused.as_deref().unwrap_or(&held));
             self.weights.clone_from(&drag.weights);
             held = self.held_residual();
         }
@@ -164,6 +156,47 @@ impl Newton<'_> {
         } else {
             StepEnd::Stalled
         }
+    }
+
+    /// Tries `most_trials` lengths of a step, each half of the one before, for one that brings the merit low enough below the one where it begins, `now`.
+    /// `shortened` is the share that clipping has left of what counts.
+    fn search_along(
+        &mut self,
+        from: &(Vec<Pose>, Vec<f64>),
+        step: &[f64],
+        now: f64,
+        shortened: f64,
+        most_trials: usize,
+        room: Room,
+    ) -> Search {
+        let mut search = Search {
+            accepted: None,
+            factor: self.largest_factor(step),
+            least: (f64::INFINITY, 0.0),
+            refused: None,
+        };
+        for number in 0..most_trials {
+            let bound = now * (1.0 - DECREASE * search.factor * shortened);
+            let trial = self.try_step(from, step, search.factor);
+            let value = trial.as_deref().map_or(f64::INFINITY, merit);
+            if value < bound {
+                search.accepted = trial;
+                break;
+            }
+            // The whole length may be wrong for few alone.
+            let first = trial.as_deref().filter(|_| number == 0);
+            let settled = first.and_then(|held| self.settle_few(held, room));
+            if settled.as_deref().is_some_and(|held| merit(held) < bound) {
+                search.accepted = settled;
+                break;
+            }
+            if value < search.least.0 {
+                search.least = (value, search.factor);
+            }
+            search.factor *= 0.5;
+            search.refused = search.refused.or(trial);
+        }
+        search
     }
 
     /// Whether any body has come this far in a step, over the length that it may go in an iteration.

@@ -15,8 +15,6 @@
 //! All three are evaluated on the pieces themselves, not on a curve drawn through sieves (Marsal's needs sieves by definition).
 
 use crate::error::{Error, Result};
-use crate::specimen::shape::square_opening;
-use crate::tensor::Vec3;
 
 /// Size below which nothing breaks further, for Hardin's and Einav's indices [m].
 pub const FINEST: f64 = 0.074e-3;
@@ -112,12 +110,6 @@ pub struct Breakage {
     /// Fits of all present pieces' sizes; `None` for fewer than two different sizes.
     pub lognormal: Option<Fit>,
     pub weibull: Option<Fit>,
-}
-
-/// Sieve size [m] of a convex body with these corners [m], the measure for grains and fragments here: the square opening that it
-/// passes. Points inside the body, its edges or its facets change nothing.
-pub fn sieve_size(corners: &[Vec3]) -> f64 {
-    square_opening(corners)
 }
 
 /// The measures of a specimen over `sieves` [m].
@@ -427,19 +419,6 @@ mod tests {
         let fit = fit_weibull(&weibull).expect("a fit");
         assert!((fit.shape / 1.7 - 1.0).abs() < 5e-3 && (fit.scale / 0.03 - 1.0).abs() < 2e-3, "{fit:?}");
         assert!(fit.distance < 2e-3 && fit_lognormal(&weibull).expect("a fit").distance > 0.02);
-    }
-
-    #[test]
-    fn size_is_the_square_opening() {
-        let mut corners = crate::geometry::Polyhedron::cuboid([0.03, 0.02, 0.05]).expect("a box").vertices;
-        assert!((sieve_size(&corners) / 0.03 - 1.0).abs() < 2e-3);
-        // As a mesh has them: on edges and facets, where a hull out of triangles has some without area.
-        corners.extend([
-            Vec3::new(0.0, 0.01, 0.025),
-            Vec3::new(0.005, 0.01, 0.025),
-            Vec3::new(0.015, 0.0, 0.0),
-        ]);
-        assert!((sieve_size(&corners) / 0.03 - 1.0).abs() < 2e-3);
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod compaction;
 mod engine_contacts;
 pub mod given;
 pub mod grading;
+pub mod opening;
 pub mod placement;
 pub mod random;
 pub mod relaxation;

@@ -13,11 +13,12 @@
 
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
+use crate::specimen::opening::square_opening;
 use crate::specimen::random::{Purpose, Stream};
 use crate::tensor::{Rotation, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 /// How sieve sizes are drawn between two neighbouring sieves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -274,66 +275,6 @@ fn inscribed(directions: &[Vec3], semi_axes: [f64; 3], rounding: f64, class: usi
     Ok(GrainShape { nominal, rounded, sieve_size, class, semi_axes })
 }
 
-/// Edge [m] of the smallest square hole through which the convex hull of `points` [m] passes without turning on the way:
-/// the least bounding square of its projections, by a search over directions refined to about 0.1 %.
-pub fn square_opening(points: &[Vec3]) -> f64 {
-    let mut best = (f64::INFINITY, Vec3::z());
-    let golden = PI * (3.0 - 5.0f64.sqrt());
-    let count = 200;
-    for k in 0..count {
-        let z = 1.0 - (k as f64 + 0.5) / count as f64;
-        let ring = (1.0 - z * z).sqrt();
-        let direction = Vec3::new(ring * (golden * k as f64).cos(), ring * (golden * k as f64).sin(), z);
-        let side = projected_square(points, &direction);
-        if side < best.0 {
-            best = (side, direction);
-        }
-    }
-    let mut step = 0.1;
-    while step > 2e-3 {
-        let (u, v) = perpendicular(&best.1);
-        let trial = [u, -u, v, -v, u + v, u - v, v - u, -u - v]
-            .map(|d| (best.1 + d * step).normalize())
-            .map(|d| (projected_square(points, &d), d));
-        let found = trial.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or(best);
-        if found.0 < best.0 {
-            best = found;
-        } else {
-            step *= 0.5;
-        }
-    }
-    best.0
-}
-
-/// Least side of a square around the projection along `direction`, over the square's turns.
-fn projected_square(points: &[Vec3], direction: &Vec3) -> f64 {
-    let (u, v) = perpendicular(direction);
-    let flat: Vec<[f64; 2]> = points.iter().map(|p| [u.dot(p), v.dot(p)]).collect();
-    let side = |angle: f64| {
-        let (s, c) = angle.sin_cos();
-        let extent = |x: f64, y: f64| {
-            let along = flat.iter().map(|p| x * p[0] + y * p[1]);
-            along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-        };
-        extent(c, s).max(extent(-s, c))
-    };
-    let turns = 24;
-    let coarse = (0..turns).map(|k| k as f64 * FRAC_PI_2 / turns as f64);
-    let start = coarse.min_by(|a, b| side(*a).total_cmp(&side(*b))).unwrap_or(0.0);
-    let (mut angle, mut step) = (start, 0.5 * FRAC_PI_2 / turns as f64);
-    while step > 1e-3 {
-        let next = [angle - step, angle, angle + step];
-        angle = next.into_iter().min_by(|a, b| side(*a).total_cmp(&side(*b))).unwrap_or(angle);
-        step *= 0.5;
-    }
-    side(angle)
-}
-
-fn perpendicular(direction: &Vec3) -> (Vec3, Vec3) {
-    let u = direction.cross(&Vec3::ith(direction.iamin(), 1.0)).normalize();
-    (u, direction.cross(&u))
-}
-
 /// Vertices of a single grain and their least distance: the defaults of specimens.
 const SINGLE_VERTICES: [usize; 2] = [8, 16];
 const SINGLE_SEPARATION: f64 = 0.45;
@@ -430,15 +371,6 @@ mod tests {
             .sum();
         // The mean semi-axis is 1.5; five standard errors of both samples.
         assert!((sum / count as f64 / (unit * 1.5f64.powi(3)) - 1.0).abs() < 0.09);
-    }
-
-    #[test]
-    fn square_opening_of_boxes() {
-        let opening = |size| square_opening(&Polyhedron::cuboid(size).expect("a box").vertices);
-        // The two smaller edges decide: across the hole, or turned by 45 degrees if one is thin.
-        assert!((opening([3.0, 2.0, 1.9]) / 2.0 - 1.0).abs() < 0.01);
-        assert!((opening([5.0, 1.0, 1.0]) - 1.0).abs() < 0.01);
-        assert!((opening([3.0, 2.0, 0.1]) / (2.1 / 2.0f64.sqrt()) - 1.0).abs() < 0.01);
     }
 
     #[test]
