@@ -122,15 +122,8 @@ impl Contacts {
                 put(body, on.clone(), force);
             }
         }
-        for list in &self.membrane.bodies {
-            let pose = &poses[list.body];
-            for point in &list.points {
-                let force = Vec3::from_column_slice(&point.force.on_body[..3]);
-                let at = pose.to_body(&point.force.point);
-                let surface = model.bodies[list.body].stressed_surface();
-                put(list.body, surface.map(|surface| surface.locate(&at)), force);
-            }
-        }
+        let surface = |body: usize| model.bodies[body].stressed_surface();
+        self.membrane.for_each_force_on(poses, surface, |body, place, force| put(body, Some(place), force));
         // A cover's forces are many and small, spread as they are.
         for_each_cover_force(model, poses, loads.pressure, |body, place, force| {
             all[body].push((place, poses[body].rotation.inverse() * force));

@@ -119,14 +119,8 @@ impl Contacts {
             on_a.iter().for_each(|place| put(pair.a(), place.clone(), -force));
             on_b.iter().for_each(|place| put(pair.b(), place.clone(), force));
         }
-        for list in &self.membrane.bodies {
-            let Some(grain) = flexibility(model, list.body) else { continue };
-            for point in &list.points {
-                let at = poses[list.body].to_body(&point.force.point);
-                put(list.body, grain.locate(&at), Vec3::from_column_slice(&point.force.on_body[..3]));
-            }
-        }
         let surface = |body: usize| Some(flexibility(model, body)?.surface());
+        self.membrane.for_each_force_on(poses, surface, &mut put);
         for_each_cover_force_on(model, poses, pressure, surface, put);
         let field = |(body, loads): (usize, &SurfaceLoads)| {
             let mut field = SurfaceField::new();

@@ -11,6 +11,7 @@ use crate::contact::membrane::{self, MembraneContact, MembraneForce, MembraneTan
 use crate::contact::visit::nearest_piece;
 use crate::geometry::Edge;
 use crate::geometry::neighbours::{Ball, BallGrid};
+use crate::grain::{Surface, SurfacePoint};
 use crate::model::{BodyKind, Membrane, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
@@ -35,6 +36,12 @@ impl MembranePoint {
     pub fn on_surface(&self) -> Vec3 {
         let out = (-self.on_body()).try_normalize(0.0).unwrap_or_default();
         self.force.point + out * self.contact.rounding
+    }
+
+    /// The same on the mesh of a body at this pose: where the contact leaves it outwards. The core point's nearest place would jump.
+    fn place_on(&self, surface: &Surface, pose: &Pose) -> SurfacePoint {
+        let outward = pose.rotation.inverse() * -self.on_body();
+        surface.locate_along(&pose.to_body(&self.force.point), &outward)
     }
 }
 
@@ -135,6 +142,20 @@ impl MembraneContacts {
     /// Every active contact with its body.
     pub fn points(&self) -> impl Iterator<Item = (usize, &MembranePoint)> {
         self.bodies.iter().flat_map(|list| list.points.iter().map(|point| (list.body, point)))
+    }
+
+    /// Calls `visit(body, place, force)` for each force [N], in space, on a body that `surface` gives one for.
+    pub(super) fn for_each_force_on<'a>(
+        &self,
+        poses: &[Pose],
+        surface: impl Fn(usize) -> Option<&'a Surface>,
+        mut visit: impl FnMut(usize, SurfacePoint, Vec3),
+    ) {
+        for (body, point) in self.points() {
+            if let Some(surface) = surface(body) {
+                visit(body, point.place_on(surface, &poses[body]), point.on_body());
+            }
+        }
     }
 
     /// Energy of the contacts [J].
@@ -437,6 +458,33 @@ impl BodyContacts {
                 let site = Site { feature, on_a: [p, q, p], on_b: [m, n, m], count_a: 2, count_b: 2 };
                 add(site, shape.edge_weight[i as usize]);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::cuboid_mesh;
+
+    /// A core's corner is as near to one face as to another: what presses there does not jump between them.
+    #[test]
+    fn a_force_stays_where_it_is_when_its_core_point_hardly_moves() {
+        let surface = Surface::new(&cuboid_mesh([2.0; 3], 1.0).expect("a mesh"));
+        let site =
+            Site { feature: Feature::VertexOfA(0), on_a: [0; 3], on_b: [0, 1, 2], count_a: 1, count_b: 3 };
+        let contact = MembraneContact { site, rounding: 0.1, offset: 0.0, edge_weight: 1.0 };
+        for axis in 0..3 {
+            let force = MembraneForce {
+                pressure: 1.0,
+                energy: 0.0,
+                overlap: 0.0,
+                point: Vec3::repeat(0.9) + Vec3::ith(axis, 1e-9),
+                on_body: [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0],
+                on_membrane: [Vec3::zeros(); 3],
+            };
+            let place = MembranePoint { contact, force }.place_on(&surface, &Pose::identity()).position;
+            assert!((place - Vec3::repeat(1.0)).norm() < 1e-8, "{place}");
         }
     }
 }

@@ -135,14 +135,10 @@ impl Contacts {
     fn load_patches(&mut self, model: &Model, poses: &[Pose]) {
         let mut others = vec![SurfaceLoads::new(); model.bodies.len()];
         let mut covers = vec![SurfaceLoads::new(); model.bodies.len()];
-        for list in &self.membrane.bodies {
-            let (pose, body) = (&poses[list.body], &model.bodies[list.body]);
-            let Some(surface) = body.surface() else { continue };
-            for point in &list.points {
-                let force = pose.rotation.inverse() * Vec3::from_column_slice(&point.force.on_body[..3]);
-                others[list.body].push((surface.locate(&pose.to_body(&point.force.point)), force));
-            }
-        }
+        let surface = |body: usize| model.bodies[body].surface();
+        self.membrane.for_each_force_on(poses, surface, |body, place, force| {
+            others[body].push((place, poses[body].rotation.inverse() * force));
+        });
         for pair in self.pairs.iter().filter(|pair| !has_unknown_forces(model, pair)) {
             for point in pair.active() {
                 let Some(place) = pair.place(point.site.feature) else { continue };
