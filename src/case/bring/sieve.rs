@@ -51,24 +51,32 @@ pub fn grading(given: &Value, folder: &Path) -> Result<(Value, Notes), Fault> {
     let ends = |curve: &Curve| [curve.first(), curve.last()].map(|point| point.map_or(0.0, |point| point[0]));
     let of_table = ends(&curve);
     curve = with_mass(&curve).to_vec();
-    let [largest, smallest] = ends(&curve);
     let parallel = keys["parallel"].as_f64();
+    if let Some(size) = parallel {
+        let factor = size / ends(&curve)[0];
+        curve.iter_mut().for_each(|point| point[0] *= factor);
+        notes.push(format!("grading: all sizes are scaled by {factor:.4}, parallel to the one given"));
+    }
+    let [largest, smallest] = ends(&curve);
+    let fault = |key: &str, problem: String, accepted: &str| {
+        Fault::new(format!("{PATH}.{key}"), shown(&given[key]), problem, accepted)
+    };
     let limit = |key: &str, fits: &dyn Fn(f64) -> bool| match keys[key].as_f64() {
-        // Behind a parallel shift sizes are others.
-        Some(size) if parallel.is_none() && !fits(size) => {
+        Some(size) if !fits(size) => {
             let problem = format!("is not between the grading's sizes, {smallest} and {largest} m");
-            let accepted = "a sieve size, as \"20 mm\"";
-            Err(Fault::new(format!("{PATH}.{key}"), shown(&given[key]), problem, accepted))
+            Err(fault(key, problem, "a sieve size, as \"20 mm\""))
         }
         size => Ok(size),
     };
-    // The mass beyond the last sieve of a table is cut off at that sieve.
-    let coarsest = limit("coarsest", &|size| size > smallest && size <= of_table[0])?;
-    let finest = limit("finest", &|size| size < largest && size >= of_table[1])?;
-    if let Some(size) = parallel {
-        let factor = size / largest;
-        curve.iter_mut().for_each(|point| point[0] *= factor);
-        notes.push(format!("grading: all sizes are scaled by {factor:.4}, parallel to the one given"));
+    // The mass beyond the last sieve of a table is cut off at that sieve; beyond those of a parallel grading nothing is.
+    let is_free = parallel.is_some();
+    let coarsest = limit("coarsest", &|size| size > smallest && (is_free || size <= of_table[0]))?;
+    let finest = limit("finest", &|size| size < largest && (is_free || size >= of_table[1]))?;
+    if let (Some(above), Some(below)) = (coarsest, finest)
+        && passing_at(&curve, above) - passing_at(&curve, below) <= ROUNDING
+    {
+        let problem = format!("leaves no mass below coarsest, {}", shown(&given["coarsest"]));
+        return Err(fault("finest", problem, "a size below coarsest, with mass between the two"));
     }
     for (limit, is_finest) in [(coarsest, false), (finest, true)] {
         let Some(limit) = limit else { continue };
@@ -265,6 +273,10 @@ mod tests {
         let refused = |ends| between([1.0, 0.5, 0.0], ends).expect_err("refused").path;
         assert_eq!(refused(["60 mm", "60 mm"]), "$.specimen.grading.finest");
         assert_eq!(refused(["20 mm", "20 mm"]), "$.specimen.grading.coarsest");
+        // The wrong way round.
+        let swapped = between([1.0, 0.5, 0.0], ["30 mm", "50 mm"]).expect_err("nothing is left").to_string();
+        let says = "$.specimen.grading.finest: leaves no mass below coarsest, \"30 mm\" (found \"50 mm\"; ";
+        assert!(swapped.starts_with(says), "{swapped}");
     }
 
     #[test]
@@ -280,10 +292,14 @@ mod tests {
         let points = json!([["800 mm", 1], ["600 mm", 1], ["200 mm", "40 %"], ["100 mm", 0]]);
         let beyond = grading(&json!({"points": points, "parallel": "60 mm"}), Path::new(""));
         assert_eq!(beyond.unwrap_or_else(|e| panic!("{e}")).0, curve);
-        let outside = json!({"points": [["60 mm", 1], ["20 mm", 0]], "finest": "90 mm"});
-        assert!(
-            grading(&outside, Path::new("")).is_err_and(|fault| fault.path == "$.specimen.grading.finest")
-        );
+        for outside in [
+            json!({"points": [["60 mm", 1], ["20 mm", 0]], "finest": "90 mm"}),
+            // Of the scaled sizes, 20 to 60 mm, nothing would be left.
+            json!({"points": [["600 mm", 1], ["200 mm", 0]], "finest": "90 mm", "parallel": "60 mm"}),
+        ] {
+            let refused = grading(&outside, Path::new(""));
+            assert!(refused.is_err_and(|fault| fault.path == "$.specimen.grading.finest"));
+        }
         let wrong = json!({"points": [["60 mm", 1], ["20 mm", 0]], "scalp": "90 mm"});
         assert!(grading(&wrong, Path::new("")).is_err_and(|fault| fault.problem.contains("unknown key")));
     }
