@@ -9,6 +9,7 @@ mod scene;
 mod specimen;
 mod stages;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -77,11 +78,20 @@ pub fn derive(case: &mut Value) {
     }
 }
 
+/// What the built case needs of what was checked.
+#[derive(Default)]
+pub struct Found {
+    /// Of a sound specimen.
+    pub grains: Option<MeanGrains>,
+    /// Of the mesh files of a scene.
+    pub cells_of_files: BTreeMap<String, usize>,
+}
+
 /// Checks every rule. `raw` is the value as written, `folder` where mesh files are looked for.
-/// Returns the mean grains of a sound specimen.
-pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walker) -> Option<MeanGrains> {
+/// What was found on the way.
+pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walker) -> Found {
     let known = walker.faults.len();
-    let mut grains = None;
+    let mut found = Found::default();
     let (specimen, scene) = (&raw["specimen"], &raw["scene"]);
     match (specimen.is_null(), scene.is_null()) {
         (true, true) => walker.fault(
@@ -97,11 +107,11 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             "a \"specimen\" or a \"scene\"",
         ),
         (false, true) => {
-            grains = specimen::check(&case["specimen"], number(&case["contact"], "rounding"), walker);
+            found.grains = specimen::check(&case["specimen"], number(&case["contact"], "rounding"), walker);
             stages::check_specimen(&case["stages"], !case["start_from"].is_null(), walker);
         }
         (true, false) => {
-            scene::check(case, folder, walker);
+            found.cells_of_files = scene::check(case, folder, walker);
             press::check(case, walker);
             stages::check_scene(&case["stages"], &case["scene"]["bodies"], walker);
             for key in ["plates", "membrane", "start_from"] {
@@ -135,7 +145,7 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
         walker.fault("$.solver.energy_gate", shown(&solver["energy_gate"]), problem, accepted);
     }
     show_as_written(&mut walker.faults[known..], raw);
-    grains
+    found
 }
 
 /// Rules see SI numbers; messages show what the file says.
