@@ -140,7 +140,7 @@ impl Range {
 }
 
 /// Short: 1e13, not 10000000000000.
-fn plain(x: f64) -> String {
+pub(super) fn plain(x: f64) -> String {
     if x != 0.0 && (x.abs() >= 1e5 || x.abs() < 1e-3) { format!("{x:e}") } else { format!("{x}") }
 }
 
