@@ -198,7 +198,8 @@ impl Case {
         std::f64::consts::PI * it.diameter * it.height / (0.75_f64.sqrt() * edge * edge)
     }
 
-    /// Those of a mesh file, or as the generator makes them, about: bricks of six cells in a box, elsewhere cells halved until no edge is longer than asked.
+    /// Those of a mesh file; else as the generator makes them, about: bricks of six cells in a box, elsewhere cells halved until no edge is longer
+    /// than asked.
     pub(super) fn cells_of(&self, body: &BodyCase) -> f64 {
         if self.fidelity_of(body) == Fidelity::Rigid {
             return 0.0;

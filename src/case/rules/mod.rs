@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 
 use crate::error::{Fault, Faults};
 
+use super::form::written;
 use super::path::at;
 use super::size::{MeanGrains, SCENE_WEAKENING, weakening_distance};
 use super::walk::{Walker, number, shown};
@@ -130,8 +131,8 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
         walker.fault(
             "$.contact.residual_friction",
             residual,
-            format!("exceeds the peak friction {peak}"),
-            format!("at most {peak}"),
+            format!("exceeds the peak friction {}", written(peak)),
+            format!("at most {}", written(peak)),
         );
     }
     let solver = &raw["solver"];
@@ -140,7 +141,7 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
     if let (Some(gate), Some(tolerance)) = (gate, tolerance)
         && gate != tolerance
     {
-        let problem = format!("is another tolerance than energy_tolerance, {tolerance}");
+        let problem = format!("is another tolerance than energy_tolerance, {}", written(tolerance));
         let accepted = "\"warn\" or \"cut\", or no energy_tolerance";
         walker.fault("$.solver.energy_gate", shown(&solver["energy_gate"]), problem, accepted);
     }
@@ -165,6 +166,15 @@ fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json:
 #[cfg(test)]
 mod tests {
     use crate::case::checked;
+
+    #[test]
+    fn messages_have_no_hundreds_of_zeros() {
+        let text = include_str!("../../../cases/stages/shear.json");
+        for set in ["/stages/1/axial_strain=1e-320", "/contact/friction=1e-320"] {
+            let said = checked(text, &[set, "/contact/residual_friction=0.1"]).expect_err(set).to_string();
+            assert!(said.contains("1e-320") && !said.contains("0000000000"), "{said}");
+        }
+    }
 
     #[test]
     fn an_energy_gate_is_no_second_tolerance() {
