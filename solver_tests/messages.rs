@@ -99,6 +99,8 @@ fn what_is_printed_fits_a_terminal() {
     assert!(study.contains(" 1e-2 ") && study.contains(" 3e-5 "), "{study}");
     fits_a_terminal(&study);
     fits_a_terminal(&say(&["check", "push.json"]));
+    let run = ["run", "push.json", "--out", "x.vtkhdf", "--progress", "plain"];
+    fits_a_terminal(&ends_with(0, folder.path(), &run).1);
     fits_a_terminal(&say(&["verify", "--only", "crossed"]));
     let help = say(&["man", "--help"]);
     assert!(help.contains("<DIR>  Where riprap.1"), "{help}");

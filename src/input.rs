@@ -52,6 +52,18 @@ pub fn text_of(bytes: &[u8]) -> String {
     encoding.decode(bytes).0.into_owned()
 }
 
+/// The text of a table, as [`text_of`].
+///
+/// # Errors
+/// What is no text, as a spreadsheet's own file, which is a ZIP archive or has zeros in it.
+pub fn table_of(bytes: &[u8]) -> std::result::Result<String, &'static str> {
+    let text = text_of(bytes);
+    match text.starts_with("PK\u{3}\u{4}") || text.contains('\0') {
+        true => Err("is no text; a spreadsheet has to be saved as CSV"),
+        false => Ok(text),
+    }
+}
+
 /// Whether bytes beyond ASCII stand in pairs, most of them punctuation or common characters (rows 1 to 9 and 16 to 55 of GB 2312): there Windows-1252
 /// has signs and capital letters, its small ones behind.
 fn is_chinese(bytes: &[u8]) -> bool {
@@ -99,6 +111,10 @@ mod tests {
             };
             assert_eq!(text_of(&wide(u16::to_le_bytes)), text);
             assert_eq!(text_of(&wide(u16::to_be_bytes)), text);
+            assert_eq!(table_of(&wide(u16::to_le_bytes)).as_deref(), Ok(text));
+        }
+        for own in [&b"PK\x03\x04xlsx"[..], b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0\0xls"] {
+            assert!(table_of(own).is_err_and(|problem| problem.contains("saved as CSV")));
         }
         assert_eq!(text_of(&encoding_rs::WINDOWS_1252.encode(german).0), german);
         assert_eq!(text_of(&encoding_rs::GB18030.encode(chinese).0), chinese);

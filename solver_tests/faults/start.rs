@@ -103,6 +103,10 @@ fn what_does_not_fit_the_file_is_named_by_its_path() {
     assert!(told.contains("$.stages[0].pressure") && told.contains("400000"), "{told}");
     let told = place.ends_with(2, &["run", "shear.json", "--out", "x.h5", "--set", "/start_from=none.h5"]);
     assert!(told.contains("$.start_from") && told.contains("names no file"), "{told}");
+    std::fs::write(place.path("foreign.h5"), "no HDF5").expect("a file");
+    let foreign = ["run", "shear.json", "--out", "x.h5", "--set", "/start_from=foreign.h5"];
+    let told = place.ends_with(4, &foreign);
+    assert!(told.contains("foreign.h5") && told.contains("$.start_from names it"), "{told}");
     // Interrupted in its consolidation: nothing to start from yet.
     // It has so many increments that it cannot get through before the signal comes.
     let slow = "/stages/0/increments=400";

@@ -14,7 +14,7 @@ use crate::contact::NormalLaw;
 pub struct Estimate {
     /// Grains of a specimen (expected), bodies of a scene.
     pub grains: usize,
-    /// Tet10 cells of all deformable grains, about; without those of mesh files.
+    /// Tet10 cells of all deformable grains, about.
     pub cells: usize,
     /// Pairs of touching grains, about.
     pub contacts: usize,
@@ -198,11 +198,14 @@ impl Case {
         std::f64::consts::PI * it.diameter * it.height / (0.75_f64.sqrt() * edge * edge)
     }
 
-    /// As the generator makes them, about: bricks of six cells in a box, elsewhere cells halved until no edge is longer than asked.
+    /// Those of a mesh file; else as the generator makes them, about: bricks of six cells in a box, elsewhere cells halved until no edge is longer
+    /// than asked.
     pub(super) fn cells_of(&self, body: &BodyCase) -> f64 {
-        let Some(h) = body.cell_size().filter(|_| self.fidelity_of(body) != Fidelity::Rigid) else {
+        if self.fidelity_of(body) == Fidelity::Rigid {
             return 0.0;
-        };
+        }
+        let of_file = body.shape.file().and_then(|file| self.cells_of_files.get(file));
+        let Some(h) = body.cell_size() else { return of_file.map_or(0.0, |cells| *cells as f64) };
         let volume = match &body.shape {
             ShapeCase::Box(size) => {
                 return 6.0 * size.iter().map(|length| (length / h - 1e-9).ceil()).product::<f64>();
@@ -362,6 +365,22 @@ mod tests {
             let memory = case.estimate().memory - more;
             assert!(memory < 2.0 * 1462e6 && memory > 0.5 * 1462e6, "{memory}");
         }
+    }
+
+    #[test]
+    fn cells_of_mesh_files_are_counted() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let msh = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n\
+                   $Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n";
+        std::fs::write(folder.path().join("tip.msh"), msh).expect("a mesh");
+        let text = r#"{"scene": {"bodies": [{"name": "tip", "shape": {"mesh": "tip.msh"}, "fidelity": "condensed"}]},
+            "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2},
+            "contact": {"friction": 0.5}, "stages": [{"kind": "load"}]}"#;
+        let cells = |text: &str| {
+            let raw = crate::case::RawCase::parse(&folder.path().join("x.json"), text);
+            raw.and_then(|raw| raw.check()).unwrap_or_else(|e| panic!("{e}")).estimate().cells
+        };
+        assert_eq!((cells(text), cells(&text.replace("condensed", "rigid"))), (1, 0));
     }
 
     /// The refined ball of benchmarks/runs/2026-11-28-peers: 10,792 cells, 18 CPU s, 320 MB. It was counted as the 1862 of its coarse mesh.

@@ -140,8 +140,13 @@ impl Range {
 }
 
 /// Short: 1e13, not 10000000000000.
-fn plain(x: f64) -> String {
+pub(super) fn plain(x: f64) -> String {
     if x != 0.0 && (x.abs() >= 1e5 || x.abs() < 1e-3) { format!("{x:e}") } else { format!("{x}") }
+}
+
+/// A number of a message, its digits written out where these are few: 1e-320 has 320 zeros.
+pub(super) fn written(x: f64) -> String {
+    if x != 0.0 && !(1e-9..1e15).contains(&x.abs()) { format!("{x:e}") } else { format!("{x}") }
 }
 
 impl Key {

@@ -93,7 +93,7 @@ impl Case {
     }
 
     /// Friction that is residual from the start does not weaken.
-    fn idle_weakening(&self) -> Option<String> {
+    pub(super) fn idle_weakening(&self) -> Option<String> {
         let distance = self.contact.weakening_distance;
         let peak = self.contact.friction;
         let (peak, default) = match &self.geometry {

@@ -60,16 +60,18 @@ impl RawCase {
         let brought = bring::files(&given);
         let notes = bring::bring_in(&mut given, self.file.parent().unwrap_or(Path::new("")), &mut faults);
         let mut walker = walk::Walker::new(faults);
-        let mut grains = None;
+        let mut found = rules::Found::default();
         let walked = walker.walk(&table::CASE, &given, "$").map(|mut value| {
             rules::derive(&mut value);
-            grains = rules::check(&value, &given, self.file.parent(), &mut walker);
+            found = rules::check(&value, &given, self.file.parent(), &mut walker);
             value
         });
         let mut faults = walker.faults;
         if faults.is_empty() {
-            match document::to_case(walked.unwrap_or_default(), grains.as_ref()) {
-                Ok(case) => return Ok(Case { notes, brought, ..case }),
+            match document::to_case(walked.unwrap_or_default(), found.grains.as_ref()) {
+                Ok(case) => {
+                    return Ok(Case { notes, brought, cells_of_files: found.cells_of_files, ..case });
+                }
                 // The table accepts what the types do not: an error of this program, said as one.
                 Err(problem) => faults.fault(
                     "$",

@@ -1,7 +1,10 @@
 //! What is far from any rockfill, mostly by a forgotten unit, and what would be more than a machine can bear.
 
-use crate::specimen::Unreachable;
+use crate::results::counted;
+use crate::specimen::{SpecimenSize, Unreachable};
 
+use super::form::plain;
+use super::size::SCENE_WEAKENING;
 use super::types::*;
 
 /// Plausible sizes of the coarsest grains [m] and pressures [Pa].
@@ -11,6 +14,10 @@ const PRESSURES: [f64; 2] = [1e3, 2e8];
 const VOID_RATIOS: [f64; 2] = [0.15, 2.0];
 /// Gravity [m/s2]: of a small body to that of a large centrifuge.
 const GRAVITY: [f64; 2] = [1e-3, 3e3];
+/// Tensile over compressive strength: rocks have a thirtieth to a fifth.
+const STRENGTHS: [f64; 2] = [0.0, 0.5];
+/// Increments of a stage that follow no curve.
+const FEW: f64 = 2.0;
 /// Rotations [rad]: degrees are more than a turn.
 const ROTATIONS: [f64; 2] = [0.0, 6.3];
 /// Times G t / p: the radius of the widest opening that a neo-Hookean sheet bridges (`verify`: a sheet over a hole).
@@ -48,11 +55,6 @@ impl Found {
     }
 }
 
-/// A bound as people write it.
-fn plain(bound: f64) -> String {
-    if bound == 0.0 || (1e-3..1e5).contains(&bound) { format!("{bound}") } else { format!("{bound:e}") }
-}
-
 fn norm(vector: &[f64; 3]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -64,6 +66,7 @@ impl Case {
         self.look_at_sizes(&mut found);
         self.look_at_motions(&mut found);
         self.look_at_materials(&mut found);
+        self.look_at_stages(&mut found);
         found.0
     }
 
@@ -71,7 +74,10 @@ impl Case {
         match &self.geometry {
             Geometry::Specimen(it) => {
                 found.look("specimen.grading: the largest size", first_size(&it.grading), "m", SIZES, METRES);
-                found.look("specimen.diameter", it.diameter, "m", [1e-3, 1e1], METRES);
+                // One that follows from the grains is as implausible as they are.
+                if let SpecimenSize::Cylinder { diameter, .. } = it.size {
+                    found.look("specimen.diameter", diameter, "m", [1e-3, 1e1], METRES);
+                }
                 // Whoever takes the nearest may ask for the densest so; another code's packing is as it is.
                 if it.packing.is_none() && it.unreachable == Unreachable::Refuse {
                     let instead = "no packing of such grains is so dense, and compaction would take its time to find that out";
@@ -118,7 +124,7 @@ impl Case {
         }
     }
 
-    /// Rock, friction, pressures and rubber.
+    /// Rock, friction and rubber.
     fn look_at_materials(&self, found: &mut Found) {
         let rock = &self.rock;
         let instead = "a plain number is in kg/m3, \"2.65 g/cm3\" is a way to write it";
@@ -130,20 +136,58 @@ impl Case {
             let mean = strength.as_ref().map_or(1e7, |law| law.mean);
             found.look(&format!("rock.{name}_strength"), mean, "Pa", [1e4, 1e10], PASCALS);
         }
+        if let (Some(tensile), Some(compressive)) = (rock.tensile_strength, rock.compressive_strength) {
+            let name = "rock.tensile_strength over rock.compressive_strength";
+            let instead = "rock bears about a tenth in tension of what it does in compression";
+            found.look(name, tensile.mean / compressive.mean, "", STRENGTHS, instead);
+        }
         let coefficient = "friction is a coefficient, the tangent of the angle: 0.7 for 35 degrees";
         found.look("contact.friction", self.contact.friction, "", [0.0, 2.0], coefficient);
-        found.look("plates.friction", self.plates.friction, "", [0.0, 2.0], coefficient);
-        for (at, stage) in self.stages.iter().enumerate() {
-            let pressure = stage.largest_pressure();
-            if pressure > 0.0 {
-                found.look(&format!("stages[{at}]: the pressure"), pressure, "Pa", PRESSURES, PASCALS);
+        // By default it is the grains'.
+        if self.plates.friction != self.contact.friction {
+            found.look("plates.friction", self.plates.friction, "", [0.0, 2.0], coefficient);
+        }
+        let grain = match &self.geometry {
+            Geometry::Specimen(it) => Some(first_size(&it.grading)),
+            Geometry::Scene(it) => {
+                it.bodies.iter().filter_map(|body| body.shape.smallest_extent()).reduce(f64::max)
             }
+        };
+        if let Some(grain) = grain.filter(|_| self.idle_weakening().is_none()) {
+            let slips = [0.0, grain.max(SCENE_WEAKENING)];
+            found.look("contact.weakening_distance", self.contact.weakening_distance, "m", slips, METRES);
         }
         if let (MembraneCase::Rubber { thickness, shear_modulus, .. }, Geometry::Specimen(_)) =
             (self.membrane, &self.geometry)
         {
             found.look("membrane.thickness", thickness, "m", [5e-5, 5e-2], METRES);
             found.look("membrane.shear_modulus", shear_modulus, "Pa", [1e4, 1e9], PASCALS);
+        }
+    }
+
+    /// Pressures, each where it is named first, and increments.
+    fn look_at_stages(&self, found: &mut Found) {
+        // What a stage does not say is what the one before holds.
+        let mut known: Vec<f64> = Vec::new();
+        for (at, stage) in self.stages.iter().enumerate() {
+            let pressure = stage.largest_pressure();
+            if pressure > 0.0 && !known.contains(&pressure) {
+                found.look(&format!("stages[{at}]: the pressure"), pressure, "Pa", PRESSURES, PASCALS);
+            }
+            known.extend([pressure, stage.pressure().unwrap_or(pressure)]);
+            let Some(StrainedCase { axial_strain: Some(strain), increment, .. }) = self.strained(stage)
+            else {
+                continue;
+            };
+            let count = (strain / increment - 1e-9).ceil();
+            if count <= FEW {
+                found.0.push(format!(
+                    "stages[{at}].increment is {}, its axial_strain of {} takes {}: too few to follow a curve; usual are 1e-4 to 1e-3",
+                    plain(increment),
+                    plain(strain),
+                    counted(count, "increment")
+                ));
+            }
         }
     }
 
@@ -171,7 +215,7 @@ impl Case {
         let mut burdens = Vec::new();
         if let Some(there) = memory.filter(|there| estimate.memory > *there) {
             burdens.push(format!(
-                "about {:.1} GB are needed and this machine has {:.1} GB: the run would be killed; take fewer grains or fewer cells",
+                "about {:.1} GB are needed and this machine has {:.1} GB: the run may be killed; take fewer grains or fewer cells",
                 estimate.memory / 1e9,
                 there / 1e9
             ));
@@ -213,10 +257,24 @@ mod tests {
             ("/contact/friction=5", "contact.friction is 5, which is far from rockfill's (0 to 2):"),
             ("/rock/tensile_strength=2500", "rock.tensile_strength is 2500 Pa"),
             ("/membrane/shear_modulus=20", "membrane.shear_modulus is 20 Pa"),
+            (
+                "/rock/tensile_strength=200 MPa",
+                "rock.tensile_strength over rock.compressive_strength is 0.8,",
+            ),
+            (
+                "/stages/1/increment=0.06",
+                "stages[1].increment is 0.06, its axial_strain of 0.1 takes 2 increments:",
+            ),
         ] {
             let found = remarks(&["/specimen/grains=2000", given]);
-            assert!(found.iter().any(|remark| remark.starts_with(says)), "{given}: {found:?}");
+            // Once, where it was given: not of stages, plates and sizes that take it over.
+            let told: Vec<_> = found.iter().filter(|remark| !remark.contains("membrane bridges")).collect();
+            assert!(told.len() == 1 && told[0].starts_with(says), "{given}: {found:?}");
         }
+        let slow =
+            ["/specimen/grains=2000", "/contact/residual_friction=0.3", "/contact/weakening_distance=12"];
+        let found = remarks(&slow);
+        assert!(found.len() == 1 && found[0].starts_with("contact.weakening_distance is 12 m"), "{found:?}");
         // As dense as can be.
         let nearest = ["/specimen/void_ratio=0.06", "/specimen/unreachable=nearest", "/specimen/grains=2000"];
         assert_eq!(remarks(&nearest), none);

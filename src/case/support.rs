@@ -57,7 +57,7 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
                     refuse(&format!("{path}.rock.damage"), "damage parameters", problem, accepted);
                 }
                 let cells = case.cells_of(body);
-                if cells > MOST_CELLS as f64 {
+                if cells > MOST_CELLS as f64 && body.shape.file().is_none() {
                     let problem = format!("makes about {cells:.0e} cells (a plain number is in m)");
                     let found = body.mesh_size.map_or("the default".into(), |size| format!("{size} m"));
                     let accepted = format!("what makes at most {MOST_CELLS}");

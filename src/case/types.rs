@@ -3,6 +3,8 @@
 //! Tension is positive except where a field says otherwise: pressures and axial strains of the
 //! stages count compression positive, as in soil mechanics.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::contact::asperity::{LIMIT_OVER_STRENGTH, NormalLaw};
@@ -49,6 +51,9 @@ pub struct Case {
     /// Files that were brought in, and whose contents are in the case now.
     #[serde(skip)]
     pub brought: Vec<String>,
+    /// Cells of the mesh files of a scene, by their names.
+    #[serde(skip)]
+    pub cells_of_files: BTreeMap<String, usize>,
 }
 
 impl Case {

@@ -93,19 +93,22 @@ pub fn check(arguments: &Check) -> Ended {
     let case = checked_with_start(&source).map_err(failed)?;
     simulation::check_start(&case, &source).map_err(failed)?;
     let memory = machine::memory();
+    let fits = machine::check_memory(&case, memory);
     if arguments.full {
         say(&format!("{:#}", case.completed()));
     } else {
-        say(&format!("{}: sound", arguments.input.case.display()));
+        let but = if fits.is_ok() { "" } else { ", but too large for this machine" };
+        say(&format!("{}: sound{but}", arguments.input.case.display()));
         say(&case.estimate().to_string());
         case.remarks().iter().for_each(|remark| say(remark));
         case.remarks_on_meshes(folder_of(&source)).iter().for_each(|remark| say(remark));
-        case.burdens(memory).iter().for_each(|burden| say(burden));
+        // What is refused is said below.
+        case.burdens(memory.filter(|_| fits.is_ok())).iter().for_each(|burden| say(burden));
         for drawn in rock_samples::expected(&case).map_err(failed)? {
             say(&drawn.to_string());
         }
     }
-    machine::check_memory(&case, memory).map_err(failed)?;
+    fits.map_err(failed)?;
     let faults = unsupported(&case);
     if !faults.is_empty() {
         complain("sound, but riprap cannot run all of it yet:");

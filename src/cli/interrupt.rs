@@ -57,7 +57,7 @@ pub fn listen() {
             SIGNAL.raise();
             std::thread::sleep(DEAF);
             if phase() == Phase::Solving {
-                note("ended in the midst of an increment: the results file stays as the last one left it");
+                note("ended within an increment: the results file stays as the last one left it");
                 std::process::exit(Ending::Interrupted as i32);
             }
         });

@@ -22,7 +22,7 @@ use crate::triaxial::{Path, Stage, Steps, Until};
 
 use super::arguments::{ProgressKind, Target};
 use super::interrupt;
-use super::terminal::{complain, note, say};
+use super::terminal::{complain, folded, note, say};
 
 /// How often lines tell of a specimen being generated.
 const SPECIMEN_PAUSE: Duration = Duration::from_secs(5);
@@ -82,7 +82,7 @@ impl Progress {
             || json!({"event": "begin", "title": title, "file": options.out, "threads": threads}),
         );
         for remark in case.remarks().into_iter().chain(case.remarks_on_meshes(folder)) {
-            let plain = || format!("{:<12} {remark}", "note");
+            let plain = || folded(&format!("{:<12} {remark}", "note"), 13);
             self.tell(plain, || json!({"event": "remark", "text": remark}));
         }
     }
@@ -174,17 +174,21 @@ impl Observer for Progress {
     fn specimen_ready(&mut self, report: &SpecimenReport) {
         interrupt::set_phase(interrupt::Phase::Other);
         self.tell(|| specimen_lines(report), || specimen_json(report));
-        if let Display::Bar(bar) = &self.display {
-            bar.set_prefix("seating");
-            set_style(bar, WAITING);
-            bar.reset();
+        match &self.display {
+            Display::Bar(bar) => {
+                bar.set_prefix("seating");
+                set_style(bar, WAITING);
+                bar.reset();
+            }
+            Display::Plain => note(&format!("{:<15} until forces on grains balance", "seating")),
+            Display::Quiet | Display::Json => {}
         }
     }
 
     fn rock_drawn(&mut self, drawn: &[Drawn]) {
         for drawn in drawn.iter().filter(|drawn| drawn.rejected > 0) {
             self.tell(
-                || format!("{:<15} {drawn}", "rock"),
+                || folded(&format!("{:<15} {drawn}", "rock"), 16),
                 || {
                     json!({
                         "event": "rock", "quantity": drawn.property.name(), "values": drawn.values,
@@ -201,8 +205,7 @@ impl Observer for Progress {
         self.tell(
             || {
                 format!(
-                    "{:<15} balanced to {out_of_balance:.0e}, {relaxation_steps} steps of falling, {factorisations} \
-                     factorisations",
+                    "{:<15} out of balance by {out_of_balance:.0e}, {relaxation_steps} explicit steps, {factorisations} fact",
                     "seating"
                 )
             },
@@ -268,7 +271,7 @@ impl Observer for Progress {
                 }
                 let each = work.factorisations as f64 / work.increments as f64;
                 format!(
-                    "{kind:<15} {end} after {} increments in {time}, {each:.1} factorisations each\n{}",
+                    "{kind:<15} {end} after {} increments in {time}, {each:.1} fact each\n{}",
                     work.increments,
                     energy_lines(work.energy_error.abs(), work.poorly_closed, self.energy_tolerance),
                 )
@@ -343,7 +346,7 @@ impl Observer for Progress {
     }
 }
 
-/// How far something is, in 80 columns with strain and q behind it; and that something goes on whose end nobody knows.
+/// How far something is, in 80 columns with strain and q behind it, and no more; and that something goes on whose end nobody knows.
 const COUNTING: &str = "{prefix:<20} [{bar:12}] {percent:>3} %  {eta:>4} left  {wide_msg}";
 const WAITING: &str = "{prefix:<20} {spinner} {elapsed}";
 
@@ -363,8 +366,10 @@ fn set_style(bar: &ProgressBar, template: &str) {
 
 fn bar_message(row: &HistoryRow) -> String {
     let (ea, q) = (fixed(100.0 * row.axial_strain, 2), fixed(1e-6 * row.deviatoric_stress, 3));
-    let work = format!("{} aug {} fact", row.augmentations, row.factorisations);
-    if row.axial_strain.is_nan() { work } else { format!("ea {ea} %  q {q} MPa  {work}") }
+    match row.axial_strain.is_nan() {
+        true => format!("{} aug {} fact", row.augmentations, row.factorisations),
+        false => format!("ea {ea} %  q {q} MPa"),
+    }
 }
 
 /// What a specimen came to, its grading and the shape of its grains included.
@@ -404,6 +409,7 @@ fn specimen_lines(r: &SpecimenReport) -> String {
             duration(r.wall_time.as_secs_f64())
         ),
     ]
+    .map(|line| folded(&line, 16))
     .join("\n")
 }
 
@@ -490,24 +496,17 @@ fn how_far(step: &Step<'_>) -> String {
 /// One line per increment, in columns.
 fn step_line(step: &Step<'_>, seconds: f64) -> String {
     let (row, of) = (step.row, how_far(step));
-    let strains =
-        format!("ea {:6.3} %  ev {:+7.4} %", 100.0 * row.axial_strain, 100.0 * row.volumetric_strain);
     let state = match step.stage.stage {
         Some(_) => format!(
-            "{strains}  p {:7.4} MPa  q {:7.4} MPa",
-            1e-6 * row.mean_stress,
-            1e-6 * row.deviatoric_stress
+            "ea {:>6} %  ev {:>6} %  q {:>7} MPa",
+            fixed(100.0 * row.axial_strain, 3),
+            fixed(100.0 * row.volumetric_strain, 3),
+            fixed(1e-6 * row.deviatoric_stress, 3)
         ),
         None => format!("out of balance {:7.1e}  work {:9.3e} J", row.out_of_balance, row.energy_external),
     };
     let cuts = if row.cuts > 0 { format!("  cut {}x", row.cuts) } else { String::new() };
-    format!(
-        "{:<15} {of:>9}  {state}  sliding {:3.0} %  {:3} aug  {:4} fact  {seconds:6.2} s{cuts}",
-        step.stage.kind,
-        100.0 * row.sliding_fraction,
-        row.augmentations,
-        row.factorisations,
-    )
+    format!("{:<11} {of:>9}  {state}  {:>3} fact {seconds:5.1} s{cuts}", step.stage.kind, row.factorisations)
 }
 
 fn step_json(step: &Step<'_>, seconds: f64) -> Value {
@@ -549,18 +548,68 @@ mod tests {
         assert!(!energy_lines(0.0512, 75, 1e-3).contains("sound"));
     }
 
+    fn fits_a_terminal(text: &str) {
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    }
+
+    #[test]
+    fn increments_and_specimens_are_told_in_eighty_columns() {
+        let row = HistoryRow {
+            axial_strain: 0.15,
+            volumetric_strain: -0.012345,
+            mean_stress: 12.3456e6,
+            deviatoric_stress: -1e-3,
+            sliding_fraction: 1.0,
+            augmentations: 123,
+            factorisations: 123,
+            out_of_balance: 1e-3,
+            energy_external: -1.234e-5,
+            ..HistoryRow::UNKNOWN
+        };
+        let mut stage = shear(Until::default());
+        for says in ["q   0.000 MPa", "work -1.234e-5 J"] {
+            let step = Step { stage: &stage, progress: 0.2525, done: 0.0, total: 1.0, row: &row };
+            let line = step_line(&step, 12.345);
+            fits_a_terminal(&line);
+            assert!(line.contains(says), "{line}");
+            stage.stage = None;
+        }
+        // What the bar leaves of 80 columns.
+        assert!(bar_message(&row).chars().count() <= 26, "{}", bar_message(&row));
+        let class = ClassStatistics { sizes: [0.0375, 0.0625], grains: 3643, mass_fraction: [0.1234; 2] };
+        let report = SpecimenReport {
+            grains: 3643,
+            cells: 138_434,
+            nodes: 346_000,
+            diameter: 0.3,
+            height: 0.65,
+            void_ratio: 0.658,
+            void_ratio_asked: 0.6,
+            coordination_number: 5.2,
+            rattlers: 321,
+            classes: vec![class.clone(), class],
+            elongation: 0.92,
+            flatness: 0.91,
+            sphericity: 0.85,
+            vertices: 12.0,
+            worst_overlap: [3e-5; 2],
+            worst_radius_ratio: 0.15,
+            wall_time: Duration::from_secs(4000),
+        };
+        fits_a_terminal(&specimen_lines(&report));
+    }
+
+    fn shear(until: Until) -> PlannedStage {
+        let path = Path::Strain { axial_strain: 0.1, lateral: Lateral::Pressure };
+        let steps = Steps::Strain { nominal: 5e-4, largest: 5e-4, growth: 1.0 };
+        PlannedStage { index: 0, kind: "shear", stage: Some(Stage { path, steps, until }), increments: 200.0 }
+    }
+
     #[test]
     fn stages_that_may_end_early_count_no_increments() {
         let row = HistoryRow::UNKNOWN;
         let how_far = |until: Until, progress: f64| {
-            let path = Path::Strain { axial_strain: 0.1, lateral: Lateral::Pressure };
-            let steps = Steps::Strain { nominal: 5e-4, largest: 5e-4, growth: 1.0 };
-            let stage = PlannedStage {
-                index: 0,
-                kind: "shear",
-                stage: Some(Stage { path, steps, until }),
-                increments: 200.0,
-            };
+            let stage = shear(until);
             super::how_far(&Step { stage: &stage, progress, done: 0.0, total: 1.0, row: &row })
         };
         assert_eq!(how_far(Until::default(), 0.25), "50/200");

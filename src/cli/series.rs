@@ -19,7 +19,7 @@ use super::arguments::{Batch, Study};
 use super::commands::{Ended, checked};
 use super::exit::{Ending, Failure};
 use super::interrupt;
-use super::terminal::{complain, note, say};
+use super::terminal::{complain, folded, note, say};
 
 pub fn study(arguments: &Study) -> Ended {
     let (source, case) = checked(&arguments.input, None)?;
@@ -253,7 +253,7 @@ fn launch(members: &[Member], jobs: usize, threads: usize, force: bool) -> Resul
             let time = start.elapsed().as_secs_f64() * left as f64 / ended as f64;
             let time =
                 if left > 0 { format!("; {left} left, about {}", duration(time)) } else { String::new() };
-            note(&format!("{}: {how}{time}", member.name));
+            note(&folded(&format!("{}: {how}{time}", member.name), 4));
         }
     })
 }
@@ -277,11 +277,9 @@ fn conclude(whole: bool, members: &[Member], figures: &[Figures]) -> Ending {
         0 => String::new(),
         idle => format!("; {idle} of them not begun"),
     };
-    complain(&format!(
-        "{} of {} runs did not reach the end of their case: {shown}{more}{idle}",
-        short.len(),
-        members.len()
-    ));
+    let (short, all) = (short.len(), members.len());
+    complain(&format!("{short} of {all} runs did not reach the end of their case{idle}:"));
+    note(&folded(&format!("    {shown}{more}"), 4));
     Ending::Stopped
 }
 

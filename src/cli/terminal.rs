@@ -6,6 +6,9 @@ use std::sync::OnceLock;
 
 use crate::error::{by_number, is_obeyed};
 
+/// Columns of a terminal.
+const WIDTH: usize = 80;
+
 static UNSAID: OnceLock<Error> = OnceLock::new();
 
 /// The first trouble with standard output.
@@ -30,6 +33,25 @@ pub fn note(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{}", harmless(text));
 }
 
+/// A line folded between words at the width of a terminal, with so many blanks before those that follow the first.
+pub fn folded(line: &str, indent: usize) -> String {
+    let (mut folded, mut column) = (String::new(), 0);
+    for (at, word) in line.split(' ').enumerate() {
+        let length = word.chars().count();
+        if at > 0 && column + 1 + length > WIDTH {
+            folded.push('\n');
+            folded.push_str(&" ".repeat(indent));
+            column = indent;
+        } else if at > 0 {
+            folded.push(' ');
+            column += 1;
+        }
+        folded.push_str(word);
+        column += length;
+    }
+    folded
+}
+
 /// A text as a terminal may see it: titles and names are from case files and results files, which others made. Characters that a
 /// terminal obeys, and those that turn the direction of writing, are shown by their numbers, as JSON writes them.
 fn harmless(text: &str) -> Cow<'_, str> {
@@ -44,6 +66,18 @@ fn harmless(text: &str) -> Cow<'_, str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_are_folded_between_words() {
+        assert_eq!(folded("note         short", 13), "note         short");
+        let long = format!("note  {} end", ["word"; 16].join(" "));
+        let lines: Vec<String> = folded(&long, 6).lines().map(String::from).collect();
+        assert_eq!(lines.join("").replace("      ", " "), long);
+        assert_eq!(lines.iter().map(|line| line.len()).collect::<Vec<_>>(), [80, 14]);
+        // A path stays whole.
+        let path = "x".repeat(100);
+        assert_eq!(folded(&format!("into {path} done"), 2), format!("into\n  {path}\n  done"));
+    }
 
     #[test]
     fn a_terminal_obeys_no_title() {

@@ -156,11 +156,9 @@ fn corners_of(points: Vec<Vec3>, given: &[(u32, Vec<usize>)]) -> std::result::Re
             (24, 10) => check_straight(index, nodes, &points)?,
             (10 | 24, count) => return Err(format!("cell {index}: a tetrahedron with {count} points")),
             // Vertices, lines, triangles, pixels and quadrilaterals, linear and quadratic.
-            (1..=9 | 21..=23 | 28 | 30 | 32 | 34 | 36, _) => continue,
+            (1..=9 | 21..=23 | 28 | 30 | 34..=36, _) => continue,
             (other, _) => {
-                return Err(format!(
-                    "cell {index} has VTK type {other}; only tetrahedra (10, 24) can be used"
-                ));
+                return Err(format!("cell {index} is {}; only tetrahedra can be used", called(other)));
             }
         }
         cells.push([nodes[0], nodes[1], nodes[2], nodes[3]]);
@@ -175,6 +173,18 @@ fn corners_of(points: Vec<Vec3>, given: &[(u32, Vec<usize>)]) -> std::result::Re
     let cells =
         cells.iter().map(|cell| cell.map(|node| used.partition_point(|&k| k < node) as u32)).collect();
     Ok((used.iter().map(|&node| points[node]).collect(), cells))
+}
+
+/// What a cell of one of VTK's types is called.
+fn called(kind: u32) -> String {
+    let name = match kind {
+        11 => "a voxel",
+        12 | 25 | 29 | 33 => "a hexahedron",
+        13 | 26 | 31 | 32 => "a wedge, or prism",
+        14 | 27 | 37 => "a pyramid",
+        _ => "of another kind",
+    };
+    format!("{name} (VTK's type {kind})")
 }
 
 fn check_straight(index: usize, nodes: &[usize], points: &[Vec3]) -> std::result::Result<(), String> {
@@ -399,5 +409,16 @@ mod tests {
             [0usize, 23].iter().map(|&k| bent.cells[k].iter().map(|node| node.0).collect()).collect();
         assert!(message(&vtu(&bent.nodes, &apart)).contains("2 parts"));
         assert!(message(&text.replace("e-2", "e-x")).contains("not a number"));
+        let nodes: String = (1..=8).map(|k| format!("{k} {} {} {k}\n", k % 2, k / 2 % 2)).collect();
+        for (kind, count, says) in [(5, 8, "a hexahedron"), (6, 6, "a wedge"), (7, 5, "a pyramid")] {
+            let corners: Vec<String> = (1..=count).map(|k: usize| k.to_string()).collect();
+            let msh = format!(
+                "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}$EndNodes\n\
+                 $Elements\n1\n1 {kind} 2 1 1 {}\n$EndElements\n",
+                corners.join(" ")
+            );
+            let said = mesh_of("x.msh", formats::gmsh(msh.as_bytes())).expect_err(says).to_string();
+            assert!(said.contains(&format!("cell 0 is {says}")), "{said}");
+        }
     }
 }

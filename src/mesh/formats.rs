@@ -33,8 +33,10 @@ const TETRAHEDRON: u32 = 10;
 const QUADRATIC_LINE: u32 = 21;
 const QUADRATIC_TRIANGLE: u32 = 22;
 const QUADRATIC_TETRAHEDRON: u32 = 24;
-/// VTK's type of cells that no `.msh` element above is: refused by whoever needs tetrahedra.
-const OTHER: u32 = 12;
+/// Refused by whoever needs tetrahedra.
+const HEXAHEDRON: u32 = 12;
+const WEDGE: u32 = 13;
+const PYRAMID: u32 = 14;
 
 type Read<T> = std::result::Result<T, String>;
 
@@ -224,9 +226,9 @@ fn element(kind: u32) -> Read<(u32, usize)> {
         2 => (TRIANGLE, 3),
         3 => (QUAD, 4),
         4 => (TETRAHEDRON, 4),
-        5 => (OTHER, 8),
-        6 => (OTHER, 6),
-        7 => (OTHER, 5),
+        5 => (HEXAHEDRON, 8),
+        6 => (WEDGE, 6),
+        7 => (PYRAMID, 5),
         8 => (QUADRATIC_LINE, 3),
         9 => (QUADRATIC_TRIANGLE, 6),
         11 => (QUADRATIC_TETRAHEDRON, 10),

@@ -29,7 +29,7 @@ impl Sheet {
             .trim(csv::Trim::All)
             .comment(Some(b'#'))
             .from_reader(text.as_bytes());
-        let line_of = |position: Option<&csv::Position>| position.map_or(1, |at| at.line() as usize);
+        let line_of = |position: Option<&csv::Position>| position.map_or(1, |at| line_at(text, at));
         let mut rows = Vec::new();
         for record in reader.records() {
             let record = record.map_err(|e| (line_of(e.position()), e.to_string()))?;
@@ -40,6 +40,14 @@ impl Sheet {
         }
         Ok(Sheet { separator, rows })
     }
+}
+
+/// The line of the file on which a record begins. The reader stands behind the record before: above empty lines and remarks, and within a line break
+/// of two characters.
+fn line_at(text: &str, at: &csv::Position) -> usize {
+    let rest = text.get(at.byte() as usize..).unwrap_or("");
+    let passed = rest.lines().take_while(|line| line.is_empty() || line.starts_with('#'));
+    at.line() as usize + passed.count()
 }
 
 /// What a table's first line says that its cells are parted by, as Excel writes and reads it ("sep=;"), and the text with that line emptied.
@@ -56,6 +64,16 @@ fn separator_line(text: &str) -> (Option<char>, &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_know_their_lines_however_these_end() {
+        let text = "sep=;\n# by hand\n\na;b\n1;2\n\"of two\nlines\";3\n# more\n\n;\n4;5";
+        for text in [text.to_string(), text.replace('\n', "\r\n")] {
+            let sheet = Sheet::parse(&text).expect("a sheet");
+            let lines: Vec<usize> = sheet.rows.iter().map(|(line, _)| *line).collect();
+            assert_eq!(lines, [4, 5, 6, 11], "{text:?}");
+        }
+    }
 
     #[test]
     fn the_line_that_names_the_separator_is_taken_out() {

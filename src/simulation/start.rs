@@ -67,6 +67,16 @@ pub fn missing(source: &RawCase) -> Option<Fault> {
 /// specimen.
 pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     let Some(name) = &case.start_from else { return Ok(None) };
+    read(case, source, name).map(Some).map_err(|error| match error {
+        Error::Results { file, dataset, message } => {
+            Error::Results { file, dataset, message: format!("{message} ($.start_from names it)") }
+        }
+        other => other,
+    })
+}
+
+/// Reads what the file `name` holds.
+fn read(case: &Case, source: &RawCase, name: &str) -> Result<Start> {
     let refused = |faults: Vec<Fault>| Err(Error::Case { file: source.file.clone(), faults });
     if let Some(fault) = missing(source) {
         return refused(vec![fault]);
@@ -95,7 +105,7 @@ pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
     let (origin, version) = restart::decode::<Origin<'_>>(&origin, &file)?;
     if !consolidated {
         let specimen = Box::new(origin.specimen.into_owned());
-        return Ok(Some(Start::Generated { specimen, how: told(version) }));
+        return Ok(Start::Generated { specimen, how: told(version) });
     }
     let state = state.ok_or_else(|| lacks("restart/consolidated", unfinished))?;
     let (state, version) = restart::decode::<Consolidated<'_>>(&state, &file)?;
@@ -104,7 +114,7 @@ pub fn look(case: &Case, source: &RawCase) -> Result<Option<Start>> {
         return refused(faults);
     }
     let how = told(version);
-    Ok(Some(Start::Consolidated(Box::new(Consolidation { origin, state, how }))))
+    Ok(Start::Consolidated(Box::new(Consolidation { origin, state, how })))
 }
 
 /// The part of a completed case on which a generated specimen depends.

@@ -174,7 +174,8 @@ fn with_finer(mut sieves: Vec<f64>, finest: f64) -> Vec<f64> {
 /// Volume fraction of a sample that passes a sieve [m]: pieces of at most that size.
 pub fn passing(sample: &[Piece], sieve: f64) -> f64 {
     let total: f64 = sample.iter().map(|piece| piece.volume).sum();
-    sample.iter().filter(|piece| piece.size <= sieve).map(|piece| piece.volume).sum::<f64>() / total
+    // A sum over nothing is -0.
+    (sample.iter().filter(|piece| piece.size <= sieve).map(|piece| piece.volume).sum::<f64>() + 0.0) / total
 }
 
 /// Marsal's B_g over ascending sieves, the pan below the finest and what stays on the coarsest included.
@@ -317,6 +318,7 @@ mod tests {
         let found = measure(&fates(), &[0.04, 0.01, 0.025, 0.05]).expect("measures");
         assert_eq!(found.sieves, [0.01, 0.025, 0.04, 0.05]);
         assert_eq!(found.passing_before, [0.0, 0.2, 1.0, 1.0]);
+        assert!(found.passing_before[0].is_sign_positive(), "a sum over nothing");
         assert_eq!(found.passing_after, [0.1, 0.5, 1.0, 1.0]);
         // Retained before 0, 0.2, 0.8, 0; after 0.1, 0.4, 0.5, 0: what falls is 0.3.
         assert!((found.marsal - 0.3).abs() < 1e-15);

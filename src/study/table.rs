@@ -125,6 +125,7 @@ fn number(value: f64) -> String {
         x if !x.is_finite() => String::new(),
         // Without a sign of its own: a sum over nothing is -0.
         x if x == 0.0 || x.abs() >= 0.1 => plain(&format!("{:.6}", x + 0.0)),
+        x if x.abs() >= 1e-3 => plain(&format!("{x:.8}")),
         x => {
             let text = format!("{x:.6e}");
             let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -529,8 +530,8 @@ mod tests {
 
     #[test]
     fn small_numbers_keep_their_digits() {
-        let numbers = [-0.0, 12.5, -0.25, 2.041_234_56e-4, -3e-9, 1.0 / 3.0, f64::NAN];
-        let shown = ["0", "12.5", "-0.25", "2.041235e-4", "-3e-9", "0.333333", ""];
+        let numbers = [-0.0, 12.5, -0.25, 0.09, 2.041_234_56e-4, -3e-9, 1.0 / 3.0, f64::NAN];
+        let shown = ["0", "12.5", "-0.25", "0.09", "2.041235e-4", "-3e-9", "0.333333", ""];
         assert_eq!(numbers.map(number), shown);
     }
 

@@ -20,7 +20,7 @@ impl Columns {
     /// Reads a file; otherwise what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, String> {
         let bytes = input::read_named(path).map_err(|e| format!("cannot be read: {e}"))?;
-        Columns::parse(&input::text_of(&bytes))
+        Columns::parse(&input::table_of(&bytes)?)
     }
 
     pub fn parse(text: &str) -> Result<Self, String> {

@@ -16,7 +16,7 @@ pub static SIEVE: &[Key] = &[
     Key::optional(
         "file",
         Form::Text,
-        "A CSV of two columns, sieve size and passing, with units in the header; relative to the case file.",
+        "A CSV of two columns, sieve size and passing, with units in the header, or a grading that riprap export wrote, as it was before the test; relative to the case file.",
     ),
     Key::optional(
         "points",

@@ -5,6 +5,7 @@ use statrs::function::gamma::ln_gamma;
 
 use crate::error::Faults;
 
+use super::super::form::written;
 use super::super::walk::{Walker, number, shown};
 
 /// Displacement elements lock towards 0.5; `material` rejects draws from here on.
@@ -39,7 +40,7 @@ pub fn check(rock: &Value, path: &str, walker: &mut Walker) {
         walker.fault(
             format!("{path}.tensile_strength"),
             tension,
-            format!("exceeds the compressive strength {compression} Pa"),
+            format!("exceeds the compressive strength {} Pa", written(compression)),
             "at most the compressive strength",
         );
     }

@@ -9,12 +9,14 @@ mod scene;
 mod specimen;
 mod stages;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde_json::{Value, json};
 
 use crate::error::{Fault, Faults};
 
+use super::form::written;
 use super::path::at;
 use super::size::{MeanGrains, SCENE_WEAKENING, weakening_distance};
 use super::walk::{Walker, number, shown};
@@ -77,11 +79,20 @@ pub fn derive(case: &mut Value) {
     }
 }
 
+/// What the built case needs of what was checked.
+#[derive(Default)]
+pub struct Found {
+    /// Of a sound specimen.
+    pub grains: Option<MeanGrains>,
+    /// Of the mesh files of a scene.
+    pub cells_of_files: BTreeMap<String, usize>,
+}
+
 /// Checks every rule. `raw` is the value as written, `folder` where mesh files are looked for.
-/// Returns the mean grains of a sound specimen.
-pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walker) -> Option<MeanGrains> {
+/// What was found on the way.
+pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walker) -> Found {
     let known = walker.faults.len();
-    let mut grains = None;
+    let mut found = Found::default();
     let (specimen, scene) = (&raw["specimen"], &raw["scene"]);
     match (specimen.is_null(), scene.is_null()) {
         (true, true) => walker.fault(
@@ -97,11 +108,11 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
             "a \"specimen\" or a \"scene\"",
         ),
         (false, true) => {
-            grains = specimen::check(&case["specimen"], number(&case["contact"], "rounding"), walker);
+            found.grains = specimen::check(&case["specimen"], number(&case["contact"], "rounding"), walker);
             stages::check_specimen(&case["stages"], !case["start_from"].is_null(), walker);
         }
         (true, false) => {
-            scene::check(case, folder, walker);
+            found.cells_of_files = scene::check(case, folder, walker);
             press::check(case, walker);
             stages::check_scene(&case["stages"], &case["scene"]["bodies"], walker);
             for key in ["plates", "membrane", "start_from"] {
@@ -120,8 +131,8 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
         walker.fault(
             "$.contact.residual_friction",
             residual,
-            format!("exceeds the peak friction {peak}"),
-            format!("at most {peak}"),
+            format!("exceeds the peak friction {}", written(peak)),
+            format!("at most {}", written(peak)),
         );
     }
     let solver = &raw["solver"];
@@ -130,12 +141,12 @@ pub fn check(case: &Value, raw: &Value, folder: Option<&Path>, walker: &mut Walk
     if let (Some(gate), Some(tolerance)) = (gate, tolerance)
         && gate != tolerance
     {
-        let problem = format!("is another tolerance than energy_tolerance, {tolerance}");
+        let problem = format!("is another tolerance than energy_tolerance, {}", written(tolerance));
         let accepted = "\"warn\" or \"cut\", or no energy_tolerance";
         walker.fault("$.solver.energy_gate", shown(&solver["energy_gate"]), problem, accepted);
     }
     show_as_written(&mut walker.faults[known..], raw);
-    grains
+    found
 }
 
 /// Rules see SI numbers; messages show what the file says.
@@ -155,6 +166,15 @@ fn object<'a>(value: &'a mut Value, pointer: &str) -> Option<&'a mut serde_json:
 #[cfg(test)]
 mod tests {
     use crate::case::checked;
+
+    #[test]
+    fn messages_have_no_hundreds_of_zeros() {
+        let text = include_str!("../../../cases/stages/shear.json");
+        for set in ["/stages/1/axial_strain=1e-320", "/contact/friction=1e-320"] {
+            let said = checked(text, &[set, "/contact/residual_friction=0.1"]).expect_err(set).to_string();
+            assert!(said.contains("1e-320") && !said.contains("0000000000"), "{said}");
+        }
+    }
 
     #[test]
     fn an_energy_gate_is_no_second_tolerance() {

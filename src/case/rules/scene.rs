@@ -1,6 +1,6 @@
 //! Rules of a scene: names, shapes, meshes, overlaps.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 
 use serde_json::Value;
@@ -28,8 +28,10 @@ const MOST_VERTICES: usize = 1000;
 /// Overlapping pairs that are listed one by one.
 const LISTED: usize = 20;
 
-pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
-    let Some(bodies) = case["scene"]["bodies"].as_array() else { return };
+/// Checks the scene; the cells of its mesh files.
+pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) -> BTreeMap<String, usize> {
+    let mut cells_of_files = BTreeMap::new();
+    let Some(bodies) = case["scene"]["bodies"].as_array() else { return cells_of_files };
     let mut placed: Vec<(usize, &str, Placed)> = vec![];
     let mut names: HashSet<&str> = HashSet::new();
     let mut pressed: [Option<(usize, Placed)>; 3] = [const { None }; 3];
@@ -49,7 +51,11 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
             material::check(&body["rock"], &format!("{path}.rock"), walker);
         }
         let made = match body["shape"]["mesh"].as_str() {
-            Some(file) => check_mesh(file, folder, &format!("{path}.shape.mesh"), walker),
+            Some(file) => {
+                let read = check_mesh(file, folder, &format!("{path}.shape.mesh"), walker);
+                cells_of_files.extend(read.iter().map(|(_, cells)| (file.to_string(), *cells)));
+                read.map(|(hull, _)| hull)
+            }
             None => random_grain(case, i),
         };
         // A body's own rock is complete only where the case's rock is; shapes do not need it.
@@ -88,6 +94,7 @@ pub fn check(case: &Value, folder: Option<&Path>, walker: &mut Walker) {
     check_origin(bodies, &placed, walker);
     check_cover(&case["scene"]["press"]["grip"], &pressed, walker);
     check_overlaps(&placed, walker);
+    cells_of_files
 }
 
 /// Refuses a body that stages move or load about a point far from it.
@@ -186,8 +193,13 @@ fn random_grain(case: &Value, index: usize) -> Option<Polyhedron> {
     lying_grain(sizes, rounding, seed, index as u64).ok()
 }
 
-/// Checks a mesh file; its hull where it makes a body.
-fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker) -> Option<Polyhedron> {
+/// Checks a mesh file; its hull and number of cells where it makes a body.
+fn check_mesh(
+    file: &str,
+    folder: Option<&Path>,
+    path: &str,
+    walker: &mut Walker,
+) -> Option<(Polyhedron, usize)> {
     let accepted = "a .vtu or .msh file, its path relative to the case file";
     let ending = formats::ending(Path::new(file));
     if formats::OF_POINTS.contains(&ending.as_str()) {
@@ -203,8 +215,8 @@ fn check_mesh(file: &str, folder: Option<&Path>, path: &str, walker: &mut Walker
     {
         walker.fault(path, shown(&Value::from(file)), "is not there", accepted);
     } else if let Some(folder) = folder {
-        match read_mesh(&folder.join(file)).and_then(|mesh| mesh.convex_hull()) {
-            Ok(hull) => return Some(hull),
+        match read_mesh(&folder.join(file)).and_then(|mesh| Ok((mesh.convex_hull()?, mesh.cells.len()))) {
+            Ok(read) => return Some(read),
             Err(error) => {
                 let problem = format!("makes no body: {error}");
                 let accepted = "a .vtu or .msh file of tetrahedra that fill one convex body";

@@ -15,6 +15,7 @@ use super::super::walk::{Walker, number};
 
 /// Largest sieve size over the smaller of diameter and height.
 const LARGEST_GRAIN: f64 = 0.8;
+const USUAL_GRAIN: f64 = 0.2;
 
 /// More grains are a slip of the pen, a forgotten unit most likely.
 const MOST_GRAINS: f64 = 1e7;
@@ -181,8 +182,33 @@ fn size(specimen: &Value, grains: Option<&MeanGrains>, largest: Option<f64>, wal
     {
         let problem =
             format!("has grains of {largest:.4} m, too large for a specimen {d:.4} m wide and {h:.4} m high");
-        let accepted =
-            "a largest size of at most 0.8 of the diameter and of the height (laboratories keep to a fifth)";
+        let mut accepted =
+            "a largest size of at most 0.8 of the diameter and of the height (laboratories keep to a fifth)"
+                .to_string();
+        if let (Some(n), None, None, true) = (count, diameter, height, specimen["packing"].is_null()) {
+            // Of equal shape: as many as its volume is larger.
+            let for_share = |share: f64| (n * (largest / (share * d.min(h))).powi(3)).ceil();
+            let (enough, usual) = (for_share(LARGEST_GRAIN), for_share(USUAL_GRAIN));
+            accepted +=
+                &format!("; about {enough} grains of this grading make one so large, {usual} for a fifth");
+        }
         walker.fault(format!("{place}.grading"), format!("{largest} m"), problem, accepted);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::checked;
+
+    #[test]
+    fn too_few_grains_are_told_how_many_would_do() {
+        let text = r#"{"specimen": {"grains": 3, "aspect": 2, "void_ratio": 0.6, "grading": [["60 mm", 1], ["40 mm", 0]]},
+            "rock": {"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}, "contact": {"friction": 0.65},
+            "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]}"#;
+        let said = checked(text, &[]).expect_err("too few").to_string();
+        let words: Vec<&str> = said.split("; about ").nth(1).expect("a number").split(' ').collect();
+        let enough = format!("/specimen/grains={}", words[0]);
+        assert!(checked(text, &[&enough]).is_ok(), "{said}");
+        assert!(said.contains("for a fifth"), "{said}");
     }
 }

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use crate::error::Faults;
 
+use super::super::form::written;
 use super::super::path::child;
 use super::super::walk::{Walker, meant, nearest, number, shown};
 
@@ -98,7 +99,8 @@ pub fn check_specimen(stages: &Value, started: bool, walker: &mut Walker) {
                 if let (Some(pressure), Ok(Some(reached))) = (number(stage, "pressure"), held)
                     && (pressure / reached - 1.0).abs() > 1e-9
                 {
-                    let problem = format!("is not the pressure {reached} Pa that the stages before reach");
+                    let problem =
+                        format!("is not the pressure {} Pa that the stages before reach", written(reached));
                     let accepted = "that pressure, no pressure, or a consolidate stage to the new one before";
                     walker.fault(format!("{path}.pressure"), pressure, problem, accepted);
                 }
@@ -130,22 +132,22 @@ fn check_pressures(stage: &Value, path: &str, walker: &mut Walker) {
 
 fn check_increment(stage: &Value, path: &str, walker: &mut Walker) {
     if let (Some(increment), Some(strain)) = (number(stage, "increment"), number(stage, "axial_strain")) {
+        let all = written(strain);
         let mut fault = |problem: String, accepted: String| {
             walker.fault(format!("{path}.increment"), increment, problem, accepted);
         };
         if increment > strain {
-            fault(format!("exceeds the stage's axial_strain {strain}"), format!("at most {strain}"));
+            fault(format!("exceeds the stage's axial_strain {all}"), format!("at most {all}"));
         } else if increment > 0.0 && strain / increment > MOST_INCREMENTS {
-            let problem = format!(
-                "makes more than {MOST_INCREMENTS:.0e} increments of the stage's axial_strain {strain}"
-            );
+            let problem =
+                format!("makes more than {MOST_INCREMENTS:.0e} increments of the stage's axial_strain {all}");
             fault(problem, format!("at least {:e}", strain / MOST_INCREMENTS));
         }
     }
     if let (Some(increment), Some(largest)) = (number(stage, "increment"), number(stage, "increment_max"))
         && largest < increment
     {
-        let place = format!("{path}.increment_max");
+        let (place, increment) = (format!("{path}.increment_max"), written(increment));
         let problem = format!("is below the stage's increment {increment}");
         walker.fault(place, largest, problem, format!("at least {increment}"));
     }
