@@ -146,13 +146,21 @@ fn angles(run: &Run, shearing: &Shearing) -> Result<Vec<(String, String)>> {
             dilatancy = Some((angle, stage));
         }
     }
-    let dilatancy = dilatancy.map_or(String::new(), |(angle, stage)| in_stage(run, degrees(angle), stage));
+    let dilatancy = dilatancy.map_or(String::new(), |(angle, stage)| in_stage(run, dilation(angle), stage));
     let lines = [
         ("friction angle, largest", peak.map_or(String::new(), degrees)),
         ("friction angle, residual", residual),
         ("dilatancy angle, largest", dilatancy),
     ];
     Ok(lines.map(|(name, value)| (name.to_string(), value)).into())
+}
+
+/// The largest dilatancy angle [rad] in words: where the volume never grows there is none.
+fn dilation(largest: f64) -> String {
+    match largest > 0.0 {
+        true => format!("{}°", short(largest.to_degrees())),
+        false => "none: contracts throughout".into(),
+    }
 }
 
 /// The moduli of the first stage that shears, as the overview's lines.
@@ -197,6 +205,23 @@ fn stage_of_largest(run: &Run, shearing: &Shearing) -> Result<Option<usize>> {
 fn is_sheared(run: &Run, shearing: &Shearing) -> Result<bool> {
     let kind = stage_of_largest(run, shearing)?.and_then(|stage| run.summary.stages.get(stage));
     Ok(kind.is_some_and(|kind| kind == "reload" || SHEARS.contains(&kind.as_str())))
+}
+
+/// What the caption says of the line of a cohesion [Pa] and a friction angle [rad].
+fn line_in_words(cohesion: f64, friction_angle: f64) -> String {
+    let angle = short(friction_angle.to_degrees());
+    if cohesion == 0.0 {
+        return format!(" The line without cohesion: φ = {angle}°.");
+    }
+    let meaning = match cohesion > 0.0 {
+        true => "Rock has no cohesion: c stands for an envelope that bends.",
+        false => {
+            "c is negative: φ grows with the pressure here, by chance or where q still rises; rather take each run's own φ, \
+             or φ0 and Δφ."
+        }
+    };
+    let cohesion = short(1e-6 * cohesion);
+    format!(" The line through their tops (least squares): φ = {angle}°, c = {cohesion} MPa. {meaning}")
 }
 
 /// What the caption says of runs whose circles are no failures, and of those whose largest q is their last.
@@ -254,16 +279,7 @@ pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
         let points = vec![stress(start), stress(end.min(reach))];
         let stroke = Stroke { width: 1.4, dash: DASHED, ..Stroke::thin(INK) };
         panel.layers.push(Layer::Curve { label: "Mohr-Coulomb".into(), points, stroke });
-        let angle = short(friction_angle.to_degrees());
-        caption += &if cohesion == 0.0 {
-            format!(" The line without cohesion: φ = {angle}°.")
-        } else {
-            let cohesion = short(1e-6 * cohesion);
-            format!(
-                " The line through their tops (least squares): φ = {angle}°, c = {cohesion} MPa. \
-                 Rock has no cohesion: c stands for an envelope that bends."
-            )
-        };
+        caption += &line_in_words(cohesion, friction_angle);
     }
     caption += &remarks(&confined, &rising);
     let chart = Chart::new("Strength", vec![panel], Arrangement::Stacked, SIZE);
@@ -322,6 +338,23 @@ mod tests {
             said.contains("q at the end: short, shorter.") && said.contains("leaves out held."),
             "{said}"
         );
+    }
+
+    #[test]
+    fn a_specimen_that_only_contracts_has_no_dilatancy_angle() {
+        assert_eq!(dilation(0.2), "11.5°");
+        assert_eq!(dilation(-1.2), "none: contracts throughout");
+    }
+
+    #[test]
+    fn a_negative_cohesion_is_told_and_explained() {
+        // The friction angle grows with the pressure.
+        let found = envelope(&[touching(4e5, 0.0, 0.6), touching(16e5, 0.0, 0.7)]).expect("a line");
+        let said = line_in_words(found.cohesion, found.friction_angle);
+        assert!(found.cohesion < 0.0 && said.contains("c = −") && said.contains("c is negative"), "{said}");
+        let said = line_in_words(1e5, 0.7);
+        assert!(said.contains("c = 0.1 MPa. Rock has no cohesion"), "{said}");
+        assert_eq!(line_in_words(0.0, 0.7), " The line without cohesion: φ = 40.1°.");
     }
 
     #[test]
