@@ -657,7 +657,7 @@ static SOLVER: &[Key] = &[
         "energy_gate",
         Nullable(&Form::Either(&[Choice(&["warn", "cut"]), Quantity(Dimension::None, positive(1.0))])),
         "\"warn\"",
-        "Whether an increment whose energy closes worse than energy_tolerance is warned of or cut (as far as increment_min lets it); null: neither. A number is a tolerance that is warned at (the older form).",
+        "Whether an increment whose energy closes worse than energy_tolerance is counted (and told of where its stage's sum is not sound) or cut (as far as increment_min lets it); null: neither. A number is a tolerance to count at (the older form).",
     ),
     Key::default(
         "energy_tolerance",

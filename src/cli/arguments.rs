@@ -356,7 +356,7 @@ pub struct Report {
     /// Measured curves to overlay; may be given more than once
     #[arg(long = "lab", value_name = "CURVES.csv")]
     pub laboratory: Vec<PathBuf>,
-    /// Width of the charts in files of their own, in millimetres: 84 or 174 for the columns of many journals; roses keep theirs
+    /// Width of the charts in files of their own, 60 to 400 millimetres: 84 or 174 for the columns of many journals; roses keep theirs
     #[arg(long, value_name = "MM", value_parser = clap::value_parser!(u16).range(60..=400))]
     pub width: Option<u16>,
 }

@@ -456,27 +456,22 @@ fn plan_line(stage: &Stage) -> String {
     }
 }
 
-/// What the energy that no row of the ledger accounts for, as a share of a stage's work, means to a reader; `poor` increments missed more than
-/// `tolerance` by themselves.
+/// What the energy that no row of the ledger accounts for, as a share of a stage's work, means to a reader; where it is not sound, how many increments,
+/// `poor` of them, missed more than `tolerance` of their own.
 fn energy_lines(error: f64, poor: usize, tolerance: f64) -> String {
     let indent = " ".repeat(16);
     let share = |value: f64| format!("{} %", short(100.0 * value));
-    let judged = match error {
-        error if error < SOUND => format!("below {} is sound", share(SOUND)),
-        error => {
-            let advice = "smaller increments close it";
-            return format!(
-                "{indent}energy: {} of work unaccounted for;\n{indent}distrust stresses by as much: {advice}",
-                share(error)
-            );
-        }
-    };
-    let mut lines = format!("{indent}energy: {} of work unaccounted for; {judged}", share(error));
-    if poor > 0 {
-        let rows = if poor == 1 { "1 increment misses".into() } else { format!("{poor} increments miss") };
-        lines += &format!("\n{indent}{rows} more than {} each: the sum counts", share(tolerance));
+    let told = format!("{indent}energy: {} of work unaccounted for;", share(error));
+    if error < SOUND {
+        return format!("{told} below {} is sound", share(SOUND));
     }
-    lines
+    let lines = format!("{told}\n{indent}distrust stresses by as much: smaller increments close it");
+    match poor {
+        0 => lines,
+        poor => {
+            format!("{lines}\n{indent}in {} more than {} each", counted(poor, "increment"), share(tolerance))
+        }
+    }
 }
 
 /// How much of its stage is done: nominal increments, or, where it may end before its path does, a share.
@@ -535,16 +530,17 @@ mod tests {
     fn energy_is_judged_in_eighty_columns() {
         for (error, poor, says) in [
             (3.5e-4, 75, "energy: 0.035 % of work unaccounted for; below 1 % is sound"),
-            (3.5e-4, 75, "75 increments miss more than 0.1 % each: the sum counts"),
-            (3.5e-4, 1, "1 increment misses more"),
             (0.00512, 12_345, "below 1 % is sound"),
             (0.0512, 0, "distrust stresses by as much: smaller increments"),
+            (0.0512, 12_345, "in 12345 increments more than 0.1 % each"),
+            (0.0512, 1, "in 1 increment more"),
         ] {
             let lines = energy_lines(error, poor, 1e-3);
             assert!(lines.contains(says), "{lines}");
             assert!(lines.lines().all(|line| line.chars().count() <= 80), "{lines}");
         }
-        assert_eq!(energy_lines(1e-5, 0, 1e-3).lines().count(), 1);
+        // Where the sum is sound single increments are no reason to worry.
+        assert_eq!(energy_lines(3.5e-4, 75, 1e-3).lines().count(), 1);
         assert!(!energy_lines(0.0512, 75, 1e-3).contains("sound"));
     }
 

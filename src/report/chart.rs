@@ -5,7 +5,7 @@
 
 use super::axis::{Axis, Scale};
 use super::drawing::{Anchor, Drawing, text_width};
-use super::lettering::{fitted, least_width, shortened, wrapped};
+use super::lettering::{folded, least_width, shortened, wrapped};
 use super::note;
 use super::palette::{AXIS, BLACK, Colour, GRID, INK, Stroke, WHITE};
 
@@ -14,7 +14,8 @@ const LABEL_SIZE: f64 = 13.0;
 const TICK_SIZE: f64 = 12.0;
 /// Of most charts [px].
 pub const WIDTH: f64 = 720.0;
-/// Height of a legend's row [px].
+/// Height of a title's line, and of a legend's row of one line [px].
+const TITLE_LINE: f64 = 19.0;
 const LEGEND_ROW: f64 = 21.0;
 /// Length of a legend's sample [px].
 const SAMPLE: f64 = 30.0;
@@ -30,7 +31,7 @@ pub enum Layer {
     Band { label: String, low: Vec<[f64; 2]>, high: Vec<[f64; 2]>, colour: Colour },
     /// A level across the panel.
     Level { label: String, value: f64, stroke: Stroke },
-    /// A word beside a point, above it where there is room.
+    /// Words beside a point, above it where there is room; a line break parts their lines.
     Note { at: [f64; 2], text: String, colour: Colour },
 }
 
@@ -76,7 +77,9 @@ pub struct Chart {
 /// Right of a panel, and below its axis [px].
 const RIGHT: f64 = 22.0;
 const BELOW: f64 = 52.0;
-/// By how much the name of an ordinate may be longer than its axis, and from its first line to a second [px].
+/// What of a panel's width with its labels is beside its axes at most, about; titles and names of abscissae have the rest [px].
+const SIDE: f64 = 100.0;
+/// By how much the name of an ordinate may be longer than its axis, and from a text's first line to a second [px].
 const OVERHANG: f64 = 30.0;
 const LINE: f64 = 15.0;
 /// Panels beside each other are no narrower than this [px].
@@ -131,6 +134,7 @@ impl Chart {
     pub fn of_width(&self, width: f64) -> Chart {
         let share = width / self.size[0];
         let mut chart = self.clone();
+        chart.size[0] = width;
         let mut height = self.size[1] * share.max(LOWEST);
         if let Arrangement::Beside(columns) = self.arrangement {
             let columns = columns.clamp(1, self.panels.len().max(1));
@@ -139,15 +143,33 @@ impl Chart {
             height = self.size[1] * share.clamp(LOWEST, 1.0) / rows(columns).max(1.0) * rows(fit);
             chart.arrangement = Arrangement::Beside(fit);
         }
-        height = height.max(chart.least_height());
-        chart.size = [width, height];
+        chart.size[1] = height.max(chart.least_height());
         if let Some([x, y]) = self.beside {
-            let tall = |beside: f64| y + (self.size[1] - y) * (width - beside) / (self.size[0] - x);
+            let lines = chart.below() - BELOW;
+            let tall = |beside: f64| lines + y + (self.size[1] - y) * (width - beside) / (self.size[0] - x);
             chart.size[1] = tall(x);
             // Its room is none of the axes'.
             chart.size[1] = tall(x + chart.second_line());
         }
+        chart.fold_notes();
         chart
+    }
+
+    /// Folds notes to the width of their panels. Ordinates with an end of their own get room for them above their points.
+    fn fold_notes(&mut self) {
+        let (room, heights) = (self.room(), self.heights());
+        for (panel, height) in self.panels.iter_mut().zip(heights) {
+            for layer in &mut panel.layers {
+                let Layer::Note { at, text, .. } = layer else { continue };
+                let lines = folded(text, TICK_SIZE, room - 20.0);
+                let share = (note::ROOM + LINE * (lines.len() as f64 - 1.0)) / height;
+                *text = lines.join("\n");
+                if let (Some(high), false) = (&mut panel.y.high, panel.y.logarithmic) {
+                    let low = panel.y.low.unwrap_or(0.0);
+                    *high = high.max(low + (at[1] - low) / (1.0 - share).max(0.3));
+                }
+            }
+        }
     }
 
     /// The height at which no name of an ordinate need be cut [px].
@@ -157,10 +179,10 @@ impl Chart {
             Arrangement::Stacked => {
                 let weights = self.weights();
                 let free = self.panels.iter().map(|panel| needed(panel) * weights / panel.weight.max(1e-9));
-                BELOW + self.gaps() + free.fold(0.0, f64::max)
+                self.below() + self.gaps() + free.fold(0.0, f64::max)
             }
             Arrangement::Beside(_) => {
-                let cell = self.panels.iter().map(|panel| panel.above() + needed(panel) + BELOW);
+                let cell = self.panels.iter().map(|panel| self.above(panel) + needed(panel) + self.below());
                 self.rows() * cell.fold(0.0, f64::max)
             }
         }
@@ -170,9 +192,9 @@ impl Chart {
     fn heights(&self) -> Vec<f64> {
         let height = |panel: &Panel| match self.arrangement {
             Arrangement::Stacked => {
-                (self.size[1] - BELOW - self.gaps()).max(10.0) * panel.weight / self.weights()
+                (self.size[1] - self.below() - self.gaps()).max(10.0) * panel.weight / self.weights()
             }
-            Arrangement::Beside(_) => self.size[1] / self.rows() - panel.above() - BELOW,
+            Arrangement::Beside(_) => self.size[1] / self.rows() - self.above(panel) - self.below(),
         };
         self.panels.iter().map(height).collect()
     }
@@ -191,42 +213,81 @@ impl Chart {
 
     /// Of stacked panels, what is above and between them [px].
     fn gaps(&self) -> f64 {
-        self.panels.iter().map(|panel| panel.above() + 8.0).sum()
+        self.panels.iter().map(|panel| self.above(panel) + 8.0).sum()
+    }
+
+    /// What is above a panel's axes [px].
+    fn above(&self, panel: &Panel) -> f64 {
+        match self.title_of(panel).len() {
+            0 => 8.0,
+            lines => 26.0 + LINE * (lines - 1) as f64,
+        }
+    }
+
+    /// What is below axes whose abscissa is named [px].
+    fn below(&self) -> f64 {
+        let lines = self.panels.iter().map(|panel| self.name_of_abscissa(panel).len()).max();
+        BELOW + LINE * (lines.unwrap_or(1) as f64 - 1.0)
+    }
+
+    /// The lines of a panel's title; none without one.
+    fn title_of(&self, panel: &Panel) -> Vec<String> {
+        match panel.title.as_str() {
+            "" => Vec::new(),
+            title => in_lines(title, LABEL_SIZE, self.room()),
+        }
+    }
+
+    /// The lines of the name of a panel's abscissa.
+    fn name_of_abscissa(&self, panel: &Panel) -> Vec<String> {
+        in_lines(&panel.x.label, LABEL_SIZE, self.room())
+    }
+
+    /// Width of a panel's texts [px].
+    fn room(&self) -> f64 {
+        self.size[0] / self.columns() as f64 - SIDE
+    }
+
+    /// Panels beside each other.
+    fn columns(&self) -> usize {
+        match self.arrangement {
+            Arrangement::Stacked => 1,
+            Arrangement::Beside(columns) => columns.clamp(1, self.panels.len().max(1)),
+        }
     }
 
     /// Rows of panels beside each other.
     fn rows(&self) -> f64 {
-        let columns = match self.arrangement {
-            Arrangement::Stacked => 1,
-            Arrangement::Beside(columns) => columns.clamp(1, self.panels.len().max(1)),
-        };
-        self.panels.len().div_ceil(columns).max(1) as f64
+        self.panels.len().div_ceil(self.columns()).max(1) as f64
     }
 
     /// Lays the chart out.
     pub fn draw(&self) -> Drawing {
         let width = self.size[0];
         let legend = self.legend(width);
-        let title_height = if self.title.is_empty() { 10.0 } else { 38.0 };
-        let legend_height = LEGEND_ROW * legend.len() as f64;
-        let head = title_height + legend_height;
-        let mut drawing = Drawing::new(width, head + self.size[1]);
-        if !self.title.is_empty() {
-            let title = shortened(&self.title, TITLE_SIZE, width - 24.0);
-            drawing.text([14.0, 22.0], &title, TITLE_SIZE, BLACK, Anchor::Left);
+        let title = match self.title.as_str() {
+            "" => Vec::new(),
+            title => in_lines(title, TITLE_SIZE, width - 24.0),
+        };
+        let mut head = if title.is_empty() { 10.0 } else { 19.0 + TITLE_LINE * title.len() as f64 };
+        let legend_height: f64 = legend.iter().map(|row| row_height(row)).sum();
+        let mut drawing = Drawing::new(width, head + legend_height + self.size[1]);
+        for (at, line) in title.iter().enumerate() {
+            drawing.text([14.0, 22.0 + TITLE_LINE * at as f64], line, TITLE_SIZE, BLACK, Anchor::Left);
         }
-        for (row, entries) in legend.iter().enumerate() {
-            let mut x = 16.0;
-            let y = title_height + LEGEND_ROW * (row as f64 + 0.5);
-            for (layer, label) in entries {
-                sample(&mut drawing, layer, [x, y]);
-                drawing.text([x + SAMPLE + 7.0, y], label, TICK_SIZE, INK, Anchor::Left);
-                x += entry_width(label);
-            }
+        for row in &legend {
+            draw_row(&mut drawing, row, head + 0.5 * LEGEND_ROW);
+            head += row_height(row);
         }
         let scales = self.scales();
-        for (panel, frame, (x, y), below) in self.frames(&scales, head) {
-            panel.draw(&mut drawing, Axes { frame, x, y }, below);
+        for (panel, frame, (x, y), is_named) in self.frames(&scales, head) {
+            let name = if is_named { self.name_of_abscissa(panel) } else { Vec::new() };
+            panel.draw(&mut drawing, Axes { frame, x, y }, &name);
+            let title = self.title_of(panel);
+            for (at, line) in title.iter().enumerate() {
+                let place = [frame.left, frame.top - 12.0 - LINE * (title.len() - 1 - at) as f64];
+                drawing.text(place, line, LABEL_SIZE, BLACK, Anchor::Left);
+            }
         }
         drawing
     }
@@ -278,19 +339,19 @@ impl Chart {
             Arrangement::Stacked => {
                 let mut top = head;
                 for (at, (panel, (x, y))) in self.panels.iter().zip(scales).enumerate() {
-                    top += panel.above();
+                    top += self.above(panel);
                     let bottom = top + heights[at];
                     let frame = Frame { left, right: width - RIGHT, top, bottom };
                     frames.push((panel, frame, (x, y), at + 1 == self.panels.len()));
                     top = bottom + 8.0;
                 }
             }
-            Arrangement::Beside(columns) => {
-                let columns = columns.clamp(1, self.panels.len().max(1));
+            Arrangement::Beside(_) => {
+                let columns = self.columns();
                 let cell = [width / columns as f64, height / self.rows()];
                 for (at, (panel, (x, y))) in self.panels.iter().zip(scales).enumerate() {
                     let corner = [(at % columns) as f64 * cell[0], head + (at / columns) as f64 * cell[1]];
-                    let top = corner[1] + panel.above();
+                    let top = corner[1] + self.above(panel);
                     let frame = Frame {
                         left: corner[0] + left,
                         right: corner[0] + cell[0] - RIGHT,
@@ -305,7 +366,7 @@ impl Chart {
     }
 
     /// The legend's entries in rows, each name once; none where there is nothing to tell apart.
-    fn legend(&self, width: f64) -> Vec<Vec<(&Layer, String)>> {
+    fn legend(&self, width: f64) -> Vec<Vec<Entry<'_>>> {
         let mut entries: Vec<(&Layer, String)> = Vec::new();
         for layer in self.panels.iter().flat_map(|panel| &panel.layers) {
             let label = layer.label();
@@ -313,24 +374,27 @@ impl Chart {
                 entries.push((layer, label.to_string()));
             }
         }
-        let mut rows: Vec<Vec<(&Layer, String)>> = Vec::new();
+        let mut rows: Vec<Vec<Entry<'_>>> = Vec::new();
         let mut used = f64::INFINITY;
         let mut cut: Vec<String> = Vec::new();
+        // What is whole in most charts is so in a narrow one, in more lines.
+        let most = width.max(WIDTH);
         for (layer, label) in entries {
-            let short = legend_text(&label, width, 0.0);
+            let short = legend_text(&label, most, 0.0);
             let alike = cut.iter().filter(|known| **known == short).count();
             // Where entries are alike their difference is in what was cut.
             let number = format!(" ({})", alike + 1);
             let label = match alike {
                 0 => short.clone(),
-                _ => legend_text(&label, width, text_width(&number, TICK_SIZE)) + &number,
+                _ => legend_text(&label, most, text_width(&number, TICK_SIZE)) + &number,
             };
             cut.push(short);
-            let needed = entry_width(&label);
+            let lines = folded(&label, TICK_SIZE, room_of_entry(width));
+            let needed = entry_width(&lines);
             match rows.last_mut() {
-                Some(row) if used + needed <= width - 16.0 => row.push((layer, label)),
+                Some(row) if used + needed <= width - 16.0 => row.push((layer, lines)),
                 _ => {
-                    rows.push(vec![(layer, label)]);
+                    rows.push(vec![(layer, lines)]);
                     used = 16.0;
                 }
             }
@@ -340,13 +404,46 @@ impl Chart {
     }
 }
 
-fn entry_width(label: &str) -> f64 {
-    SAMPLE + 7.0 + text_width(label, TICK_SIZE) + 22.0
+/// An entry of a legend: what it is of, and the lines of its label.
+type Entry<'a> = (&'a Layer, Vec<String>);
+
+fn entry_width(lines: &[String]) -> f64 {
+    let widest = lines.iter().map(|line| text_width(line, TICK_SIZE)).fold(0.0, f64::max);
+    SAMPLE + 7.0 + widest + 22.0
+}
+
+/// Height of a legend's row [px].
+fn row_height(row: &[Entry<'_>]) -> f64 {
+    let lines = row.iter().map(|(_, lines)| lines.len()).max().unwrap_or(1);
+    LEGEND_ROW + LINE * (lines as f64 - 1.0)
+}
+
+/// Draws a legend's row, its first line at a height [px].
+fn draw_row(drawing: &mut Drawing, row: &[Entry<'_>], y: f64) {
+    let mut x = 16.0;
+    for (layer, lines) in row {
+        sample(drawing, layer, [x, y]);
+        for (at, line) in lines.iter().enumerate() {
+            let place = [x + SAMPLE + 7.0, y + LINE * at as f64];
+            drawing.text(place, line, TICK_SIZE, INK, Anchor::Left);
+        }
+        x += entry_width(lines);
+    }
+}
+
+/// A text in lines of this width [px]; what is longer than most charts are wide is cut in its middle first.
+fn in_lines(text: &str, size: f64, width: f64) -> Vec<String> {
+    folded(&shortened(text, size, width.max(WIDTH)), size, width)
 }
 
 /// What the legend of a chart `width` wide shows of a label that leaves `room` for more [px].
 pub fn legend_text(label: &str, width: f64, room: f64) -> String {
-    shortened(label, TICK_SIZE, width - 32.0 - SAMPLE - 24.0 - room)
+    shortened(label, TICK_SIZE, room_of_entry(width) - room)
+}
+
+/// Width of a label in the legend of a chart `width` wide [px].
+fn room_of_entry(width: f64) -> f64 {
+    width - 32.0 - SAMPLE - 24.0
 }
 
 fn sample(drawing: &mut Drawing, layer: &Layer, [x, y]: [f64; 2]) {
@@ -436,11 +533,6 @@ fn draw_grid(drawing: &mut Drawing, axes: Axes<'_>) {
 }
 
 impl Panel {
-    /// What is above its axes [px].
-    fn above(&self) -> f64 {
-        if self.title.is_empty() { 8.0 } else { 26.0 }
-    }
-
     /// All abscissae (axis 0) or ordinates (axis 1).
     pub fn values(&self, axis: usize) -> Vec<f64> {
         self.layers.iter().flat_map(|layer| layer.values(axis)).collect()
@@ -451,7 +543,7 @@ impl Panel {
         self.values(1).into_iter().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn draw(&self, drawing: &mut Drawing, axes: Axes<'_>, below: bool) {
+    fn draw(&self, drawing: &mut Drawing, axes: Axes<'_>, name: &[String]) {
         let place = |p: &[f64; 2]| axes.place(p);
         draw_grid(drawing, axes);
         for layer in &self.layers {
@@ -463,32 +555,36 @@ impl Panel {
         for layer in self.layers.iter().filter(|_| !curves) {
             name_inside(drawing, layer, &place);
         }
-        self.draw_axes(drawing, axes, below);
+        self.draw_axes(drawing, axes, name);
     }
 
-    /// Both axes with their ticks and labels, named below where that is asked for, and the title.
-    fn draw_axes(&self, drawing: &mut Drawing, axes: Axes<'_>, below: bool) {
+    /// Both axes with their ticks and labels; the abscissa's are left out where its name is.
+    fn draw_axes(&self, drawing: &mut Drawing, axes: Axes<'_>, name: &[String]) {
         let Axes { frame: Frame { left, right, top, bottom }, x, y } = axes;
         let (across, up) = (|x| axes.across(x), |y| axes.up(y));
         let axis = Stroke { width: 1.2, ..Stroke::thin(AXIS) };
         drawing.line(&[[left, top], [left, bottom], [right, bottom]], axis);
-        for (&value, label) in y.ticks.iter().zip(y.labels()) {
+        // A label that would touch the one before is left out: from the top, since decades are crowded below their powers.
+        let mut free = f64::NEG_INFINITY;
+        for (&value, label) in y.ticks.iter().zip(y.labels()).rev() {
             drawing.line(&[[left - 4.0, up(value)], [left, up(value)]], axis);
-            drawing.text([left - 8.0, up(value)], label, TICK_SIZE, INK, Anchor::Right);
+            if up(value) >= free {
+                drawing.text([left - 8.0, up(value)], label, TICK_SIZE, INK, Anchor::Right);
+                free = up(value) + TICK_SIZE;
+            }
         }
         let mut free = f64::NEG_INFINITY;
         for (&value, label) in x.ticks.iter().zip(x.labels()) {
             drawing.line(&[[across(value), bottom], [across(value), bottom + 4.0]], axis);
             let half = 0.5 * text_width(label, TICK_SIZE);
-            // A label that would touch the one before is left out.
-            if below && across(value) - half > free {
+            if !name.is_empty() && across(value) - half > free {
                 drawing.text([across(value), bottom + 15.0], label, TICK_SIZE, INK, Anchor::Middle);
                 free = across(value) + half + 6.0;
             }
         }
-        if below {
-            let middle = 0.5 * (left + right);
-            drawing.text([middle, bottom + 36.0], &self.x.label, LABEL_SIZE, INK, Anchor::Middle);
+        for (at, line) in name.iter().enumerate() {
+            let place = [0.5 * (left + right), bottom + 36.0 + LINE * at as f64];
+            drawing.text(place, line, LABEL_SIZE, INK, Anchor::Middle);
         }
         let widest = y.labels().iter().map(|label| text_width(label, TICK_SIZE)).fold(0.0, f64::max);
         // It reads upwards: the first line is the outer one.
@@ -496,10 +592,6 @@ impl Panel {
         for (at, line) in lines.iter().rev().enumerate() {
             let place = [left - widest - 24.0 - LINE * at as f64, 0.5 * (top + bottom)];
             drawing.turned_text(place, line, LABEL_SIZE, INK);
-        }
-        if !self.title.is_empty() {
-            let title = fitted(&self.title, LABEL_SIZE, right - left + 20.0);
-            drawing.text([left, top - 12.0], &title, LABEL_SIZE, BLACK, Anchor::Left);
         }
     }
 
@@ -517,10 +609,16 @@ impl Panel {
         let mut taken = Vec::new();
         for layer in &self.layers {
             let Layer::Note { at, text, colour } = layer else { continue };
-            let width = text_width(text, TICK_SIZE);
-            let middle = note::place(place(at), width, TICK_SIZE, &lines, &taken, panel);
-            taken.push(note::around(middle, width, TICK_SIZE));
-            drawing.text(middle, text, TICK_SIZE, *colour, Anchor::Middle);
+            let words: Vec<&str> = text.split('\n').collect();
+            let width = words.iter().map(|line| text_width(line, TICK_SIZE)).fold(0.0, f64::max);
+            let below = 0.5 * LINE * (words.len() as f64 - 1.0);
+            let size = [width, TICK_SIZE + 2.0 * below];
+            let [x, y] = note::place(place(at), size, &lines, &taken, panel);
+            taken.push(note::around([x, y], size));
+            for (at, line) in words.iter().enumerate() {
+                let place = [x, y - below + LINE * at as f64];
+                drawing.text(place, line, TICK_SIZE, *colour, Anchor::Middle);
+            }
         }
     }
 }

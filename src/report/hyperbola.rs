@@ -158,9 +158,16 @@ fn parameters(found: &[Hyperbola]) -> Vec<(&'static str, f64)> {
     all
 }
 
+/// What is said of parameters where the largest q of these runs is no peak.
+fn provisional(unfinished: &[&str]) -> Option<String> {
+    let runs = unfinished.join(", ");
+    (!unfinished.is_empty())
+        .then(|| format!("provisional: qf is no peak of {runs}; strained on, all would change"))
+}
+
 /// The hyperbola of each specimen, and the parameters of all; nothing where there is but one run or none has a hyperbola.
 pub fn sections(runs: &[Run]) -> Result<Vec<Section>> {
-    let (mut found, mut rows) = (Vec::new(), Vec::new());
+    let (mut found, mut rows, mut unfinished) = (Vec::new(), Vec::new(), Vec::new());
     for run in runs.iter().filter(|run| !run.is_scene()) {
         let shearing = run.shearing()?;
         let Some(circle) = circle(run, &shearing)? else { continue };
@@ -169,6 +176,9 @@ pub fn sections(runs: &[Run]) -> Result<Vec<Section>> {
         match check(&shearing, &pressures).and_then(|()| Hyperbola::of(&shearing.curve, circle.minor)) {
             Ok(h) => {
                 let largest = shearing.curve.largest().map(|(_, largest)| largest);
+                if largest != Some(Largest::Peak) {
+                    unfinished.push(run.label.as_str());
+                }
                 rows.push([vec![run.label.clone()], h.cells(largest)].concat());
                 found.push(h);
             }
@@ -186,9 +196,11 @@ pub fn sections(runs: &[Run]) -> Result<Vec<Section>> {
         Section::Heading("Duncan-Chang parameters".into()),
         table(header.map(String::from).to_vec(), rows),
     ];
-    let (names, values): (Vec<&str>, Vec<f64>) = parameters(&found).into_iter().unzip();
-    if !names.is_empty() {
-        let values = values.into_iter().map(short).collect();
+    let mut parameters: Vec<(&str, String)> =
+        parameters(&found).into_iter().map(|(name, value)| (name, short(value))).collect();
+    if !parameters.is_empty() {
+        parameters.extend(provisional(&unfinished).map(|said| ("", said)));
+        let (names, values): (Vec<&str>, Vec<String>) = parameters.into_iter().unzip();
         sections.push(table(names.into_iter().map(String::from).collect(), vec![values]));
     }
     Ok(sections)
@@ -230,6 +242,9 @@ mod tests {
         };
         assert_eq!(h.cells(Some(Largest::Peak))[2], "3");
         assert_eq!(h.cells(Some(Largest::AtEnd))[2], "3, at the end: still rising");
+        assert_eq!(provisional(&[]), None);
+        let said = provisional(&["A", "B"]).expect("a remark");
+        assert!(said.starts_with("provisional: qf is no peak of A, B;"), "{said}");
     }
 
     /// Curves that the model itself makes, 2000 points each, so that interpolation between them is good to 1e-6.

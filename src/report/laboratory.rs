@@ -10,20 +10,23 @@
 //!
 //! The first line names the columns, in any order, each with its unit in brackets, square or round: `axial_strain` is needed, and at least
 //! one of `deviatoric_stress` and `volumetric_strain`; `curve` tells curves apart, an empty cell of it as the one above. Other usual names are known too
-//! ([`NAMES`]). Strains are in `%` or `1`, stresses in any unit that a case knows; a column without its unit is refused. Compression and contraction
+//! (`columns`). Strains are in `%` or `1`, stresses in any unit that a case knows; a column without its unit is refused. Compression and contraction
 //! count positive. A cell may be empty. Commas, semicolons or tabs part the cells; where semicolons or tabs do, or cells are quoted, decimals may stand
-//! behind a comma. Other columns are left out and named, but those that `riprap export --csv` writes: its tables can be overlaid too.
+//! behind a comma. Other columns are left out and named, but those that `riprap export --csv` writes: its tables can be overlaid too, the stages behind
+//! the consolidation with strains from its end. A curve whose strain falls back far is remarked on.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::quantity::Dimension;
-use crate::results::HISTORY;
+use crate::results::counted;
 
+use super::axis::short;
+use super::columns::{COLUMNS, Places, is_used, places_of, unused};
 use super::decimal::Decimals;
-use super::heading::{heading, share_of_one};
-use super::sheet::Sheet;
+use super::heading::heading;
+use super::parting::{Origin, changes_there, falls, origin, restart};
+use super::sheet::{Row, Sheet};
 
 /// One measured curve, in SI, compression positive.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -41,64 +44,10 @@ pub struct LaboratoryTable {
     pub curves: Vec<LaboratoryCurve>,
     /// Headings of columns that were left out, those of riprap's own tables not among them.
     pub unused: Vec<String>,
+    /// Of curves: what was left out, and where several are probably joined.
+    pub remarks: Vec<String>,
 }
 
-const COLUMNS: [&str; 4] = ["curve", "axial_strain", "deviatoric_stress", "volumetric_strain"];
-/// What else sheets call the columns: in small letters, without spaces, points, commas, underscores, brackets and hyphens (a minus included).
-const NAMES: [&[&str]; 4] = [
-    &["curve", "test", "specimen", "sample", "versuch", "probe", "试样", "编号"],
-    &[
-        "axialstrain",
-        "axstrain",
-        "eps1",
-        "epsilon1",
-        "ε1",
-        "e1",
-        "εa",
-        "epsa",
-        "epsilona",
-        "ea",
-        "axialdehnung",
-        "axialestauchung",
-        "stauchung",
-        "轴向应变",
-        "轴应变",
-    ],
-    &[
-        "deviatoricstress",
-        "deviatorstress",
-        "devstress",
-        "deviator",
-        "q",
-        "sigma1sigma3",
-        "s1s3",
-        "σ1σ3",
-        "principalstressdifference",
-        "stressdifference",
-        "deviatorspannung",
-        "偏应力",
-        "偏差应力",
-        "主应力差",
-    ],
-    &[
-        "volumetricstrain",
-        "volumestrain",
-        "volstrain",
-        "volumechange",
-        "volchange",
-        "epsv",
-        "epsvol",
-        "epsilonv",
-        "εv",
-        "εvol",
-        "ev",
-        "volumendehnung",
-        "体变",
-        "体变率",
-        "体应变",
-        "体积应变",
-    ],
-];
 /// Faults of a table that are listed; the others are counted.
 const LISTED: usize = 10;
 /// Columns without use that are named; the others are counted.
@@ -106,18 +55,17 @@ const NAMED: usize = 5;
 
 /// A line of a table and what is wrong there.
 type Fault = (usize, String);
-/// Where a row has the columns, and what makes their cells SI.
-type Places = [Option<(usize, f64)>; 4];
 
 impl LaboratoryTable {
-    /// What of a file's columns no curve shows, if any.
-    fn remark(&self, path: &Path) -> Option<String> {
+    /// What is said of a file: which columns no curve shows, and what of its curves.
+    fn remarks(&self, path: &Path) -> Vec<String> {
         let named = self.unused.iter().take(NAMED).map(String::as_str).collect::<Vec<_>>().join(", ");
         let more = match self.unused.len().saturating_sub(NAMED) {
             0 => String::new(),
             count => format!(" and {count} more"),
         };
-        (!named.is_empty()).then(|| format!("{}: columns not used: {named}{more}", path.display()))
+        let unused = (!named.is_empty()).then(|| format!("columns not used: {named}{more}"));
+        unused.iter().chain(&self.remarks).map(|said| format!("{}: {said}", path.display())).collect()
     }
 }
 
@@ -127,12 +75,12 @@ impl LaboratoryTable {
 /// `Error::Io`; `Error::Usage` with file and line of everything that keeps it from being such a table.
 pub fn read_laboratory(path: &Path) -> Result<LaboratoryTable> {
     let bytes = input::read_at_most(path, input::LARGEST).map_err(|e| Error::io("read", path, e))?;
-    let text = input::text_of(&bytes);
+    let text = input::table_of(&bytes).map_err(|e| Error::Usage(format!("{}: {e}", path.display())))?;
     let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
     parse(&text, &format!("laboratory, {stem}")).map_err(|faults| Error::Usage(listed(path, &faults)))
 }
 
-/// Reads several files: their curves, and a remark on each that has columns without use. A curve's name that another file has, or that is among
+/// Reads several files: their curves, and remarks. A curve's name that another file has, or that is among
 /// `taken`, gets its file's name behind it.
 ///
 /// # Errors
@@ -157,7 +105,7 @@ pub fn read_laboratories(paths: &[PathBuf], taken: &[String]) -> Result<(Vec<Lab
             curves.push(LaboratoryCurve { label, ..curve.clone() });
         }
     }
-    let remarks = paths.iter().zip(&tables).filter_map(|(path, table)| table.remark(path)).collect();
+    let remarks = paths.iter().zip(&tables).flat_map(|(path, table)| table.remarks(path)).collect();
     Ok((curves, remarks))
 }
 
@@ -169,83 +117,6 @@ fn listed(path: &Path, faults: &[Fault]) -> String {
         lines.push(format!("{}: and {} faults more", path.display(), faults.len() - LISTED));
     }
     lines.join("\n")
-}
-
-/// Where a header has the columns, and what is wrong with it. A column that is called so and has no unit of its quantity counts only where no other
-/// has one: a volume change in cm³ beside the strain in %.
-fn places_of(header: &csv::StringRecord) -> (Places, Vec<String>) {
-    let (mut places, mut faults): (Places, Vec<String>) = Default::default();
-    for (number, place) in places.iter_mut().enumerate() {
-        let called_so = header.iter().enumerate().map(|(at, cell)| (at, heading(cell)));
-        let called_so = called_so.filter(|(_, (name, _))| column_of(name) == Some(number));
-        let (mut known, mut unknown) = (Vec::new(), Vec::new());
-        for (at, (_, unit)) in called_so {
-            match factor(number, unit) {
-                Ok(factor) => known.push((at, factor)),
-                Err(fault) => unknown.push((at, fault)),
-            }
-        }
-        if known.len() > 1 {
-            faults.push(format!("has two columns {}", COLUMNS[number]));
-        }
-        *place = known.first().copied();
-        if let (None, Some((at, fault))) = (*place, unknown.into_iter().next()) {
-            faults.push(fault);
-            *place = Some((at, f64::NAN));
-        }
-    }
-    let names: Vec<&str> = header.iter().map(|cell| heading(cell).0).collect();
-    let found = names.join(", ");
-    if places[1].is_none() {
-        faults.push(format!("has no column axial_strain (found: {found})"));
-    }
-    if places[2].is_none() && places[3].is_none() {
-        let problem = "has neither a column deviatoric_stress nor volumetric_strain";
-        faults.push(format!("{problem} (found: {found})"));
-    }
-    (places, faults)
-}
-
-/// Headings of columns that are not among `places` and that riprap does not write itself.
-fn unused(header: &csv::StringRecord, places: &Places) -> Vec<String> {
-    let is_used = |at: usize| places.iter().flatten().any(|(place, _)| *place == at);
-    let is_ours = |cell: &str| HISTORY.iter().any(|quantity| quantity.name == heading(cell).0);
-    let others = header.iter().enumerate().filter(|(at, cell)| !is_used(*at) && !cell.is_empty());
-    others.filter(|(_, cell)| !is_ours(cell)).map(|(_, cell)| cell.to_string()).collect()
-}
-
-/// The number of a column by its name or another usual one.
-fn column_of(name: &str) -> Option<usize> {
-    let left_out = |c: &char| !matches!(c, ' ' | '.' | ',' | '_' | '-' | '−' | '–' | '(' | ')' | '（' | '）');
-    let plain: String = name.to_lowercase().chars().filter(left_out).collect();
-    // A word may have its symbol behind it: "Axial strain ε1".
-    let is = |names: &&[&str]| {
-        let behind = |word: &str| {
-            plain.strip_prefix(word).is_some_and(|rest| rest.is_empty() || names.contains(&rest))
-        };
-        names.iter().any(|word| behind(word))
-    };
-    NAMES.iter().position(is)
-}
-
-/// What makes the cells of a column SI.
-fn factor(number: usize, unit: Option<&str>) -> Result<f64, String> {
-    let known = match number {
-        0 => return Ok(1.0),
-        2 => unit.and_then(|unit| Dimension::Pressure.si_of(unit)),
-        _ => unit.and_then(share_of_one),
-    };
-    known.ok_or_else(|| {
-        let column = COLUMNS[number];
-        let of_shares = ["%", "1"];
-        let units: Vec<&str> =
-            if number == 2 { Dimension::Pressure.units().collect() } else { of_shares.into() };
-        let accepted = units.iter().map(|name| format!("[{name}]")).collect::<Vec<_>>().join(", ");
-        match unit {
-            None | Some("") => format!("column {column} has no unit (accepted: {accepted} behind its name)"),
-            Some(unit) => format!("{column}: unit [{unit}] is unknown (accepted: {accepted})"),
-        }
-    })
 }
 
 /// A row's axial strain, deviatoric stress and volumetric strain in SI; not a number where a cell is empty.
@@ -260,7 +131,8 @@ fn numbers(cells: &csv::StringRecord, places: &Places, decimals: Decimals) -> Re
             },
         }
     };
-    Ok([number(1)?, number(2)?, number(3)?])
+    let deviatoric = if places[4].is_some() { number(4)? - number(5)? } else { number(2)? };
+    Ok([number(1)?, deviatoric, number(3)?])
 }
 
 /// `name` is the curve's where the table has no `curve` column.
@@ -279,9 +151,10 @@ fn parse(text: &str, name: &str) -> Result<LaboratoryTable, Vec<Fault>> {
         faults.push(fault);
         Decimals::Comma
     });
-    let mut curves: Vec<LaboratoryCurve> = Vec::new();
+    let (mut curves, mut rows_of): (Vec<LaboratoryCurve>, Vec<Vec<&Row>>) = Default::default();
     let mut above = "";
-    for (line, cells) in rows {
+    for whole in rows {
+        let (line, cells) = whole;
         let (count, columns) = (cells.len(), header.len());
         if cells.iter().skip(columns).any(|cell| !cell.trim().is_empty()) {
             let problem = format!("has {count} cells under a header of {columns}");
@@ -309,8 +182,10 @@ fn parse(text: &str, name: &str) -> Result<LaboratoryTable, Vec<Fault>> {
         let found = curves.iter().position(|curve| curve.label == label);
         let at = found.unwrap_or_else(|| {
             curves.push(LaboratoryCurve { label: label.to_string(), ..LaboratoryCurve::default() });
+            rows_of.push(Vec::new());
             curves.len() - 1
         });
+        rows_of[at].push(whole);
         let curve = &mut curves[at];
         curve.axial_strain.push(row[0]);
         curve.deviatoric_stress.push(row[1]);
@@ -319,15 +194,80 @@ fn parse(text: &str, name: &str) -> Result<LaboratoryTable, Vec<Fault>> {
     if curves.is_empty() && faults.is_empty() {
         faults.push((*header_line, "has no rows below its header".into()));
     }
-    match faults.is_empty() {
-        true => Ok(LaboratoryTable { curves, unused: unused(header, &places) }),
-        false => Err(faults),
+    if !faults.is_empty() {
+        return Err(faults);
     }
+    let mut remarks = Vec::new();
+    for (curve, rows) in curves.iter_mut().zip(&rows_of) {
+        let origins = origins(header, rows, &curve.volumetric_strain, decimals);
+        let left_out = leave_consolidation_out(curve, &origins);
+        if left_out > 0 {
+            let rows = counted(left_out, "row");
+            remarks.push(format!("{rows} of the consolidation left out, strains count from its end"));
+        }
+        remarks.extend(joined(curve, &rows[left_out..], header, &places));
+    }
+    Ok(LaboratoryTable { curves, unused: unused(header, &places), remarks })
+}
+
+/// Where the strains of rows of riprap's own history count from; nothing of other tables.
+fn origins(
+    header: &csv::StringRecord,
+    rows: &[&Row],
+    volumetric_strain: &[f64],
+    decimals: Decimals,
+) -> Vec<Origin> {
+    let named = |name: &str| header.iter().position(|cell| heading(cell) == (name, Some("1")));
+    let places = ["stage", "void_ratio", "cover_volume_ratio"].map(named);
+    let [Some(stage), Some(void_ratio), Some(cover)] = places else { return Vec::new() };
+    let of = |((_, cells), strain): (&&Row, &f64)| {
+        let number = |at: usize| decimals.number(cells.get(at).unwrap_or("")).unwrap_or(f64::NAN);
+        origin([stage, void_ratio, cover].map(number), *strain)
+    };
+    rows.iter().zip(volumetric_strain).map(of).collect()
+}
+
+/// Begins a curve at the end of its consolidation, as those of runs begin; how many rows are before that.
+fn leave_consolidation_out(curve: &mut LaboratoryCurve, origins: &[Origin]) -> usize {
+    let Some(last) = restart(origins).and_then(|first| first.checked_sub(1)) else { return 0 };
+    for values in [&mut curve.axial_strain, &mut curve.deviatoric_stress, &mut curve.volumetric_strain] {
+        values.drain(..last);
+    }
+    for strains in [&mut curve.axial_strain, &mut curve.volumetric_strain] {
+        strains[0] = 0.0;
+    }
+    last
+}
+
+/// What is said of a curve whose strain falls back far, and what would part it.
+fn joined(
+    curve: &LaboratoryCurve,
+    rows: &[&Row],
+    header: &csv::StringRecord,
+    places: &Places,
+) -> Option<String> {
+    let quantities = [&curve.deviatoric_stress, &curve.volumetric_strain];
+    let found = quantities.map(|values| falls(&curve.axial_strain, values));
+    let falls = found.into_iter().find(|falls| !falls.is_empty())?;
+    let (line, _) = rows.get(falls[0])?;
+    let cells = |at: usize| rows.iter().map(move |(_, cells)| cells.get(at).unwrap_or(""));
+    let parting = (0..header.len()).find(|at| !is_used(places, *at) && changes_there(cells(*at), &falls));
+    let name = |at: usize| header.get(at).unwrap_or("");
+    let way = match (places[0], parting) {
+        (Some((at, _)), _) => format!("each needs a name of its own in the column {}", name(at)),
+        (None, Some(at)) => format!("the column {} would part them if it were called curve", name(at)),
+        (None, None) => "a column curve with a name for each would part them".into(),
+    };
+    let (label, strain) = (&curve.label, short(100.0 * curve.axial_strain[falls[0]]));
+    Some(format!(
+        "the strain of {label:?} falls back to {strain} % in line {line}: several curves are probably joined; {way}"
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::HISTORY;
 
     /// The curves alone.
     fn parse(text: &str, name: &str) -> Result<Vec<LaboratoryCurve>, Vec<Fault>> {
@@ -348,11 +288,11 @@ mod tests {
         assert_eq!(unused(&ours.join(";")), Vec::<String>::new());
         let table = |count: usize| {
             let unused = (1..=count).map(|k| format!("x{k}")).collect();
-            LaboratoryTable { curves: vec![], unused }.remark(Path::new("lab.csv"))
+            LaboratoryTable { unused, ..LaboratoryTable::default() }.remarks(Path::new("lab.csv"))
         };
-        assert_eq!(table(0), None);
-        assert_eq!(table(2).as_deref(), Some("lab.csv: columns not used: x1, x2"));
-        assert_eq!(table(8).as_deref(), Some("lab.csv: columns not used: x1, x2, x3, x4, x5 and 3 more"));
+        assert_eq!(table(0), Vec::<String>::new());
+        assert_eq!(table(2), ["lab.csv: columns not used: x1, x2"]);
+        assert_eq!(table(8), ["lab.csv: columns not used: x1, x2, x3, x4, x5 and 3 more"]);
     }
 
     #[test]
@@ -432,6 +372,82 @@ mod tests {
                 [curves[0].axial_strain[0], curves[0].deviatoric_stress[0], curves[0].volumetric_strain[0]];
             assert_eq!(row, [0.02, 5e5, 0.005], "{header}");
         }
+    }
+
+    #[test]
+    fn curves_are_told_apart_by_columns_of_many_names() {
+        for name in [
+            "曲线",
+            "组号",
+            "试样编号",
+            "Serie",
+            "Kurve",
+            "Test no.",
+            "Versuchs-Nr.",
+            "Probennummer",
+            "Series",
+        ] {
+            let text = format!("{name};axial strain [%];q [kPa]\nA;0;0\nA;1;2\nB;0;0\nB;1;3\n");
+            let table = super::parse(&text, "file").unwrap_or_else(|e| panic!("{name}: {e:?}"));
+            assert_eq!((table.curves.len(), table.remarks), (2, vec![]), "{name}");
+        }
+        // Of several the plainest, wherever it stands.
+        for header in ["编号;组;试样", "Nr.;Serie;Probe", "run;group;specimen"] {
+            let text = format!("{header};axial strain [%];q [kPa]\n1;I;A;0;0\n2;I;A;1;2\n3;I;B;0;0\n");
+            let table = super::parse(&text, "file").unwrap_or_else(|e| panic!("{header}: {e:?}"));
+            assert_eq!((table.curves.len(), table.unused.len()), (2, 2), "{header}");
+        }
+        let faults = parse("test;test no.;axial strain [%];q [kPa]\nA;1;0;0\n", "file").expect_err("two");
+        assert!(faults[0].1.contains("two columns curve"), "{faults:?}");
+    }
+
+    #[test]
+    fn principal_stresses_stand_in_for_their_difference() {
+        let curves = parse("Axiale Dehnung [%];σ1 [kPa];sigma_3 [MPa]\n1;1500;0.5\n", "lab").expect("sound");
+        assert_eq!((curves[0].axial_strain[0], curves[0].deviatoric_stress[0]), (0.01, 1e6));
+        // Beside the difference, or alone, they are columns without use.
+        let table = super::parse("ea [%];q [kPa];sigma3\n1;900;500\n", "lab").expect("sound");
+        assert_eq!((table.unused, table.curves[0].deviatoric_stress[0]), (vec!["sigma3".to_string()], 9e5));
+        assert!(parse("ea [%];sigma1 [kPa]\n1;900\n", "lab").is_err());
+        let faults = parse("ea [%];sigma1;sigma3 [kPa]\n1;900;500\n", "lab").expect_err("no unit");
+        assert!(faults[0].1.contains("major_stress has no unit"), "{faults:?}");
+    }
+
+    #[test]
+    fn joined_curves_are_remarked_on() {
+        let said = |text: &str| super::parse(text, "lab").unwrap_or_else(|e| panic!("{e:?}")).remarks;
+        let rows = "A;0;0\nA;0.6;600\nB;0;0\nB;0.6;1050\n";
+        let found = said(&format!("Werkstoff;axial strain [%];q [kPa]\n{rows}"));
+        assert!(
+            found[0].starts_with("the strain of \"lab\" falls back to 0 % in line 4: several"),
+            "{found:?}"
+        );
+        assert!(
+            found[0].ends_with("the column Werkstoff would part them if it were called curve"),
+            "{found:?}"
+        );
+        let found = said("axial strain [%];q [kPa]\n0;0\n0.6;600\n0;0\n0.6;1050\n");
+        assert!(found[0].ends_with("a column curve with a name for each would part them"), "{found:?}");
+        let found = said("Probe;axial strain [%];q [kPa]\nA;0;0\nA;0.6;600\nA;0;0\n");
+        assert!(found[0].ends_with("a name of its own in the column Probe"), "{found:?}");
+        // Unloaded and loaded again.
+        assert_eq!(said("ea [%];q [kPa]\n0;0\n0.6;600\n0.4;0\n0.6;590\n"), Vec::<String>::new());
+    }
+
+    /// Two rows of a consolidation to a void ratio of 0.485, then shear.
+    #[test]
+    fn our_own_history_begins_at_the_end_of_the_consolidation() {
+        let header = "stage [1],axial_strain [1],volumetric_strain [1],deviatoric_stress [Pa],void_ratio [1],\
+                      cover_volume_ratio [1]";
+        let text = format!(
+            "{header}\n0,0.001,0.004,20,0.494,1\n0,0.003,0.01,30,0.485,1\n1,0.002,0.001,5e5,0.483515,1\n1,0.004,0.002,7e5,0.48203,1\n"
+        );
+        let table = super::parse(&text, "run").unwrap_or_else(|e| panic!("{e:?}"));
+        let curve = &table.curves[0];
+        assert_eq!(curve.axial_strain, [0.0, 0.002, 0.004]);
+        assert_eq!(curve.volumetric_strain, [0.0, 0.001, 0.002]);
+        assert_eq!(curve.deviatoric_stress, [30.0, 5e5, 7e5]);
+        assert_eq!(table.remarks, ["1 row of the consolidation left out, strains count from its end"]);
     }
 
     #[test]

@@ -8,6 +8,7 @@
 mod axis;
 mod bodies;
 pub mod chart;
+mod columns;
 mod cost;
 mod curves;
 mod decimal;
@@ -23,6 +24,7 @@ mod lettering;
 mod note;
 mod page;
 pub mod palette;
+mod parting;
 mod picture;
 mod raster;
 mod run;

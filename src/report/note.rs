@@ -3,31 +3,26 @@
 /// Left, top, right and bottom [px].
 pub type Rect = [f64; 4];
 
-/// From a point to the middle of the word's line [px].
-const ABOVE: f64 = 13.0;
+/// From a point to the word above or below it [px].
+const ABOVE: f64 = 7.0;
 const ASIDE: f64 = 8.0;
-/// Half the height of a word with some air, over the size of its letters.
-const HALF_LINE: f64 = 0.5;
+/// What a line of letters of 12 needs above its point [px].
+pub const ROOM: f64 = 20.0;
 
-/// The middle of a word `width` wide beside `at`; the first of above, to its sides, below that is clear, else the least crowded.
+/// The middle of a word of this width and height beside `at`; the first of above, to its sides, below that is clear, else the least crowded. A line is
+/// as high as its letters.
 ///
 /// `lines` are polylines, a mark one of a single point; `taken` are words that are there.
-pub fn place(
-    at: [f64; 2],
-    width: f64,
-    size: f64,
-    lines: &[Vec<[f64; 2]>],
-    taken: &[Rect],
-    panel: Rect,
-) -> [f64; 2] {
-    let (half, side) = (0.5 * width, 0.5 * width + ASIDE);
+pub fn place(at: [f64; 2], size: [f64; 2], lines: &[Vec<[f64; 2]>], taken: &[Rect], panel: Rect) -> [f64; 2] {
+    let [half, up] = [0.5 * size[0], ABOVE + 0.5 * size[1]];
+    let side = half + ASIDE;
     let (least, most) = (panel[0] + half + 3.0, (panel[2] - half - 3.0).max(panel[0] + half + 3.0));
-    let above = [at[0].clamp(least, most), at[1] - ABOVE];
+    let above = [at[0].clamp(least, most), at[1] - up];
     let others =
-        [[side, -8.0], [-side, -8.0], [side, 8.0], [-side, 8.0], [0.0, ABOVE], [side, 0.0], [-side, 0.0]];
+        [[side, -8.0], [-side, -8.0], [side, 8.0], [-side, 8.0], [0.0, up], [side, 0.0], [-side, 0.0]];
     let places = std::iter::once(above).chain(others.map(|by| [at[0] + by[0], at[1] + by[1]]));
     let crowd = |middle: &[f64; 2]| -> usize {
-        let rect = around(*middle, width, size);
+        let rect = around(*middle, size);
         let outside = rect[0] < panel[0] || rect[2] > panel[2] || rect[3] > panel[3];
         let struck: usize = lines.iter().map(|line| crossings(line, rect)).sum();
         let covered = taken.iter().filter(|word| overlap(**word, rect)).count();
@@ -38,8 +33,8 @@ pub fn place(
 }
 
 /// What a word covers.
-pub fn around(middle: [f64; 2], width: f64, size: f64) -> Rect {
-    let (x, y) = (0.5 * width + 1.0, HALF_LINE * size);
+pub fn around(middle: [f64; 2], [width, height]: [f64; 2]) -> Rect {
+    let (x, y) = (0.5 * width + 1.0, 0.5 * height);
     [middle[0] - x, middle[1] - y, middle[0] + x, middle[1] + y]
 }
 
@@ -102,7 +97,7 @@ mod tests {
             lines.push(line.clone());
             let mut taken = Vec::new();
             for at in line {
-                let rect = around(place(at, 40.0, 12.0, &lines, &taken, PANEL), 40.0, 12.0);
+                let rect = around(place(at, [40.0, 12.0], &lines, &taken, PANEL), [40.0, 12.0]);
                 assert_eq!(lines.iter().map(|line| crossings(line, rect)).sum::<usize>(), 0, "{k} {at:?}");
                 assert!(taken.iter().all(|word| !overlap(*word, rect)), "{k} {at:?}");
                 assert!(rect[0] >= 0.0 && rect[2] <= 400.0);
@@ -113,7 +108,10 @@ mod tests {
 
     #[test]
     fn a_word_near_the_edge_stays_inside() {
-        let [x, y] = place([1.0, 100.0], 60.0, 12.0, &[], &[], PANEL);
+        let [x, y] = place([1.0, 100.0], [60.0, 12.0], &[], &[], PANEL);
         assert_eq!([x, y], [33.0, 87.0]);
+        // Of three lines its lowest is as near.
+        let [x, y] = place([1.0, 100.0], [60.0, 42.0], &[], &[], PANEL);
+        assert_eq!([x, y + 15.0], [33.0, 87.0]);
     }
 }

@@ -92,35 +92,31 @@ fn void_ratios(inside: f64, nominal: f64) -> String {
     }
 }
 
-/// The overview's lines on the density and strength of a specimen: name and value.
+/// The overview's lines on the density and strength of a specimen: name and value, empty where there is none.
 pub fn overview(run: &Run) -> Result<Vec<(String, String)>> {
     let mut lines = Vec::new();
     let shearing = run.shearing()?;
-    let mut line = |name: &str, value: f64, units: &str| {
-        if value.is_finite() {
-            lines.push((name.to_string(), format!("{}{units}", short(value))));
-        }
+    let mut line = |name: &str, value: String| lines.push((name.to_string(), value));
+    let number = |value: Option<f64>, units: &str| {
+        let known = value.filter(|value| value.is_finite());
+        known.map_or(String::new(), |value| format!("{}{units}", short(value)))
     };
-    if let Some((at, _)) = shearing.curve.largest() {
-        line("confining pressure", 1e-6 * run.column("confining_pressure")?[shearing.rows[at]], " MPa");
-    }
-    let generated = "specimen/void_ratio";
-    if run.reader.has(generated)
-        && let Some(&value) = run.reader.floats(generated)?.first()
-    {
-        line("void ratio, generated", value, "");
-    }
+    let confining = run.column("confining_pressure")?;
+    let at_largest = shearing.curve.largest().map(|(at, _)| 1e-6 * confining[shearing.rows[at]]);
+    line("confining pressure", number(at_largest, " MPa"));
+    line("void ratio, generated", number(stored(run, "specimen/void_ratio")?, ""));
     let void_ratio = run.column("void_ratio")?;
     // Files of older versions have none.
     let nominal = run.column("void_ratio_nominal").unwrap_or_else(|_| vec![f64::NAN; void_ratio.len()]);
-    if let (Some(&first), Some(&last)) = (shearing.rows.first(), shearing.rows.last()) {
-        let name =
-            if shearing.behind_consolidation { "void ratio, consolidated" } else { "void ratio at first" };
-        for (name, row) in [(name, first), ("void ratio at the end", last)] {
-            if void_ratio[row].is_finite() {
-                lines.push((name.to_string(), void_ratios(void_ratio[row], nominal[row])));
-            }
-        }
+    let (first, last) = (shearing.rows.first(), shearing.rows.last());
+    let behind = shearing.behind_consolidation;
+    for (name, row) in [
+        ("void ratio, consolidated", first.filter(|_| behind)),
+        ("void ratio at first", first.filter(|_| !behind)),
+        ("void ratio at the end", last),
+    ] {
+        let known = row.filter(|row| void_ratio[**row].is_finite());
+        line(name, known.map_or(String::new(), |row| void_ratios(void_ratio[*row], nominal[*row])));
     }
     lines.extend(angles(run, &shearing)?);
     lines.extend(moduli(run)?);
@@ -130,19 +126,17 @@ pub fn overview(run: &Run) -> Result<Vec<(String, String)>> {
 /// The largest and residual angles behind the consolidation, as the overview's lines.
 fn angles(run: &Run, shearing: &Shearing) -> Result<Vec<(String, String)>> {
     let (leading, kinds) = (run.leading_consolidations(), &run.summary.stages);
-    let mut lines = Vec::new();
     if leading >= kinds.len() {
-        return Ok(lines);
+        return Ok(Vec::new());
     }
+    let degrees = |angle: f64| format!("{}°", short(angle.to_degrees()));
     let peaks = run.column("peak_friction_angle")?;
     let peak = shearing.rows.iter().rev().map(|row| peaks[*row]).find(|angle| angle.is_finite());
-    if let Some(angle) = peak {
-        lines.push(("friction angle, largest".to_string(), format!("{}°", short(angle.to_degrees()))));
-    }
+    let mut residual = String::new();
     if let Some(stage) = stage_of_largest(run, shearing)?.filter(|stage| *stage >= leading)
         && let Some(angle) = of_stage(run, stage, "residual_friction_angle")?
     {
-        lines.push(line_of_stage(run, "friction angle, residual", angle.to_degrees(), "°", stage));
+        residual = in_stage(run, degrees(angle), stage);
     }
     let mut dilatancy: Option<(f64, usize)> = None;
     for stage in (leading..kinds.len()).filter(|stage| !STANDING.contains(&kinds[*stage].as_str())) {
@@ -152,10 +146,21 @@ fn angles(run: &Run, shearing: &Shearing) -> Result<Vec<(String, String)>> {
             dilatancy = Some((angle, stage));
         }
     }
-    if let Some((angle, stage)) = dilatancy {
-        lines.push(line_of_stage(run, "dilatancy angle, largest", angle.to_degrees(), "°", stage));
+    let dilatancy = dilatancy.map_or(String::new(), |(angle, stage)| in_stage(run, dilation(angle), stage));
+    let lines = [
+        ("friction angle, largest", peak.map_or(String::new(), degrees)),
+        ("friction angle, residual", residual),
+        ("dilatancy angle, largest", dilatancy),
+    ];
+    Ok(lines.map(|(name, value)| (name.to_string(), value)).into())
+}
+
+/// The largest dilatancy angle [rad] in words: where the volume never grows there is none.
+fn dilation(largest: f64) -> String {
+    match largest > 0.0 {
+        true => format!("{}°", short(largest.to_degrees())),
+        false => "none: contracts throughout".into(),
     }
-    Ok(lines)
 }
 
 /// The moduli of the first stage that shears, as the overview's lines.
@@ -166,26 +171,28 @@ fn moduli(run: &Run) -> Result<Vec<(String, String)>> {
     };
     let mut lines = Vec::new();
     for (dataset, name) in [("initial_modulus", "initial tangent modulus"), ("half_modulus", "E50")] {
-        if let Some(modulus) = of_stage(run, stage, dataset)? {
-            lines.push(line_of_stage(run, name, 1e-6 * modulus, " MPa", stage));
-        }
+        let told = of_stage(run, stage, dataset)?.map(|modulus| format!("{} MPa", short(1e-6 * modulus)));
+        lines.push((name.to_string(), told.map_or(String::new(), |told| in_stage(run, told, stage))));
     }
     Ok(lines)
 }
 
 /// A number of `/stages/<stage>`, where the stage has it.
 fn of_stage(run: &Run, stage: usize, dataset: &str) -> Result<Option<f64>> {
-    let place = format!("stages/{stage}/{dataset}");
-    if !run.reader.has(&place) {
-        return Ok(None);
-    }
-    Ok(run.reader.floats(&place)?.first().copied().filter(|value| value.is_finite()))
+    stored(run, &format!("stages/{stage}/{dataset}"))
 }
 
-/// A line of the overview, which names the stage where it is not the first behind the consolidation.
-fn line_of_stage(run: &Run, name: &str, value: f64, units: &str, stage: usize) -> (String, String) {
-    let told = if stage == run.leading_consolidations() { String::new() } else { format!(", stage {stage}") };
-    (name.to_string(), format!("{}{units}{told}", short(value)))
+/// A single number of the file, where it has it.
+fn stored(run: &Run, place: &str) -> Result<Option<f64>> {
+    if !run.reader.has(place) {
+        return Ok(None);
+    }
+    Ok(run.reader.floats(place)?.first().copied().filter(|value| value.is_finite()))
+}
+
+/// A value, with its stage where that is not the first behind the consolidation.
+fn in_stage(run: &Run, value: String, stage: usize) -> String {
+    if stage == run.leading_consolidations() { value } else { format!("{value}, stage {stage}") }
 }
 
 /// The stage in which the deviatoric stress is largest.
@@ -198,6 +205,23 @@ fn stage_of_largest(run: &Run, shearing: &Shearing) -> Result<Option<usize>> {
 fn is_sheared(run: &Run, shearing: &Shearing) -> Result<bool> {
     let kind = stage_of_largest(run, shearing)?.and_then(|stage| run.summary.stages.get(stage));
     Ok(kind.is_some_and(|kind| kind == "reload" || SHEARS.contains(&kind.as_str())))
+}
+
+/// What the caption says of the line of a cohesion [Pa] and a friction angle [rad].
+fn line_in_words(cohesion: f64, friction_angle: f64) -> String {
+    let angle = short(friction_angle.to_degrees());
+    if cohesion == 0.0 {
+        return format!(" The line without cohesion: φ = {angle}°.");
+    }
+    let meaning = match cohesion > 0.0 {
+        true => "Rock has no cohesion: c stands for an envelope that bends.",
+        false => {
+            "c is negative: φ grows with the pressure here, by chance or where q still rises; rather take each run's own φ, \
+             or φ0 and Δφ."
+        }
+    };
+    let cohesion = short(1e-6 * cohesion);
+    format!(" The line through their tops (least squares): φ = {angle}°, c = {cohesion} MPa. {meaning}")
 }
 
 /// What the caption says of runs whose circles are no failures, and of those whose largest q is their last.
@@ -255,16 +279,7 @@ pub fn circles(runs: &[Run]) -> Result<Option<(Chart, String)>> {
         let points = vec![stress(start), stress(end.min(reach))];
         let stroke = Stroke { width: 1.4, dash: DASHED, ..Stroke::thin(INK) };
         panel.layers.push(Layer::Curve { label: "Mohr-Coulomb".into(), points, stroke });
-        let angle = short(friction_angle.to_degrees());
-        caption += &if cohesion == 0.0 {
-            format!(" The line without cohesion: φ = {angle}°.")
-        } else {
-            let cohesion = short(1e-6 * cohesion);
-            format!(
-                " The line through their tops (least squares): φ = {angle}°, c = {cohesion} MPa. \
-                 Rock has no cohesion: c stands for an envelope that bends."
-            )
-        };
+        caption += &line_in_words(cohesion, friction_angle);
     }
     caption += &remarks(&confined, &rising);
     let chart = Chart::new("Strength", vec![panel], Arrangement::Stacked, SIZE);
@@ -323,6 +338,23 @@ mod tests {
             said.contains("q at the end: short, shorter.") && said.contains("leaves out held."),
             "{said}"
         );
+    }
+
+    #[test]
+    fn a_specimen_that_only_contracts_has_no_dilatancy_angle() {
+        assert_eq!(dilation(0.2), "11.5°");
+        assert_eq!(dilation(-1.2), "none: contracts throughout");
+    }
+
+    #[test]
+    fn a_negative_cohesion_is_told_and_explained() {
+        // The friction angle grows with the pressure.
+        let found = envelope(&[touching(4e5, 0.0, 0.6), touching(16e5, 0.0, 0.7)]).expect("a line");
+        let said = line_in_words(found.cohesion, found.friction_angle);
+        assert!(found.cohesion < 0.0 && said.contains("c = −") && said.contains("c is negative"), "{said}");
+        let said = line_in_words(1e5, 0.7);
+        assert!(said.contains("c = 0.1 MPa. Rock has no cohesion"), "{said}");
+        assert_eq!(line_in_words(0.0, 0.7), " The line without cohesion: φ = 40.1°.");
     }
 
     #[test]

@@ -59,37 +59,75 @@ fn texts_do_not_overlap() {
     }
     for arrangement in [Arrangement::Stacked, Arrangement::Beside(2)] {
         let drawing = Chart::new("A title", panels.clone(), arrangement, [720.0, 620.0]).draw();
-        let boxes: Vec<([f64; 4], String)> = drawing
-            .marks
-            .iter()
-            .filter_map(|mark| match mark {
-                Mark::Text { at, text, size, anchor, turned, .. } => {
-                    let (long, half) = (text_width(text, *size), 0.36 * size);
-                    let shift = match anchor {
-                        Anchor::Left => 0.0,
-                        Anchor::Middle => 0.5,
-                        Anchor::Right => 1.0,
-                    };
-                    let rect = match turned {
-                        false => {
-                            [at[0] - shift * long, at[1] - half, at[0] + (1.0 - shift) * long, at[1] + half]
-                        }
-                        true => [at[0] - half, at[1] - 0.5 * long, at[0] + half, at[1] + 0.5 * long],
-                    };
-                    Some((rect, text.clone()))
-                }
-                _ => None,
-            })
-            .collect();
-        for (k, (a, text)) in boxes.iter().enumerate() {
-            assert!(
-                a[0] >= 0.0 && a[2] <= drawing.size[0] && a[1] >= 0.0 && a[3] <= drawing.size[1],
-                "{text}"
-            );
-            for (b, other) in &boxes[..k] {
-                let apart = a[0] >= b[2] || b[0] >= a[2] || a[1] >= b[3] || b[1] >= a[3];
-                assert!(apart, "{arrangement:?}: {text:?} {a:?} on {other:?} {b:?}");
+        apart(&drawing);
+    }
+}
+
+/// Fails where a text leaves the drawing or touches another.
+fn apart(drawing: &Drawing) {
+    let boxes: Vec<([f64; 4], String)> = drawing
+        .marks
+        .iter()
+        .filter_map(|mark| match mark {
+            Mark::Text { at, text, size, anchor, turned, .. } => {
+                let (long, half) = (text_width(text, *size), 0.36 * size);
+                let shift = match anchor {
+                    Anchor::Left => 0.0,
+                    Anchor::Middle => 0.5,
+                    Anchor::Right => 1.0,
+                };
+                let rect = match turned {
+                    false => [at[0] - shift * long, at[1] - half, at[0] + (1.0 - shift) * long, at[1] + half],
+                    true => [at[0] - half, at[1] - 0.5 * long, at[0] + half, at[1] + 0.5 * long],
+                };
+                Some((rect, text.clone()))
             }
+            _ => None,
+        })
+        .collect();
+    for (k, (a, text)) in boxes.iter().enumerate() {
+        assert!(
+            a[0] >= 0.0 && a[2] <= drawing.size[0] && a[1] >= 0.0 && a[3] <= drawing.size[1],
+            "{text} leaves {:?}",
+            drawing.size
+        );
+        for (b, other) in &boxes[..k] {
+            let apart = a[0] >= b[2] || b[0] >= a[2] || a[1] >= b[3] || b[1] >= a[3];
+            assert!(apart, "{text:?} {a:?} on {other:?} {b:?}");
+        }
+    }
+}
+
+/// At the width of a column, and at the least there may be, long texts take more lines, and none is cut.
+#[test]
+fn texts_are_whole_in_a_column() {
+    let [title, label] =
+        ["Contact forces: 80 grains at 0.8 MPa", "near the largest q, 0.6 % (213 contacts, mean 1.2 kN)"];
+    let [name, note] =
+        ["axial strain travelled, unloading included [%]", "0.702 MPa at 0.6 %, at the end: still rising"];
+    let mut density = Panel::new(Axis::new(name), Axis::new("probability density [1]").logarithmic());
+    let points = vec![[0.0, 0.1], [3.0, 0.05], [6.0, 0.03]];
+    density.layers.push(Layer::Curve { label: label.into(), points, stroke: Stroke::of(0) });
+    let mut stress = Panel::new(Axis::new("axial strain [%]"), Axis::new("q [MPa]").to(0.76));
+    stress.title = title.into();
+    stress.layers.push(curve(&[[0.0, 0.0], [0.3, 0.4], [0.6, 0.7]]));
+    stress.layers.push(Layer::Note { at: [0.6, 0.7], text: note.into(), colour: BLUE });
+    for width in [227.0, 317.0] {
+        for (panel, whole) in [(&density, [title, label, name]), (&stress, [title, title, note])] {
+            let chart = Chart::new(title, vec![panel.clone()], Arrangement::Stacked, [WIDTH, 360.0]);
+            let drawing = chart.of_width(width).draw();
+            apart(&drawing);
+            let of = |mark: &Mark| match mark {
+                Mark::Text { text, .. } => Some(text.clone()),
+                _ => None,
+            };
+            let texts: Vec<String> = drawing.marks.iter().filter_map(of).collect();
+            let all = texts.concat().replace(' ', "");
+            assert!(whole.iter().all(|text| all.contains(&text.replace(' ', ""))), "{width}: {texts:?}");
+            assert!(!all.contains('…'), "{texts:?}");
+            // Of a crowded decade's labels its power stays.
+            let has = |label: &str| texts.iter().any(|text| text == label);
+            assert!(panel.y.label == "q [MPa]" || (has("0.1") && !has("0.09")), "{texts:?}");
         }
     }
 }
@@ -105,7 +143,8 @@ fn no_two_entries_of_a_legend_are_alike() {
         panel.layers.push(Layer::Curve { label, points, stroke });
     }
     let chart = Chart::new("t", vec![panel], Arrangement::Stacked, SIZE);
-    let mut labels: Vec<String> = chart.legend(WIDTH).into_iter().flatten().map(|(_, label)| label).collect();
+    let mut labels: Vec<Vec<String>> =
+        chart.legend(WIDTH).into_iter().flatten().map(|(_, lines)| lines).collect();
     assert!(labels.iter().all(|label| entry_width(label) <= WIDTH - 16.0), "{labels:?}");
     labels.dedup();
     assert_eq!(labels.len(), 3, "{labels:?}");
