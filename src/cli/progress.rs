@@ -384,33 +384,23 @@ fn specimen_lines(r: &SpecimenReport) -> String {
         format!("{a}-{b} mm {achieved:.1} % of the mass (asked: {asked:.1}) in {} grains", class.grains)
     };
     let [gjk, axis] = r.worst_overlap;
-    [
+    let size = format!("{:.1} x {:.1} mm", 1e3 * r.diameter, 1e3 * r.height);
+    let found = [
+        format!("{} grains, {size}, void ratio {:.3}{missed}", r.grains, r.void_ratio),
+        format!("{:.1} contacts a grain, {} rattlers", r.coordination_number, r.rattlers),
+        r.classes.iter().map(class).collect::<Vec<_>>().join(", "),
         format!(
-            "{:<15} {} grains, {:.1} x {:.1} mm, void ratio {:.3}{missed}, {:.1} contacts a grain, {} rattlers",
-            "specimen",
-            r.grains,
-            1e3 * r.diameter,
-            1e3 * r.height,
-            r.void_ratio,
-            r.coordination_number,
-            r.rattlers,
-        ),
-        format!("{:<15} {}", "", r.classes.iter().map(class).collect::<Vec<_>>().join(", ")),
-        format!(
-            "{:<15} shape in the mean: elongation {:.2}, flatness {:.2}, sphericity {:.2}, {:.1} vertices",
-            "", r.elongation, r.flatness, r.sphericity, r.vertices
+            "in the mean elongation {:.2}, flatness {:.2}, sphericity {:.2}",
+            r.elongation, r.flatness, r.sphericity
         ),
         format!(
-            "{:<15} {} cells, worst radius ratio {:.2}; worst overlap {:.0e} of a grain; {}",
-            "",
-            r.cells,
-            r.worst_radius_ratio,
-            gjk.max(axis),
-            duration(r.wall_time.as_secs_f64())
+            "{:.1} vertices, {} cells, worst radius ratio {:.2}",
+            r.vertices, r.cells, r.worst_radius_ratio
         ),
-    ]
-    .map(|line| folded(&line, 16))
-    .join("\n")
+        format!("worst overlap {:.0e} of a grain; {}", gjk.max(axis), duration(r.wall_time.as_secs_f64())),
+    ];
+    let lines = found.map(|line| folded(&format!("{:<15} {line}", ""), 16));
+    lines.join("\n").replacen(&" ".repeat(8), "specimen", 1)
 }
 
 fn specimen_json(r: &SpecimenReport) -> Value {
@@ -498,7 +488,7 @@ fn step_line(step: &Step<'_>, seconds: f64) -> String {
             fixed(100.0 * row.volumetric_strain, 3),
             fixed(1e-6 * row.deviatoric_stress, 3)
         ),
-        None => format!("out of balance {:7.1e}  work {:9.3e} J", row.out_of_balance, row.energy_external),
+        None => format!("out of balance {:.1e}  work {:9.3e} J", row.out_of_balance, row.energy_external),
     };
     let cuts = if row.cuts > 0 { format!("  cut {}x", row.cuts) } else { String::new() };
     format!("{:<11} {of:>9}  {state}  {:>3} fact {seconds:5.1} s{cuts}", step.stage.kind, row.factorisations)
