@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Draws sizes.csv of sizes.py: CPU seconds for 1 % of strain against grains, and prints the power of each line.
 
-    benchmarks/peers/chart_sizes.py SIZES.csv --riprap benchmarks/runs/2026-11-26-steps/size.csv --out CHART.png
+    benchmarks/peers/chart_sizes.py SIZES.csv --riprap benchmarks/runs/2026-11-29-steps/runs.csv --out CHART.png
 
 Filled marks are runs to 1 %, hollow ones steps for 1 % times seconds a step. A line's label has the mean unbalanced force ratio where
 it was measured, at 300 grains where there is a choice. Packings that fewer than half of the grains carry are left out, and
 polyhedra with a poisson of their own.
---riprap: more rows of riprap, in that record's columns.
+--riprap: newer rows of riprap, those of that record whose `what` is size.
 """
 
 import argparse
@@ -32,7 +32,7 @@ LOOKS = {
     ("YADE", "polyhedra"): (COLOURS[2], "^"),
 }
 LINES = {(3e8, 1e-3): STYLES[2], (3e8, 1e-4): STYLES[1], (3e10, 1e-3): STYLES[3], (3e10, 1e-4): STYLES[0]}
-EARLIER = "riprap", "polyhedra", "earlier", None
+NEWER = "riprap", "polyhedra", "newer", None
 MODULI = {3e8: "0.3 GPa", 3e10: "30 GPa", 1e10: "1e10 N/m3"}
 
 
@@ -66,8 +66,8 @@ def label(key, points):
     code, grain, modulus, inertial = key
     ratios = {n: ratio for n, _, _, ratio in points if ratio is not None}
     ratio = ratios.get(300, next(iter(ratios.values()), None))
-    if key == EARLIER:
-        text = "riprap, polyhedra, 2026-11-26"
+    if key == NEWER:
+        text = "riprap, polyhedra, 2026-11-30"
     else:
         text = f"{code}, {grain}, {MODULI[modulus]}" + (f", I {inertial:.0e}".replace("e-0", "e-") if inertial else "")
     said = f"unbalanced {ratio:.0e}".replace("e-0", "e-").replace("e+00", "") if ratio is not None else "unbalanced not measured"
@@ -75,7 +75,7 @@ def label(key, points):
 
 
 def style_of(key):
-    return (0, (1, 1)) if key == EARLIER else LINES.get(key[2:], STYLES[0])
+    return (0, (1, 1)) if key == NEWER else LINES.get(key[2:], STYLES[0])
 
 
 def main():
@@ -87,8 +87,8 @@ def main():
     plot.rcParams.update(STYLE)
     series = lines(arguments.sizes, 1e-4)
     if arguments.riprap:
-        rows = list(csv.DictReader(open(arguments.riprap)))
-        series[EARLIER] = [(int(r["grains"]), float(r["CPU time of the shear [s]"]), True, float(r["median unrest"])) for r in rows]
+        rows = [row for row in csv.DictReader(open(arguments.riprap)) if row["what"] == "size"]
+        series[NEWER] = [(int(r["grains"]), float(r["of the shear [s]"]), True, float(r["largest unrest [1]"])) for r in rows]
     figure, axes = plot.subplots(figsize=(10.5, 6.6))
     figure.subplots_adjust(left=0.08, right=0.68, top=0.95, bottom=0.09)
     axes.set(xscale="log", yscale="log", xlabel="grains", ylabel="CPU time of one thread for 1 % of axial strain [s]",
