@@ -100,7 +100,7 @@ fn a_hundred_grains_are_sheared_to_five_per_cent_unloaded_and_reloaded() {
 }
 
 #[test]
-#[ignore = "twenty minutes of a core; benchmarks/runs/2026-11-21-rubber-15 has a recorded run"]
+#[ignore = "two minutes of a core; benchmarks/runs/2026-11-30-rubber has a recorded run"]
 fn a_hundred_grains_in_rubber_are_sheared_to_fifteen_per_cent() {
     let rows = rows_of("membrane/rubber_100.json", 100, 0.15, &[]);
     let last = rows.last().expect("rows");

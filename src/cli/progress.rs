@@ -389,14 +389,9 @@ fn specimen_lines(r: &SpecimenReport) -> String {
         format!("{} grains, {size}, void ratio {:.3}{missed}", r.grains, r.void_ratio),
         format!("{:.1} contacts a grain, {} rattlers", r.coordination_number, r.rattlers),
         r.classes.iter().map(class).collect::<Vec<_>>().join(", "),
-        format!(
-            "in the mean elongation {:.2}, flatness {:.2}, sphericity {:.2}",
-            r.elongation, r.flatness, r.sphericity
-        ),
-        format!(
-            "{:.1} vertices, {} cells, worst radius ratio {:.2}",
-            r.vertices, r.cells, r.worst_radius_ratio
-        ),
+        format!("shape in the mean: elongation {:.2}, flatness {:.2},", r.elongation, r.flatness),
+        format!("sphericity {:.2}, {:.1} vertices", r.sphericity, r.vertices),
+        format!("{} cells, worst radius ratio {:.2}", r.cells, r.worst_radius_ratio),
         format!("worst overlap {:.0e} of a grain; {}", gjk.max(axis), duration(r.wall_time.as_secs_f64())),
     ];
     let lines = found.map(|line| folded(&format!("{:<15} {line}", ""), 16));

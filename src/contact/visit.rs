@@ -105,9 +105,6 @@ impl Walk<'_> {
     /// The piece nearest to `p` of a body with these `corners` that is known by `facets`, as [`nearest_of`] gives it. Those that cannot have it are passed
     /// over.
     fn nearest_piece(&self, p: &Vec3, facets: &mut [NearFacet], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
-        if facets.is_empty() {
-            return ((p - corners[0]).norm(), [0; 3], 1);
-        }
         let Some(closer) = self.closer else {
             let measured = facets.iter_mut().map(|facet| (facet.vertices, Some(&mut facet.distance)));
             return nearest_of(p, measured, corners);
@@ -193,15 +190,11 @@ pub fn nearest_piece(
     facets: &[u32],
     corners: &[Vec3],
 ) -> (f64, [u32; 3], u8) {
-    let of_core = &shape.rounded.core.facets;
-    if of_core.is_empty() {
-        return ((p - corners[0]).norm(), [0; 3], 1);
-    }
-    let vertices = |facet: &u32| of_core[*facet as usize].map(|v| v as u32);
+    let vertices = |facet: &u32| shape.rounded.core.facets[*facet as usize].map(|v| v as u32);
     nearest_of(p, facets.iter().map(|facet| (vertices(facet), None)), corners)
 }
 
-/// The same of facets of these vertices; puts down how far each is where there is a place for it.
+/// The same of facets of these vertices, without any of the core's only one; puts down how far each is where there is a place for it.
 fn nearest_of<'a>(
     p: &Vec3,
     facets: impl Iterator<Item = ([u32; 3], Option<&'a mut f64>)>,
@@ -219,7 +212,7 @@ fn nearest_of<'a>(
             *place = distance;
         }
     }
-    best
+    if best.2 == 0 { ((p - corners[0]).norm(), [0; 3], 1) } else { best }
 }
 
 #[cfg(test)]
