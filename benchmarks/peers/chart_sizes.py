@@ -71,6 +71,7 @@ def label(key, points):
     else:
         text = f"{code}, {grain}, {MODULI[modulus]}" + (f", I {inertial:.0e}".replace("e-0", "e-") if inertial else "")
     said = f"unbalanced {ratio:.0e}".replace("e-0", "e-").replace("e+00", "") if ratio is not None else "unbalanced not measured"
+    said = said.replace("unbalanced", "unbalanced at most") if key == NEWER else said
     return f"{text}\n{said}, power {power(points):.2f}" if len(points) > 1 else f"{text}\n{said}"
 
 

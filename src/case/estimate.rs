@@ -63,8 +63,8 @@ const SCENE_PAIR: f64 = 1.2e-6;
 const SCENE_CELL: f64 = 3e-4;
 /// What bodies of a scene that can break take longer (measured: 4.8 s for a bar of 192 cells in forty increments).
 const SCENE_BREAKING: f64 = 4.0;
-/// Of a rubber membrane: factorisations of an increment, and CPU seconds of one a node (measured: 62 and 100 at 24 and 100 grains; 31 us).
-const RUBBER: [f64; 2] = [80.0, 31e-6];
+/// Of a rubber membrane: factorisations of an increment, and CPU seconds of one a node (measured: 14 and 20 at 100 and 300 grains; 31 us).
+const RUBBER: [f64; 2] = [16.0, 31e-6];
 /// Edge of a membrane's triangles over the middle of the grading's sizes, where the case gives none.
 const RUBBER_MESH: f64 = 0.25;
 
@@ -296,23 +296,20 @@ mod tests {
         const TWICE: &str = "/stages/1/increment=2e-4";
         const TO_ONE: &str = "/stages/1/axial_strain=0.01";
         let timed = [
-            // benchmarks/runs/2026-11-26-quick-start.
-            ("quick_start.json", &[][..], 30.1, Some(138e6)),
-            // Recorded on 2026-11-21 as hundred-grains.
-            ("stages/hundred_grains.json", &[], 37.0, None),
-            // Timed on 2026-11-26; benchmarks/runs/2026-11-21-rubber-15.
-            ("membrane/rubber_24.json", &[], 23.7, None),
-            ("membrane/rubber_100.json", &[], 600.0, None),
+            // Timed on 2026-11-30, with nothing else running; benchmarks/runs/2026-11-30-rubber has the third and the fourth.
+            ("quick_start.json", &[][..], 30.2, Some(116e6)),
+            ("stages/hundred_grains.json", &[], 28.5, Some(134e6)),
+            ("membrane/rubber_24.json", &[], 5.4, None),
+            ("membrane/rubber_100.json", &[], 98.5, Some(85e6)),
             // benchmarks/runs/2026-11-26-asperities-300, followed to 13 % of 15.
             ("shuibuya/p0800_300.json", &[NO_DAMAGE, SPRING, FINE], 770.0, Some(86e6)),
             // benchmarks/runs/2026-11-29-shuibuya.
             ("shuibuya/p0800_300.json", &[], 262.0, Some(248e6)),
             ("shuibuya/p1600_300.json", &[], 296.0, Some(257e6)),
-            // Before explicit steps took less; memory of 1.6 MPa.
-            ("shuibuya/p0800_3783.json", &[], 8400.0, Some(2.8e9)),
-            // benchmarks/runs/2026-11-26-steps; the larger one with its specimen, seating and consolidation.
-            ("shuibuya/p0800_300.json", &[NO_DAMAGE, TWICE], 407.0, Some(87e6)),
-            ("shuibuya/p0800_3783.json", &[NO_DAMAGE, TWICE, TO_ONE], 1470.0, Some(786e6)),
+            ("shuibuya/p0400_3783.json", &[], 7100.0, Some(2.4e9)),
+            // benchmarks/runs/2026-11-29-steps; the larger one with its specimen, seating and consolidation.
+            ("shuibuya/p0800_300.json", &[NO_DAMAGE], 149.0, Some(103e6)),
+            ("shuibuya/p0800_3783.json", &[NO_DAMAGE, TWICE, TO_ONE], 814.0, Some(782e6)),
         ];
         const CONDENSED: &str = "/solver/fidelity=condensed";
         let of_scenes = [
