@@ -68,8 +68,8 @@ const RUBBER: [f64; 2] = [16.0, 31e-6];
 /// Edge of a membrane's triangles over the middle of the grading's sizes, where the case gives none.
 const RUBBER_MESH: f64 = 0.25;
 
-/// Memory of the program, of a rigid grain with its mesh, and more of a cell that can break [B].
-const BASE_MEMORY: f64 = 5e7;
+/// Memory of the program with what it holds of its rows, of a rigid grain with its mesh, and more of a cell that can break [B].
+const BASE_MEMORY: f64 = 7.5e7;
 const GRAIN_MEMORY: f64 = 1.5e5;
 /// Memory of a body of a scene besides, for its columns in the results file, which are open as long as it is (measured: 2000 boxes 0.68 GB) [B].
 const BODY_MEMORY: f64 = 1.65e5;
