@@ -63,8 +63,8 @@ const SCENE_PAIR: f64 = 1.2e-6;
 const SCENE_CELL: f64 = 3e-4;
 /// What bodies of a scene that can break take longer (measured: 4.8 s for a bar of 192 cells in forty increments).
 const SCENE_BREAKING: f64 = 4.0;
-/// Of a rubber membrane: factorisations of an increment, and CPU seconds of one a node (measured: 14 and 20 at 100 and 300 grains; 31 us).
-const RUBBER: [f64; 2] = [16.0, 31e-6];
+/// Of a rubber membrane: factorisations of an increment, and CPU seconds of one a node (measured: 14 and 20 at 100 and 300 grains, cheaper ones than 31 us).
+const RUBBER: [f64; 2] = [12.0, 31e-6];
 /// Edge of a membrane's triangles over the middle of the grading's sizes, where the case gives none.
 const RUBBER_MESH: f64 = 0.25;
 
