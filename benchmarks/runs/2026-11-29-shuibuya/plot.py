@@ -76,7 +76,7 @@ for pressure, colour in PRESSURES.items():
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
 axes[0].plot([], [], "--", color="#555555", lw=0.9, label="300 grains")
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
-finish(figure, axes, "At the source's size, and at a tenth of its grains", 11, "upper right", "full_size.png")
+finish(figure, axes, "At the source's size, and at a tenth of its grains", 14, "upper right", "full_size.png")
 
 VOID_RATIOS = [("p0800", COLOURS[1], "void ratio 0.58"), ("p0800_void_0.64", COLOURS[0], "void ratio 0.64"), ("p0800_void_0.70", COLOURS[2], "void ratio 0.70")]
 COVERS = [("p0800", COLOURS[1], "pressure"), ("p0800_rubber", COLOURS[0], "rubber, 6 mm of 3 MPa")]
