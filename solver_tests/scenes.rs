@@ -247,3 +247,35 @@ fn runs_that_stop_say_why_first() {
     let tiny = falling(2e-11, "20 GPa");
     assert!(tiny.starts_with("double precision does not resolve these forces"), "{tiny}");
 }
+
+/// Two soft blocks on each other, shortened by a fiftieth: more than small roundings leave room for, and large ones do.
+#[test]
+fn bodies_that_bend_past_their_roundings_are_told_of() {
+    let squeezed = |rounding: f64| {
+        let block = |name: &str, z: f64, size: f64| {
+            json!({"name": name, "shape": {"box": [0.1, 0.1, 0.1]}, "position": [0, 0, z],
+                "fidelity": "condensed", "mesh_size": size, "rounding": rounding})
+        };
+        let plate = |name: &str, z: f64| {
+            json!({"name": name, "shape": {"box": [0.2, 0.2, 0.05]}, "position": [0, 0, z], "friction": 0,
+                "fidelity": "rigid"})
+        };
+        let bodies = json!([
+            plate("bottom", -0.025),
+            block("lower", 0.05, 0.08),
+            block("upper", 0.15, 0.05),
+            plate("top", 0.225)
+        ]);
+        let still = json!([0, 0, 0]);
+        let stages = json!([{"kind": "load", "increments": 8, "bodies": {
+            "bottom": {"displacement": still, "rotation": still},
+            "lower": {"displacement": [0, 0, null], "rotation": [null, null, 0]},
+            "top": {"displacement": [0, 0, -0.004], "rotation": still}}}]);
+        let mut case = case_of(bodies, stages);
+        case["rock"]["youngs_modulus"] = json!(1e7);
+        case
+    };
+    let reason = reason_of(&squeezed(5e-4));
+    assert!(reason.starts_with("contact.rounding is too small for bodies that deform so much"), "{reason}");
+    assert_eq!(scene_of(&squeezed(2e-3), Path::new("")).run(|_, _| true), StageEnd::Finished);
+}

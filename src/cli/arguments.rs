@@ -179,7 +179,7 @@ pub struct Run {
     #[command(flatten)]
     pub input: CaseInput,
     /// The results file (default: results/<name of the case>.vtkhdf beside the case)
-    #[arg(long, value_name = "FILE.vtkhdf")]
+    #[arg(short, long, value_name = "FILE.vtkhdf")]
     pub out: Option<PathBuf>,
     /// How grains deform, in place of the case's /solver/fidelity
     #[arg(long, value_name = "LEVEL", value_parser = ["auto", "rigid", "condensed", "full"])]
@@ -213,7 +213,7 @@ pub struct Specimen {
     #[command(flatten)]
     pub input: CaseInput,
     /// The results file: grains, meshes and statistics, no increments
-    #[arg(long, value_name = "FILE.vtkhdf")]
+    #[arg(short, long, value_name = "FILE.vtkhdf")]
     pub out: PathBuf,
     #[command(flatten)]
     pub target: Target,
@@ -263,7 +263,7 @@ pub struct Study {
     #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
     pub values: Vec<String>,
     /// Folder of the results files, tables and charts (default: results/<case>_<what> beside the case)
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Runs at a time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = number)]
@@ -304,7 +304,7 @@ pub struct Batch {
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
     /// Folder of the results files, in place of the plan's
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Runs at a time, in place of the plan's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -351,7 +351,7 @@ pub struct Report {
     #[arg(value_name = "FILE.vtkhdf", required = true)]
     pub files: Vec<PathBuf>,
     /// Where charts and report.html go (default: <name of the first file>_report beside it)
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Measured curves to overlay; may be given more than once
     #[arg(long = "lab", value_name = "CURVES.csv")]

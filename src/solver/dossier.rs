@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::assembly::{Contacts, PairWork};
 use crate::contact::Feature;
+use crate::contact::law::CORE_FLOOR;
 use crate::model::Model;
 use crate::solver::{IncrementReport, Settings, StepStatus};
 
@@ -32,6 +33,9 @@ pub struct Dossier {
 
 /// Contacts that overlap by more than this share of their roundings have used them up: corners and edges of cores come to lie on each other.
 const USED_UP: f64 = 0.5;
+
+/// Cores nearer than this share of their roundings hold a solve up: every step that brings them below [`CORE_FLOOR`] is refused.
+const HELD_UP: f64 = 1.1 * CORE_FLOOR;
 
 /// The body that is worst out of balance.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,7 +117,14 @@ impl Dossier {
                 100.0 * overlap
             ))
         } else {
-            None
+            let bent = contacts.pairs.iter().find_map(|pair| bent_too_far(model, pair));
+            bent.map(|[way, overlap, roundings]| {
+                dossier.advice = vec!["a larger contact.rounding, stiffer rock or a lower load".into()];
+                format!(
+                    "contact.rounding is too small for bodies that deform so much: two have come nearer by {way:.1e} m of the {roundings:.1e} m \
+                     that theirs are, though their deformed surfaces overlap by {overlap:.1e} m only"
+                )
+            })
         };
         dossier
     }
@@ -156,6 +167,15 @@ impl Dossier {
     pub fn history_line(&self) -> String {
         self.history.iter().map(|r| format!("{r:.2e}")).collect::<Vec<_>>().join(" ")
     }
+}
+
+/// How far a pair's undeformed bodies overlap, their deformed surfaces, and their roundings [m], where the first has used up the roundings and the
+/// second has not.
+fn bent_too_far(model: &Model, pair: &PairWork) -> Option<[f64; 3]> {
+    let roundings = [pair.a(), pair.b()].iter().map(|&body| model.shapes[body].rounded.radius).sum::<f64>();
+    let overlap = pair.active().map(|point| -point.evaluation.gap).fold(0.0, f64::max);
+    let bent = pair.nearest < HELD_UP * roundings && overlap < USED_UP * roundings;
+    bent.then(|| [roundings - pair.nearest, overlap, roundings])
 }
 
 /// Share of the force tolerance above which rounding is told of.
