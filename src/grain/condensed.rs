@@ -242,6 +242,7 @@ impl CondensedGrain {
     ///
     /// That of forces that are spread over more than a point goes by their displacements of the whole surface, which are kept for the next call.
     pub fn flexibilities(&self, places: &[&SurfacePoint]) -> Vec<Mat3> {
+        self.solve_for_columns(places);
         let displaced = self.displaced_by(places);
         let felt = |place: &SurfacePoint, displaced: &[Mat3]| -> Mat3 {
             place.shares.iter().map(|(node, share)| displaced[*node as usize] * *share).sum()
@@ -439,24 +440,50 @@ impl CondensedGrain {
         match (&self.flexibility, &self.patches) {
             (Flexibility::Dense(_), None) => self.point_block(i, j),
             (Flexibility::Dense(_), Some(on)) => lower(&on.flexibility, i, j),
-            (Flexibility::OnDemand { held, columns }, patches) => {
+            (Flexibility::OnDemand { held, columns }, _) => {
                 // The column of the larger number, whoever asks, so that both give the same bits.
                 let (row, column) = (i.min(j), i.max(j));
-                let solve = |force: &[(u32, f64)]| held.column(&self.surface, force);
-                let solved = || match patches {
-                    None => solve(&[(column as u32, 1.0)]),
-                    Some(OnPatches { patches, .. }) => {
-                        let shares: Vec<(u32, f64)> =
-                            patches.of(column).map(|(node, share)| (node as u32, share)).collect();
-                        let displaced = solve(&shares);
-                        let felt = |i| patches.of(i).map(|(j, share)| displaced[j] * share).sum();
-                        (0..displaced.len()).map(felt).collect()
-                    }
-                };
+                let solved = || self.columns_of(held, &[column]).swap_remove(0);
                 let block = columns[column].get_or_init(solved)[row];
                 if i <= j { block } else { block.transpose() }
             }
         }
+    }
+
+    /// Solves for the columns that forces on points need and that are not known yet.
+    fn solve_for_columns(&self, places: &[&SurfacePoint]) {
+        let Flexibility::OnDemand { held, columns } = &self.flexibility else { return };
+        let points = places.iter().map(|place| &place.shares).filter(|shares| shares.len() <= OF_POINT);
+        let nodes = points.flatten().filter(|(_, share)| *share != 0.0).map(|(node, _)| *node as usize);
+        let mut missing: Vec<usize> = nodes.filter(|node| columns[*node].get().is_none()).collect();
+        missing.sort_unstable();
+        missing.dedup();
+        for (&column, solved) in missing.iter().zip(self.columns_of(held, &missing)) {
+            columns[column].get_or_init(|| solved);
+        }
+    }
+
+    /// Columns of the flexibility between surface nodes, as [`Self::surface_block`] has it. On grains of very many nodes they take less time together.
+    fn columns_of(&self, held: &HeldGrain, numbers: &[usize]) -> Vec<Vec<Mat3>> {
+        let patches = self.patches.as_ref().map(|on| &on.patches);
+        let shares_of = |&column: &usize| -> Vec<(u32, f64)> {
+            patches.map_or_else(
+                || vec![(column as u32, 1.0)],
+                |patches| patches.of(column).map(|(node, share)| (node as u32, share)).collect(),
+            )
+        };
+        let forces: Vec<Vec<(u32, f64)>> = numbers.iter().map(shares_of).collect();
+        let forces: Vec<&[(u32, f64)]> = forces.iter().map(|shares| &shares[..]).collect();
+        let displaced = if self.surface.nodes().len() > DENSE_SURFACE_NODES {
+            held.columns(&self.surface, &forces)
+        } else {
+            forces.iter().map(|force| held.column(&self.surface, force)).collect()
+        };
+        let Some(patches) = patches else { return displaced };
+        let felt = |all: &Vec<Mat3>| -> Vec<Mat3> {
+            (0..all.len()).map(|i| patches.of(i).map(|(j, share)| all[j] * share).sum()).collect()
+        };
+        displaced.iter().map(felt).collect()
     }
 
     /// Displacement of surface node number `i` by a force on number `j`; zero where columns are solved for on demand.

@@ -298,6 +298,25 @@ fn columns_do_not_depend_on_what_is_solved_for_with_them() {
     assert_eq!(few[..], together[3..10]);
 }
 
+/// Blocks of a grain of very many nodes, asked for at once and one by one.
+#[test]
+fn blocks_do_not_depend_on_who_asks_first() {
+    let mesh = cuboid_mesh([0.012; 3], 0.002).expect("a mesh");
+    let rock = rocks(mesh.cells.len());
+    let made = || CondensedGrain::stressed(mesh.clone(), &rock, DENSITY).expect("a grain");
+    for (one, other) in [(made(), made()), (made().on_patches(), made().on_patches())] {
+        assert!(one.surface().nodes().len() > DENSE_SURFACE_NODES);
+        let points: Vec<SurfacePoint> = loads(&one).into_iter().map(|(point, _)| point).collect();
+        let places: Vec<&SurfacePoint> = points.iter().collect();
+        let at_once = one.flexibilities(&places);
+        for (k, block) in at_once.iter().enumerate() {
+            let (i, j) = (k / places.len(), k % places.len());
+            let alone = other.flexibility(places[i.max(j)], places[i.min(j)]);
+            assert_eq!(*block, if i > j { alone } else { alone.transpose() }, "{i} {j}");
+        }
+    }
+}
+
 #[test]
 fn grain_is_small() {
     let memory = grain().memory();
