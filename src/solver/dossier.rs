@@ -175,7 +175,7 @@ fn bent_too_far(model: &Model, pair: &PairWork) -> Option<[f64; 3]> {
     let roundings = [pair.a(), pair.b()].iter().map(|&body| model.shapes[body].rounded.radius).sum::<f64>();
     let overlap = pair.active().map(|point| -point.evaluation.gap).fold(0.0, f64::max);
     let bent = pair.nearest < HELD_UP * roundings && overlap < USED_UP * roundings;
-    bent.then(|| [roundings - pair.nearest, overlap, roundings])
+    bent.then_some([roundings - pair.nearest, overlap, roundings])
 }
 
 /// Share of the force tolerance above which rounding is told of.
