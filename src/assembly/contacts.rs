@@ -230,7 +230,7 @@ impl Contacts {
         let counted = self.pairs.par_iter_mut().enumerate().filter(|(number, pair)| counts(*number, pair));
         let too_close = |pair: &PairWork| {
             let (a, b) = (pair.a(), pair.b());
-            let floor = CORE_FLOOR * (model.shapes[a].rounded.radius + model.shapes[b].rounded.radius);
+            let floor = CORE_FLOOR * pair.roundings(model);
             (pair.nearest < floor).then_some(TooClose { a, b, distance: pair.nearest })
         };
         let met: Vec<TooClose> = counted

@@ -102,7 +102,7 @@ impl Contacts {
         let share = if pair.active().next().is_some() {
             1.0
         } else {
-            let radii: f64 = [pair.a(), pair.b()].map(|body| model.shapes[body].rounded.radius).iter().sum();
+            let radii = pair.roundings(model);
             let pressed = pair.indentation_for(model, lost.feature, lost.load, lost.depth);
             let of_node = |node: &MortarNode| pair.springs.patch * node.area;
             let of_rigid = || match lost.feature {

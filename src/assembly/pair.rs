@@ -181,13 +181,17 @@ impl PairWork {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }
 
+    /// Sum of the two roundings [m].
+    pub fn roundings(&self, model: &Model) -> f64 {
+        model.shapes[self.a()].rounded.radius + model.shapes[self.b()].rounded.radius
+    }
+
     /// How near the two bodies may be to passing through each other [m]: the distance of their cores, as far as it is known.
     pub fn room(&self, model: &Model, poses: &[Pose]) -> f64 {
         if self.nearest.is_finite() {
             return self.nearest;
         }
-        let radii = model.shapes[self.a()].rounded.radius + model.shapes[self.b()].rounded.radius;
-        radii + self.features.room(&model.shapes, poses)
+        self.roundings(model) + self.features.room(&model.shapes, poses)
     }
 
     /// The share of its springs that a contact has: the weight of its edges, of a patch's node the area [m^2].

@@ -172,9 +172,8 @@ impl Dossier {
 /// How far a pair's undeformed bodies overlap, their deformed surfaces, and their roundings [m], where the first has used up the roundings and the
 /// second has not.
 fn bent_too_far(model: &Model, pair: &PairWork) -> Option<[f64; 3]> {
-    let both = [pair.a(), pair.b()];
-    let bends = both.iter().any(|&body| model.bodies[body].flexibility().is_some());
-    let roundings = both.iter().map(|&body| model.shapes[body].rounded.radius).sum::<f64>();
+    let bends = [pair.a(), pair.b()].iter().any(|&body| model.bodies[body].flexibility().is_some());
+    let roundings = pair.roundings(model);
     let overlap = pair.active().map(|point| -point.evaluation.gap).fold(0.0, f64::max);
     let bent = bends && pair.nearest < HELD_UP * roundings && overlap < USED_UP * roundings;
     bent.then_some([roundings - pair.nearest, overlap, roundings])
