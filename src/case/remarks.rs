@@ -7,7 +7,7 @@ use crate::contact::asperity::LIMIT_OVER_STRENGTH;
 use crate::contact::face::{Face, FaceContact};
 use crate::geometry::RoundedBody;
 use crate::mesh::file::read_mesh;
-use crate::mesh::sphere_mesh;
+use crate::mesh::{sphere_hull, sphere_mesh};
 use crate::model::STIFFNESS_RATIO;
 use crate::specimen::shape::lying_grain;
 use crate::tensor::Vec3;
@@ -257,7 +257,7 @@ impl Case {
         }
     }
 
-    /// Balls that deform touch by the hull of their mesh, which lies within them.
+    /// Balls that deform touch by the hull of their surface nodes, which lies within them.
     fn inscribed_balls(&self) -> Vec<String> {
         let Geometry::Scene(scene) = &self.geometry else { return Vec::new() };
         let inscribed = |body: &BodyCase| {
@@ -267,12 +267,11 @@ impl Case {
             if self.fidelity_of(body) == Fidelity::Rigid || is_pressed {
                 return None;
             }
-            let told =
-                format!("{:?} touches by the hull of its mesh, whose corners lie on the ball", body.name);
+            let told = format!("{:?} touches by the hull of its surface nodes, put onto the ball", body.name);
             if body.refine.is_some() || self.cells_of(body) > MESHED_FOR_REMARKS {
                 return Some(format!("{told} and whose facets lie within it"));
             }
-            let hull = sphere_mesh(radius, body.cell_size()?, None).ok()?.convex_hull().ok()?;
+            let hull = sphere_hull(&sphere_mesh(radius, body.cell_size()?, None).ok()?, radius).ok()?;
             let heights = hull.facets.iter().zip(&hull.normals).map(|(f, n)| n.dot(&hull.vertices[f[0]]));
             let deepest = radius - heights.fold(f64::INFINITY, f64::min);
             Some(format!(

@@ -78,13 +78,17 @@ fn wider(best: SeparatingAxis, gap: f64, direction: Vec3) -> SeparatingAxis {
 
 /// Whether the arc from `n0` to `n1` crosses that from `m0` to `m1` on the unit sphere.
 fn arcs_cross(n0: &Vec3, n1: &Vec3, arc: &Vec3, m0: &Vec3, m1: &Vec3) -> bool {
-    let other = m1.cross(m0);
     let (a, b) = (m0.dot(arc), m1.dot(arc));
+    if a * b >= 0.0 {
+        return false;
+    }
+    let other = m1.cross(m0);
     let (c, d) = (n0.dot(&other), n1.dot(&other));
-    a * b < 0.0 && c * d < 0.0 && a * d > 0.0
+    c * d < 0.0 && a * d > 0.0
 }
 
-/// Least distance [m] between two disjoint polyhedra over all pairs of features.
+/// Least distance [m] between two disjoint polyhedra over all pairs of features, but those whose levels along the line of the centres alone are further
+/// apart than two of the vertices.
 ///
 /// For overlapping bodies the value has no meaning: ask [`separating_axis`] first.
 pub fn feature_distance(a: &Polyhedron, pose_a: &Pose, b: &Polyhedron, pose_b: &Pose) -> f64 {
@@ -93,21 +97,36 @@ pub fn feature_distance(a: &Polyhedron, pose_a: &Pose, b: &Polyhedron, pose_b: &
     if a.facets.is_empty() && b.facets.is_empty() {
         return (a.vertices[0] - b_vertices[0]).norm();
     }
-    for facet in &a.facets {
+    let centre = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len() as f64;
+    let along = (centre(&b_vertices) - centre(&a.vertices)).try_normalize(0.0).unwrap_or_default();
+    let levels: Vec<f64> = a.vertices.iter().map(|v| along.dot(v)).collect();
+    let b_levels: Vec<f64> = b_vertices.iter().map(|v| along.dot(v)).collect();
+    let top = (0..levels.len()).max_by(|&i, &j| levels[i].total_cmp(&levels[j])).expect("a vertex");
+    let bottom = (0..b_levels.len()).min_by(|&i, &j| b_levels[i].total_cmp(&b_levels[j])).expect("a vertex");
+    least = least.min((a.vertices[top] - b_vertices[bottom]).norm());
+    let (lowest, highest) = (b_levels[bottom] - least, levels[top] + least);
+    let reaches = |v: &[usize]| v.iter().any(|&v| levels[v] >= lowest);
+    let b_reaches = |v: &[usize]| v.iter().any(|&v| b_levels[v] <= highest);
+
+    let near: Vec<&Vec3> = (0..levels.len()).filter(|&v| reaches(&[v])).map(|v| &a.vertices[v]).collect();
+    let b_near: Vec<&Vec3> =
+        (0..b_levels.len()).filter(|&v| b_reaches(&[v])).map(|v| &b_vertices[v]).collect();
+    for facet in a.facets.iter().filter(|facet| reaches(&facet[..])) {
         let corners = facet.map(|v| a.vertices[v]);
-        for point in &b_vertices {
+        for point in &b_near {
             least = least.min(point_triangle_distance(point, &corners));
         }
     }
-    for facet in &b.facets {
+    for facet in b.facets.iter().filter(|facet| b_reaches(&facet[..])) {
         let corners = facet.map(|v| b_vertices[v]);
-        for point in &a.vertices {
+        for point in &near {
             least = least.min(point_triangle_distance(point, &corners));
         }
     }
-    for edge in &a.edges {
+    let b_edges: Vec<_> = b.edges.iter().filter(|edge| b_reaches(&edge.vertices)).collect();
+    for edge in a.edges.iter().filter(|edge| reaches(&edge.vertices)) {
         let [p, q] = edge.vertices.map(|v| a.vertices[v]);
-        for other in &b.edges {
+        for other in &b_edges {
             let [r, s] = other.vertices.map(|v| b_vertices[v]);
             least = least.min(segment_distance(&p, &q, &r, &s));
         }

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Polyhedron;
 use crate::mesh::improve::{lift_worst, smooth};
 use crate::mesh::refine::{refine_to_count, refine_to_size};
-use crate::mesh::tet10::Mesh;
+use crate::mesh::tet10::{Mesh, NodeId};
 use crate::mesh::tetrahedra::{Freedom, Tetrahedra};
 use crate::tensor::Vec3;
 
@@ -167,6 +167,15 @@ pub fn sphere_mesh(radius: f64, mesh_size: f64, near: Option<&NearPoint>) -> Res
     }
     improve(&mut mesh);
     finish("sphere", mesh)
+}
+
+/// What a mesh of [`sphere_mesh`] touches others by: the convex hull of its surface nodes, middle nodes put out onto the sphere.
+///
+/// Gaps are then the sphere's at all nodes; left to the corners alone, middle nodes would sink in between.
+pub fn sphere_hull(mesh: &Mesh, radius: f64) -> Result<Polyhedron> {
+    let nodes = mesh.surface_nodes();
+    let put_out = |node: &NodeId| mesh.nodes[node.index()].normalize() * radius;
+    Polyhedron::convex_hull(&nodes.iter().map(put_out).collect::<Vec<_>>())
 }
 
 fn improve(mesh: &mut Tetrahedra) {

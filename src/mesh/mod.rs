@@ -18,6 +18,8 @@ mod refine;
 mod tetrahedra;
 
 pub use cylinder::CylinderMesh;
-pub use generate::{MOST_CELLS, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_mesh};
+pub use generate::{
+    MOST_CELLS, NearPoint, cuboid_mesh, grain_mesh, polyhedron_mesh, sphere_hull, sphere_mesh,
+};
 pub use quality::{CellQuality, QualityReport};
 pub use tet10::{CellId, Mesh, NodeId, SurfaceFacet};

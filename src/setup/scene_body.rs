@@ -10,8 +10,8 @@ use crate::contact::law::Friction;
 use crate::error::{Error, Result};
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
-use crate::mesh::Mesh;
 use crate::mesh::file::read_mesh;
+use crate::mesh::{Mesh, sphere_hull};
 use crate::scene::{SceneBody, SceneParameters, SceneShape};
 use crate::tensor::{Pose, Rotation, Vec3};
 
@@ -41,13 +41,15 @@ pub fn scene_body(case: &Case, index: usize, body: &BodyCase, folder: &Path) -> 
         // It weighs what its cells do, not what its hull would.
         density *= mesh.volume() / mesh.convex_hull()?.volume();
     }
-    if let (ShapeCase::Sphere(radius), Some(mesh)) = (&body.shape, &mesh) {
-        // A mesh lies within its ball: it is given the ball's mass.
+    let shape = shape_of(case, index, body, solid)?;
+    if let (ShapeCase::Sphere(radius), SceneShape::Rounded { nominal, .. }, Some(mesh)) =
+        (&body.shape, &shape, &mesh)
+    {
+        // Hull and mesh lie within the ball: they are given its mass.
         let ball = 4.0 / 3.0 * PI * radius.powi(3);
-        density *= ball / mesh.convex_hull()?.volume();
+        density *= ball / nominal.volume();
         rock.density *= ball / mesh.volume();
     }
-    let shape = shape_of(case, index, body, solid)?;
     let (shape, mesh, offset) = about_own_middle(case, body, shape, mesh);
     let Inner { grain, full, damaged } = inner(case, &rock, index, body, mesh)?;
     let mut pose =
@@ -103,9 +105,9 @@ fn rounded(case: &Case, body: &BodyCase, nominal: Polyhedron) -> SceneShape {
     SceneShape::Polyhedron { nominal, rounding }
 }
 
-/// A meshed sphere is the hull of its surface nodes, corners on the sphere.
+/// A meshed sphere is the hull of its surface nodes, all of them on the sphere.
 fn meshed_sphere(case: &Case, body: &BodyCase, radius: f64, mesh: &Mesh) -> Result<SceneShape> {
-    let nominal = mesh.convex_hull()?;
+    let nominal = sphere_hull(mesh, radius)?;
     let rounding = body.rounding.unwrap_or(case.contact.rounding * 2.0 * radius);
     let core = nominal.scaled(1.0 - rounding / radius);
     Ok(SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } })

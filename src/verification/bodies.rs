@@ -8,7 +8,7 @@ use crate::contact::law::Friction;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::CondensedGrain;
 use crate::material::Elastic;
-use crate::mesh::{Mesh, NearPoint, polyhedron_mesh, sphere_mesh};
+use crate::mesh::{Mesh, NearPoint, polyhedron_mesh, sphere_hull, sphere_mesh};
 use crate::scene::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::solver::Settings;
 use crate::tensor::{Pose, Rotation, Vec3};
@@ -49,7 +49,7 @@ pub fn condensed_sphere(
     position: [f64; 3],
 ) -> SceneBody {
     let mesh = sphere_mesh(radius, far, Some(near)).expect("a mesh");
-    let nominal = mesh.convex_hull().expect("a hull");
+    let nominal = sphere_hull(&mesh, radius).expect("a hull");
     let core = nominal.scaled(1.0 - rounding / radius);
     let shape = SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } };
     condensed(body(name, shape, position, [0.0; 3]), mesh)
