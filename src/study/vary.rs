@@ -395,7 +395,7 @@ mod tests {
         assert!(settings[1].overrides.iter().all(|(path, _)| of_case(path)));
         let Geometry::Scene(scene) = varied(&raw, &settings[1]).geometry else { panic!("a scene") };
         assert!(scene.bodies.iter().all(|body| body.mesh_size == Some(2e-3)));
-        assert!(scene.bodies.iter().all(|body| body.refine.is_some_and(|refine| refine.mesh_size == 1e-4)));
+        assert!(scene.bodies.iter().all(|body| body.refine.is_some_and(|refine| refine.mesh_size == 2e-4)));
     }
 
     #[test]
