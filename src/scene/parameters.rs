@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
+use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
+use crate::mesh::{Mesh, sphere_hull};
 use crate::scene::press::PressParameters;
 use crate::solver::Settings;
 use crate::tensor::{Pose, Vec3};
@@ -73,6 +75,16 @@ pub enum SceneShape {
     Sphere(f64),
     /// A shape with its rounding already chosen.
     Rounded { nominal: Polyhedron, rounded: RoundedBody },
+}
+
+impl SceneShape {
+    /// What a ball about the origin with this mesh touches others by: the hull of its surface nodes, all of them on the sphere, of edges and corners as
+    /// round as `rounding` [m].
+    pub fn meshed_ball(mesh: &Mesh, radius: f64, rounding: f64) -> Result<Self> {
+        let nominal = sphere_hull(mesh, radius)?;
+        let core = nominal.scaled(1.0 - rounding / radius);
+        Ok(SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } })
+    }
 }
 
 /// A stage: everything is linear over it.

@@ -8,10 +8,10 @@ use crate::case::{BodyCase, Case, Fidelity, Geometry, RockCase, ShapeCase, Stage
 use crate::contact::NormalLaw;
 use crate::contact::law::Friction;
 use crate::error::{Error, Result};
-use crate::geometry::{Polyhedron, RoundedBody};
+use crate::geometry::Polyhedron;
 use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
+use crate::mesh::Mesh;
 use crate::mesh::file::read_mesh;
-use crate::mesh::{Mesh, sphere_hull};
 use crate::scene::{SceneBody, SceneParameters, SceneShape};
 use crate::tensor::{Pose, Rotation, Vec3};
 
@@ -84,7 +84,10 @@ fn shape_of(case: &Case, index: usize, body: &BodyCase, mesh: Option<&Mesh>) -> 
             Ok(rounded(case, body, hull))
         }
         ShapeCase::Sphere(radius) => match mesh {
-            Some(mesh) => meshed_sphere(case, body, *radius, mesh),
+            Some(mesh) => {
+                let rounding = body.rounding.unwrap_or(case.contact.rounding * 2.0 * radius);
+                SceneShape::meshed_ball(mesh, *radius, rounding)
+            }
             None => Ok(SceneShape::Sphere(*radius)),
         },
         ShapeCase::Mesh(_) => {
@@ -103,14 +106,6 @@ fn rounded(case: &Case, body: &BodyCase, nominal: Polyhedron) -> SceneShape {
     let smallest = (0..3).map(extent).fold(f64::INFINITY, f64::min);
     let rounding = body.rounding.unwrap_or(case.contact.rounding * smallest);
     SceneShape::Polyhedron { nominal, rounding }
-}
-
-/// A meshed sphere is the hull of its surface nodes, all of them on the sphere.
-fn meshed_sphere(case: &Case, body: &BodyCase, radius: f64, mesh: &Mesh) -> Result<SceneShape> {
-    let nominal = sphere_hull(mesh, radius)?;
-    let rounding = body.rounding.unwrap_or(case.contact.rounding * 2.0 * radius);
-    let core = nominal.scaled(1.0 - rounding / radius);
-    Ok(SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } })
 }
 
 /// A body far from the point that it is placed by, in a frame of its own about its centroid; with that

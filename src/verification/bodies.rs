@@ -5,10 +5,10 @@ use std::sync::Arc;
 use crate::contact::NormalLaw;
 use crate::contact::face::FaceContact;
 use crate::contact::law::Friction;
-use crate::geometry::{Polyhedron, RoundedBody};
+use crate::geometry::Polyhedron;
 use crate::grain::CondensedGrain;
 use crate::material::Elastic;
-use crate::mesh::{Mesh, NearPoint, polyhedron_mesh, sphere_hull, sphere_mesh};
+use crate::mesh::{Mesh, NearPoint, polyhedron_mesh, sphere_mesh};
 use crate::scene::{BodyLoad, LoadStage, SceneBody, SceneParameters, SceneShape};
 use crate::solver::Settings;
 use crate::tensor::{Pose, Rotation, Vec3};
@@ -49,9 +49,7 @@ pub fn condensed_sphere(
     position: [f64; 3],
 ) -> SceneBody {
     let mesh = sphere_mesh(radius, far, Some(near)).expect("a mesh");
-    let nominal = sphere_hull(&mesh, radius).expect("a hull");
-    let core = nominal.scaled(1.0 - rounding / radius);
-    let shape = SceneShape::Rounded { nominal, rounded: RoundedBody { core, radius: rounding } };
+    let shape = SceneShape::meshed_ball(&mesh, radius, rounding).expect("a hull");
     condensed(body(name, shape, position, [0.0; 3]), mesh)
 }
 
