@@ -126,6 +126,13 @@ pub fn radius() -> f64 {
     (0.75 * FORCE * RADIUS * (1.0 - POISSON * POISSON) / YOUNG).cbrt()
 }
 
+/// How far the approach by [`FORCE`] may be off with cells of this size, as a share of Hertz's.
+pub fn of_approach(cell: f64) -> f64 {
+    let (a, node) = (radius(), 0.5 * cell);
+    let inside = 2.0 * node * node / (8.0 * RADIUS) + 0.5 * ContactLaw::of_rock(ROUNDING, POISSON).onset;
+    inside / (2.0 * a * a / RADIUS) + (0.5 * node / a).powi(2)
+}
+
 /// A quantity's name, what was found, what it should be, and how far it may be off.
 pub type Compared = (String, f64, f64, Tolerance);
 
@@ -134,16 +141,10 @@ pub fn compared(cell: f64, states: &[Seen]) -> Vec<Compared> {
     let (a, node) = (radius(), 0.5 * cell);
     let approach = 2.0 * hertz::approach(a);
     let ended = 0.5 * node / a;
-    let inside = 2.0 * node * node / (8.0 * RADIUS) + 0.5 * ContactLaw::of_rock(ROUNDING, POISSON).onset;
     let [pressed, pushed @ ..] = states else { return Vec::new() };
     let peak = |radius: f64| 1.5 * FORCE / (PI * radius * radius);
     let mut all = vec![
-        (
-            "approach [m]".into(),
-            -pressed.displacement.z,
-            approach,
-            Relative(inside / approach + ended * ended),
-        ),
+        ("approach [m]".into(), -pressed.displacement.z, approach, Relative(of_approach(cell))),
         ("contact radius [m]".into(), pressed.radius, a, Relative(ended)),
         ("peak pressure [Pa]".into(), peak(pressed.radius), peak(a), Relative(2.0 * ended)),
     ];
