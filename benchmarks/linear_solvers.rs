@@ -14,7 +14,7 @@
 //! `-- reference-full FOLDER GRAINS` the same with all nodes of 38-cell grains as unknowns.
 
 use riprap::geometry::Polyhedron;
-use riprap::grain::stiffness::stiffness_matrix;
+use riprap::grain::stiffness::{sound, stiffness_matrix};
 use riprap::linalg::lu::Pattern;
 use riprap::linalg::{MultifrontalLu, NodeGraph, SymmetricMatrix, SymmetricPattern};
 use riprap::material::Elastic;
@@ -235,8 +235,7 @@ impl Network {
         let shape = Polyhedron::convex_hull(&corners).expect("a hull");
         let mesh = grain_mesh(&shape, 38).expect("a mesh");
         let rock = vec![Elastic::new(1.0, 0.2).expect("allowed"); mesh.cells.len()];
-        let intact = vec![[1.0; 4]; rock.len()];
-        let stiffness = stiffness_matrix(&mesh, &rock, &intact).expect("a stiffness");
+        let stiffness = stiffness_matrix(&mesh, &rock, &sound(rock.len())).expect("a stiffness");
         let nodes = mesh.nodes.len();
         let surface = mesh.surface_nodes();
         // The six surface nodes nearest to where the grain meets a neighbour.

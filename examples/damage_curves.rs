@@ -11,7 +11,7 @@ const POISSONS_RATIO: f64 = 0.2;
 const TENSILE: f64 = 25e6;
 const COMPRESSIVE: f64 = 250e6;
 
-/// Follows a path of uniaxial strain in units of the tensile peak strain, printing stress in units of the strength.
+/// Follows a path of uniaxial stress, the strain in units of the tensile peak strain, printing stress in units of the strength.
 fn follow(
     curve: &str,
     parameters: &DamageParameters,
@@ -24,8 +24,14 @@ fn follow(
     for leg in corners.windows(2) {
         for k in 0..=400 {
             let e = peak * (leg[0] + (leg[1] - leg[0]) * f64::from(k) / 400.0);
-            let strain = Vector6::new(e, -POISSONS_RATIO * e, -POISSONS_RATIO * e, 0.0, 0.0, 0.0);
-            let response = law.respond(&strain, &state);
+            // The sides are free: their strain, by bisection.
+            let at = |x: f64| law.respond(&Vector6::new(e, x, x, 0.0, 0.0, 0.0), &state);
+            let mut sides = [-POISSONS_RATIO * e.abs(), POISSONS_RATIO * e.abs()];
+            for _ in 0..60 {
+                let middle = 0.5 * (sides[0] + sides[1]);
+                sides[usize::from(at(middle).stress[1] > 0.0)] = middle;
+            }
+            let response = at(sides[1]);
             state = response.state;
             println!("{curve},{},{},{}", e / peak, response.stress[0] / TENSILE, response.damage);
         }

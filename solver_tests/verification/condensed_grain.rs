@@ -10,7 +10,7 @@
 use nalgebra::DMatrix;
 
 use riprap::grain::CondensedGrain;
-use riprap::grain::stiffness::stiffness_matrix;
+use riprap::grain::stiffness::{sound, stiffness_matrix};
 use riprap::material::Elastic;
 use riprap::mesh::{NearPoint, grain_mesh, sphere_mesh};
 use riprap::tensor::Vec3;
@@ -46,7 +46,7 @@ fn grain_cut_in_two_gives_two_grains() {
         let volume: f64 = cells.iter().map(|cell| mesh.cell_volume(*cell)).sum();
         assert!((part.volume() / volume - 1.0).abs() < 1e-12);
         let rock = rocks(&part);
-        let k = stiffness_matrix(&part, &rock, &vec![[1.0; 4]; rock.len()]).expect("a stiffness");
+        let k = stiffness_matrix(&part, &rock, &sound(rock.len())).expect("a stiffness");
         let dense = DMatrix::from_fn(k.size(), k.size(), |i, j| k.get(i, j));
         let mut values: Vec<f64> = dense.symmetric_eigenvalues().iter().copied().collect();
         values.sort_by(f64::total_cmp);

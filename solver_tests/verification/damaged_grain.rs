@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use riprap::element::StraightTet10;
 use riprap::grain::stiffness::stiffness_matrix;
 use riprap::grain::{Ancestry, CondensedGrain, DamagedGrain, Fragment, SurfacePoint, mean_motion};
-use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic};
+use riprap::material::{DamageLaw, DamageParameters, DamageState, Elastic, Secant};
 use riprap::mesh::{CellId, Mesh, grain_mesh};
 use riprap::tensor::{Rotation, Vec3};
 
@@ -86,13 +86,10 @@ fn failed_points_leave_the_assembled_remainder() {
     let u = grain.condensed().nodal_displacements(&loads);
     // The remainder alone: pseudo-inverse by eigenvectors, rigid motions left out.
     let elastic: Vec<Elastic> = laws.iter().map(|law| *law.elastic()).collect();
-    let intact: Vec<[f64; 4]> = laws
-        .iter()
-        .zip(&states)
-        .map(|(law, states)| states.map(|s| if s.failed { 0.0 } else { 1.0 - law.damage(&s) }))
-        .collect();
-    assert!(intact.iter().flatten().any(|share| *share > 0.1 && *share < 0.9));
-    let k = stiffness_matrix(&mesh, &elastic, &intact).expect("a stiffness");
+    let points: Vec<[Secant; 4]> =
+        laws.iter().zip(&states).map(|(law, states)| states.map(|s| law.secant(&s))).collect();
+    assert!(points.iter().flatten().any(|point| point.share() > 0.1 && point.share() < 0.9));
+    let k = stiffness_matrix(&mesh, &elastic, &points).expect("a stiffness");
     let n = k.size();
     let eigen = DMatrix::from_fn(n, n, |i, j| k.get(i, j)).symmetric_eigen();
     let largest = eigen.eigenvalues.amax();
@@ -198,7 +195,7 @@ fn is_cut(mesh: &Mesh, cell: CellId) -> bool {
 fn eigenvalues(part: &Fragment) -> Vec<f64> {
     let (mesh, grain) = (part.grain.mesh(), &part.grain);
     let elastic: Vec<Elastic> = mesh.cell_ids().map(|cell| *grain.law(cell).elastic()).collect();
-    let k = stiffness_matrix(mesh, &elastic, grain.intact()).expect("a stiffness");
+    let k = stiffness_matrix(mesh, &elastic, grain.points()).expect("a stiffness");
     let dense = DMatrix::from_fn(k.size(), k.size(), |i, j| k.get(i, j));
     let mut values: Vec<f64> = dense.symmetric_eigenvalues().iter().copied().collect();
     values.sort_by(f64::total_cmp);
@@ -396,7 +393,8 @@ fn small_changes_wait_until_they_have_come_together() {
     let [(followed, often), (waited, seldom)] = &grown;
     assert!(followed.summary().largest > 0.05, "nothing damaged");
     assert!(2 * seldom < *often, "{seldom} factors, {often} without");
-    for (a, b) in followed.intact().iter().flatten().zip(waited.intact().iter().flatten()) {
+    for (a, b) in followed.points().iter().flatten().zip(waited.points().iter().flatten()) {
+        let (a, b) = (a.share(), b.share());
         assert!((a - b).abs() <= 2.0 * least, "{a} {b}");
     }
 }
@@ -434,7 +432,7 @@ fn rejected_trials_leave_no_trace() {
     }
     assert!(straight.summary().largest > 0.05);
     assert_eq!(straight.states(), troubled.states());
-    assert_eq!(straight.intact(), troubled.intact());
+    assert_eq!(straight.points(), troubled.points());
     assert_eq!(straight.dissipated().to_bits(), troubled.dissipated().to_bits());
     let (u, v) = (
         straight.condensed().nodal_displacements(&loads(1.0)),

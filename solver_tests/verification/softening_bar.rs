@@ -1,8 +1,7 @@
 //! Energy that it takes to pull a bar of tet10 cells apart, on three meshes.
 //!
 //! nu = 0, ends tied along its axis, the middle layer of bricks 2 % weaker. The cells soften unevenly inside (four points each, quadratic displacement), so
-//! the crack is narrower than its layer and takes less than `G_f A`, by the same share on every mesh: the shares agree within 2 %. No recovery: with
-//! `w_c = 1` the crack locks (docs/decisions/0131-recovery-in-compression-stays-one.md).
+//! the crack is narrower than its layer and takes less than `G_f A`, by the same share on every mesh: the shares agree within 2 %.
 //!
 //! Bazant & Oh (1983), "Crack band theory for fracture of concrete", Mater. Struct. 16:155-177.
 

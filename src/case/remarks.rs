@@ -92,12 +92,6 @@ impl Case {
             ));
         }
         remarks.extend(unlike(sizes));
-        if let Some((path, recovery)) = self.recovery() {
-            remarks.push(format!(
-                "{path}.recovery_in_compression is {recovery}: where cracks close, stiffness comes back that nothing pays for. A bar pulled to twelve \
-                 times its peak strain made up a part of the work on it so; 0 does so no more"
-            ));
-        }
         remarks.extend(self.sound_corners());
         remarks.extend(self.sound_faces());
         remarks.extend(self.faces_at_corners());
@@ -142,19 +136,6 @@ impl Case {
              where flat faces matter, contact.normal \"spring\" with contact.faces \"area\" has them share the load"
                 .into()
         })
-    }
-
-    /// The first rock of a scene whose cracks carry again where they close, by its path, and to what share.
-    /// Grains of specimens are brittle: their energy is that of their contacts, which never get stiffer.
-    fn recovery(&self) -> Option<(String, f64)> {
-        let Geometry::Scene(scene) = &self.geometry else { return None };
-        let of =
-            |rock: &RockCase| rock.damage.map(|damage| damage.recovery_in_compression).filter(|w| *w > 0.0);
-        let of_body = |(index, body): (usize, &BodyCase)| {
-            Some((format!("scene.bodies[{index}].rock.damage"), of(body.rock.as_ref()?)?))
-        };
-        let own = scene.bodies.iter().enumerate().find_map(of_body);
-        of(&self.rock).map(|recovery| ("rock.damage".into(), recovery)).or(own)
     }
 
     /// The bodies of a scene in their places; those of mesh files where `folder` says what they are relative to.
@@ -424,29 +405,6 @@ mod tests {
             remarks(&["/specimen/grading=[[0.06, 1], [0.015, 0]]", "/specimen/within_class=mass"]),
             ""
         );
-    }
-
-    #[test]
-    fn stiffness_that_comes_back_is_remarked_on() {
-        let specimen = r#""specimen": {"diameter": "0.3 m", "height": "0.6 m", "void_ratio": 0.5, "grading": [[0.06, 1], [0.04, 0]]},
-            "stages": [{"kind": "consolidate", "pressure": "0.8 MPa"}]"#;
-        let scene = r#""scene": {"bodies": [{"name": "bar", "shape": {"box": [0.1, 0.02, 0.02]}, "fidelity": "condensed"}]},
-            "stages": [{"kind": "load"}]"#;
-        let text = |what: &str, recovery: &str| {
-            format!(
-                r#"{{{what}, "rock": {{"density": 2180, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "compressive_strength": 2e8, "tensile_strength": 2e7,
-                "damage": {{"exponent": 3{recovery}}}}},
-            "contact": {{"friction": 0.65}}}}"#
-            )
-        };
-        let remarks = |what: &str, recovery: &str| {
-            checked(&text(what, recovery), &[]).unwrap_or_else(|e| panic!("{e}")).remarks().join("; ")
-        };
-        assert_eq!(remarks(specimen, ""), "");
-        assert_eq!(remarks(scene, ", \"recovery_in_compression\": 0"), "");
-        assert!(remarks(scene, "").contains("recovery_in_compression is 1"));
-        let remarked = remarks(scene, ", \"recovery_in_compression\": 0.3");
-        assert!(remarked.contains("rock.damage.recovery_in_compression is 0.3"), "{remarked}");
     }
 
     /// Asperities are corners and edges; so are faces beside them, unless the case says otherwise. Scenes are told of either.

@@ -298,7 +298,7 @@ static DAMAGE: &[Key] = &[
         "recovery_in_compression",
         Quantity(Dimension::None, within(0.0, 1.0)),
         "1",
-        "Share of the stiffness lost in tension that returns in compression. Above 0 the law has no potential: rock whose cracks close gives back more than was put in.",
+        "Share of the stiffness lost in tension that returns in compression.",
     ),
     Key::default(
         "recovery_in_tension",

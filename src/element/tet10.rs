@@ -5,9 +5,9 @@
 //! so the stiffness integrand of a uniform cell is quadratic and the 4-point rule of degree 2
 //! (Hammer, Marlowe & Stroud 1956) is exact.
 
-use nalgebra::Vector6;
+use nalgebra::{Matrix6x3, Vector6};
 
-use crate::material::Elastic;
+use crate::material::{Elastic, Secant};
 use crate::mesh::tet10::EDGES;
 use crate::tensor::{Mat3, Vec3, symmetric};
 
@@ -85,6 +85,14 @@ pub const fn volume_share(i: usize) -> f64 {
     if i < 4 { -1.0 / 20.0 } else { 1.0 / 5.0 }
 }
 
+/// `B_i`: strain of the displacement of a node whose shape function has this gradient [1/m].
+fn strain_of_node(n: &Vec3) -> Matrix6x3<f64> {
+    Matrix6x3::new(
+        n.x, 0.0, 0.0, 0.0, n.y, 0.0, 0.0, 0.0, n.z, //
+        n.y, n.x, 0.0, 0.0, n.z, n.y, n.z, 0.0, n.x,
+    )
+}
+
 /// Geometry of one cell: volume and gradients of the volume coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StraightTet10 {
@@ -123,16 +131,25 @@ impl StraightTet10 {
         n
     }
 
-    /// Adds the stiffness [N/m] to `out`, block (i, j) for nodes i, j: `integral of B_i^T C B_j dV`,
-    /// each integration point reduced to the part `intact` of it that is not damaged (1: sound, 0: failed).
-    pub fn add_stiffness(&self, out: &mut [[Mat3; 10]; 10], rock: &Elastic, intact: &[f64; POINT_COUNT]) {
+    /// Adds the stiffness [N/m] to `out`, block (i, j) for nodes i, j: `integral of B_i^T D B_j dV` with D of each integration point.
+    pub fn add_stiffness(&self, out: &mut [[Mat3; 10]; 10], rock: &Elastic, points: &[Secant; POINT_COUNT]) {
         let (lambda, mu) = rock.lame();
-        for (l, share) in POINTS.iter().zip(intact) {
-            let weight = share * self.volume / POINT_COUNT as f64;
+        for (l, secant) in POINTS.iter().zip(points) {
+            let n = self.shape_gradients(l);
+            if let Some(matrix) = secant.matrix() {
+                let strains = n.each_ref().map(strain_of_node);
+                for (i, strain) in strains.iter().enumerate() {
+                    let stresses = matrix * strain * self.point_volume();
+                    for (j, other) in strains.iter().enumerate() {
+                        out[j][i] += other.transpose() * stresses;
+                    }
+                }
+                continue;
+            }
+            let weight = secant.share() * self.point_volume();
             if weight == 0.0 {
                 continue;
             }
-            let n = self.shape_gradients(l);
             for i in 0..10 {
                 for j in 0..=i {
                     // lambda n_i n_j^T + mu n_j n_i^T + mu (n_i . n_j) I
@@ -203,7 +220,7 @@ mod tests {
 
     fn stiffness(corners: &[Vec3; 4]) -> [[Mat3; 10]; 10] {
         let mut k = [[Mat3::zeros(); 10]; 10];
-        StraightTet10::new(corners).expect("a cell").add_stiffness(&mut k, &rock(), &[1.0; 4]);
+        StraightTet10::new(corners).expect("a cell").add_stiffness(&mut k, &rock(), &[Secant::SOUND; 4]);
         k
     }
 
@@ -275,13 +292,16 @@ mod tests {
     fn forces_are_stiffness_times_displacement() {
         let corners = LOPSIDED;
         let cell = StraightTet10::new(&corners).expect("a cell");
-        let intact = [1.0, 0.3, 0.0, 0.7];
+        let strain = Vector6::new(1e-3, -2e-4, -1e-3, 5e-4, 0.0, 2e-4);
+        let cracked = Secant::of_split(&rock(), &strain, [0.1, 0.8]);
+        assert!(cracked.matrix().is_some());
+        let points = [Secant::SOUND, Secant::of_share(0.3), Secant::of_share(0.0), cracked];
         let mut k = [[Mat3::zeros(); 10]; 10];
-        cell.add_stiffness(&mut k, &rock(), &intact);
+        cell.add_stiffness(&mut k, &rock(), &points);
         let u =
             nodes_of(&corners).map(|x| Vec3::new(x.y * x.z, x.x + x.z * x.z, x.x * x.y - 2.0 * x.z) * 1e-3);
-        let mut stresses = cell.stresses(&rock(), &u);
-        stresses.iter_mut().zip(&intact).for_each(|(stress, share)| *stress *= *share);
+        let strains = cell.strains(&u);
+        let stresses = std::array::from_fn(|p| points[p].stress(&rock(), &strains[p]));
         let mut forces = [Vec3::zeros(); 10];
         cell.add_forces(&mut forces, &stresses);
         let scale = forces.iter().map(Vec3::norm).fold(0.0, f64::max);
@@ -356,10 +376,10 @@ mod tests {
         let corners = LOPSIDED;
         let cell = StraightTet10::new(&corners).expect("a cell");
         let mut none = [[Mat3::zeros(); 10]; 10];
-        cell.add_stiffness(&mut none, &rock(), &[0.0; 4]);
+        cell.add_stiffness(&mut none, &rock(), &[const { Secant::of_share(0.0) }; 4]);
         assert!(none.iter().flatten().all(|block| *block == Mat3::zeros()));
         let mut half = [[Mat3::zeros(); 10]; 10];
-        cell.add_stiffness(&mut half, &rock(), &[0.5; 4]);
+        cell.add_stiffness(&mut half, &rock(), &[const { Secant::of_share(0.5) }; 4]);
         let full = stiffness(&corners);
         assert!((half[3][7] * 2.0 - full[3][7]).norm() < 1e-12 * full[3][7].norm());
     }

@@ -19,8 +19,9 @@ use crate::error::{Error, Result};
 use crate::grain::held::{DenseFlexibility, HeldGrain};
 use crate::grain::mass::MassProperties;
 use crate::grain::patch::{PATCH_OF_BODY, Patches};
+use crate::grain::stiffness::sound;
 use crate::grain::surface::{Shares, Surface, SurfacePoint};
-use crate::material::Elastic;
+use crate::material::{Elastic, Secant};
 use crate::mesh::{CellId, Mesh};
 use crate::tensor::{Mat3, Vec3};
 
@@ -68,30 +69,28 @@ impl CondensedGrain {
     /// Errors ([`Error::Mesh`]): a law missing, a flat cell, more than one part, an impossible
     /// density, or a stiffness that cannot be factored.
     pub fn new(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
-        let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
-        let surface = Surface::new(&mesh);
-        Self::build(mesh, surface, cell_elasticity, density, &intact, DENSE_SURFACE_NODES)
+        let (surface, points) = (Surface::new(&mesh), sound(mesh.cells.len()));
+        Self::build(mesh, surface, cell_elasticity, density, &points, DENSE_SURFACE_NODES)
     }
 
-    /// As [`Self::new`], each integration point keeping only the part `intact` of its stiffness (1: sound), with a factor only: columns of the
+    /// As [`Self::new`], each integration point with a stiffness of its own, with a factor only: columns of the
     /// flexibility are solved for when asked for. For grains whose damage moves, most of whose columns nobody asks for before the next factor.
     /// Errors also where too little is left to carry load.
     pub fn with_damage_on_demand(
         mesh: Mesh,
         cell_elasticity: &[Elastic],
         density: f64,
-        intact: &[[f64; POINT_COUNT]],
+        points: &[[Secant; POINT_COUNT]],
     ) -> Result<Self> {
         let surface = Surface::of_notched(&mesh);
-        Self::build(mesh, surface, cell_elasticity, density, intact, 0)
+        Self::build(mesh, surface, cell_elasticity, density, points, 0)
     }
 
     /// As [`Self::new`], with a factor only: of a body that is stressed but does not bend hardly any column of the flexibility is asked for, and they take
     /// most of the memory.
     pub fn stressed(mesh: Mesh, cell_elasticity: &[Elastic], density: f64) -> Result<Self> {
-        let intact = vec![[1.0; POINT_COUNT]; mesh.cells.len()];
-        let surface = Surface::new(&mesh);
-        Self::build(mesh, surface, cell_elasticity, density, &intact, 0)
+        let (surface, points) = (Surface::new(&mesh), sound(mesh.cells.len()));
+        Self::build(mesh, surface, cell_elasticity, density, &points, 0)
     }
 
     fn build(
@@ -99,7 +98,7 @@ impl CondensedGrain {
         surface: Surface,
         cell_elasticity: &[Elastic],
         density: f64,
-        intact: &[[f64; POINT_COUNT]],
+        points: &[[Secant; POINT_COUNT]],
         dense_nodes: usize,
     ) -> Result<Self> {
         let fail = |message: String| Error::Mesh { name: "grain".into(), message };
@@ -108,7 +107,7 @@ impl CondensedGrain {
             return Err(fail(format!("has {parts} parts; each must be a grain of its own")));
         }
         let mass = MassProperties::of_mesh(&mesh, density).map_err(|error| fail(error.to_string()))?;
-        let held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, intact)
+        let held = HeldGrain::new(&mesh, cell_elasticity, &mass, density, points)
             .map_err(|fault| fail(fault.to_string()))?;
         let count = surface.nodes().len();
         let flexibility = if count <= dense_nodes {
@@ -157,11 +156,11 @@ impl CondensedGrain {
         packed
     }
 
-    /// This grain, which solves on demand, with another part `intact` of its stiffness: the bits of
+    /// This grain, which solves on demand, with other stiffnesses of its points: the bits of
     /// [`Self::with_damage_on_demand`], without what does not change. `None` where it does not solve on demand.
-    pub fn with_intact(&self, intact: &[[f64; POINT_COUNT]]) -> Option<Result<Self>> {
+    pub fn with_points(&self, points: &[[Secant; POINT_COUNT]]) -> Option<Result<Self>> {
         let Flexibility::OnDemand { held, columns } = &self.flexibility else { return None };
-        let made = held.with_intact(&self.mesh, &self.rock, intact);
+        let made = held.with_points(&self.mesh, &self.rock, points);
         Some(made.map_err(|fault| Error::Mesh { name: "grain".into(), message: fault.to_string() }).map(
             |held| CondensedGrain {
                 mesh: self.mesh.clone(),

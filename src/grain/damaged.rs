@@ -21,13 +21,13 @@ use crate::element::{POINT_COUNT, StraightTet10};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
 use crate::grain::pace::{FLIPPING, Pace};
+use crate::grain::stiffness::sound;
 use crate::grain::surface::SurfacePoint;
-use crate::material::{DamageLaw, DamageState, Elastic};
+use crate::material::secant::HELD;
+use crate::material::{DamageLaw, DamageState, Elastic, Secant};
 use crate::mesh::{CellId, Mesh};
 use crate::tensor::Vec3;
 
-/// Part of the stiffness of a failed point that stays in the factor while its cell lives.
-pub const HELD: f64 = 1e-6;
 /// Parts below this share of the grain as generated are given up, unless the rock says otherwise.
 const LEAST_SHARE: f64 = 0.02;
 
@@ -52,7 +52,7 @@ impl Ancestry {
 /// What a proposal did to the trial damage.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DamageChange {
-    /// Largest change of `1 - d` at a point that was applied.
+    /// Largest change of a point's stress that was applied, over that of sound rock.
     pub applied: f64,
     /// Largest change that the limit held back.
     pub held_back: f64,
@@ -67,9 +67,7 @@ pub struct DamageChange {
 /// What a commit kept.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DamageCommit {
-    /// Energy that damage set free since the last commit [J]: `integral of Y dd` over the strains going straight from one accepted state
-    /// to the next, second order in the step; or, where that is less, over the way that the proposals took, each change of d at the strains it was made at.
-    /// In a snap the points do not go straight, and the second is what the stored energy really gave.
+    /// Energy that damage set free since the last commit [J]: [`DamageLaw::dissipation`] over the strains going straight from each proposal to the next.
     pub dissipated: f64,
     /// Elastic energy now [J].
     pub elastic: f64,
@@ -108,8 +106,8 @@ pub(super) struct Past {
 #[derive(Debug, Clone)]
 pub(super) struct Condition {
     pub states: Vec<[DamageState; POINT_COUNT]>,
-    /// `1 - d` as it stands in the factor; 0 for failed points.
-    pub intact: Vec<[f64; POINT_COUNT]>,
+    /// Stiffnesses as they stand in the factor, but for failed points, which have none.
+    pub points: Vec<[Secant; POINT_COUNT]>,
     pub condensed: Arc<CondensedGrain>,
     /// Whether damage never moved, so that `condensed` is the grain as it was first made.
     pub sound: bool,
@@ -126,7 +124,7 @@ pub struct DamagedGrain {
     /// The trial damage moved since its factor was made.
     stale: bool,
     pace: Vec<[Pace; POINT_COUNT]>,
-    /// Energy that the proposals since the last commit set free, each at the strains it was made at [J].
+    /// Energy that the proposals since the last commit set free [J].
     freed: f64,
     pub(super) dissipated: f64,
     /// For each cell, its number in the mesh of the grain as generated.
@@ -151,14 +149,14 @@ fn condense(
     mesh: Mesh,
     laws: &[DamageLaw],
     density: f64,
-    intact: &[[f64; POINT_COUNT]],
+    points: &[[Secant; POINT_COUNT]],
 ) -> Result<CondensedGrain> {
     let elastic: Vec<Elastic> = laws.iter().map(|law| *law.elastic()).collect();
-    CondensedGrain::with_damage_on_demand(mesh, &elastic, density, &held(intact))
+    CondensedGrain::with_damage_on_demand(mesh, &elastic, density, &held(points))
 }
 
-fn held(intact: &[[f64; POINT_COUNT]]) -> Vec<[f64; POINT_COUNT]> {
-    intact.iter().map(|points| points.map(|share| share.max(HELD))).collect()
+fn held(points: &[[Secant; POINT_COUNT]]) -> Vec<[Secant; POINT_COUNT]> {
+    points.iter().map(|points| points.each_ref().map(|point| point.at_least(HELD))).collect()
 }
 
 /// The kernel of each cell.
@@ -203,14 +201,11 @@ impl DamagedGrain {
             let message = format!("has {} laws and {} damage states", laws.len(), states.len());
             return Err(Error::Mesh { name: "grain".into(), message });
         }
-        let intact: Vec<[f64; POINT_COUNT]> = laws
-            .iter()
-            .zip(&states)
-            .map(|(law, states)| states.map(|state| 1.0 - law.damage(&state)))
-            .collect();
-        let condensed = Arc::new(condense(mesh, &laws, density, &intact)?);
+        let points: Vec<[Secant; POINT_COUNT]> =
+            laws.iter().zip(&states).map(|(law, states)| states.map(|state| law.secant(&state))).collect();
+        let condensed = Arc::new(condense(mesh, &laws, density, &points)?);
         let sound = states.iter().flatten().all(|state| *state == DamageState::default());
-        Self::first(laws, density, Condition { states, intact, condensed, sound }, ancestry, false)
+        Self::first(laws, density, Condition { states, points, condensed, sound }, ancestry, false)
     }
 
     /// A sound grain over the one that it is condensed to already, which it uses until damage moves. Its mesh is that of the
@@ -230,8 +225,8 @@ impl DamagedGrain {
             return Err(Error::Mesh { name: "grain".into(), message });
         }
         let states = vec![[DamageState::default(); POINT_COUNT]; cells];
-        let intact = vec![[1.0; POINT_COUNT]; cells];
-        Self::first(laws, density, Condition { states, intact, condensed, sound: true }, ancestry, true)
+        let condition = Condition { states, points: sound(cells), condensed, sound: true };
+        Self::first(laws, density, condition, ancestry, true)
     }
 
     fn first(
@@ -369,7 +364,7 @@ impl DamagedGrain {
     ///
     /// Errors ([`Error::Mesh`]) as [`CondensedGrain::new`].
     pub fn as_sound(&self) -> Result<CondensedGrain> {
-        self.condensed_alike(self.mesh().clone(), &self.laws, &vec![[1.0; POINT_COUNT]; self.laws.len()])
+        self.condensed_alike(self.mesh().clone(), &self.laws, &sound(self.laws.len()))
     }
 
     pub fn mesh(&self) -> &Mesh {
@@ -385,9 +380,9 @@ impl DamagedGrain {
         &self.committed.states
     }
 
-    /// Committed `1 - d` of each point, as in the factor; 0 where failed.
-    pub fn intact(&self) -> &[[f64; POINT_COUNT]] {
-        &self.committed.intact
+    /// Committed stiffness of each point.
+    pub fn points(&self) -> &[[Secant; POINT_COUNT]] {
+        &self.committed.points
     }
 
     /// For each cell, its number in the mesh of the grain as generated.
@@ -404,11 +399,11 @@ impl DamagedGrain {
         &self.ancestry
     }
 
-    /// What is left of the stiffness of the rock below a facet of the surface, with the trial damage: the mean of `1 - d` over the points of
-    /// its cell. 1 for sound rock.
+    /// What is left of the stiffness of the rock below a facet of the surface, with the trial damage: the mean over the points of its cell of the
+    /// part of the energy that sound rock would store. 1 for sound rock.
     pub fn stiffness_left(&self, facet: u32) -> f64 {
         let cell = self.mesh().surface[facet as usize].cell;
-        self.trial.intact[cell.index()].iter().sum::<f64>() / POINT_COUNT as f64
+        self.trial.points[cell.index()].iter().map(Secant::share).sum::<f64>() / POINT_COUNT as f64
     }
 
     /// Energy that damage has set free in all commits since this body exists [J].
@@ -430,7 +425,7 @@ impl DamagedGrain {
         self.propose_beyond(loads, max_change, 0.0)
     }
 
-    /// As [`Self::propose`], but a point whose `1 - d` would change by no more than `least_change`, and does not fail, keeps it until more has
+    /// As [`Self::propose`], but a point whose stress would change by no more than `least_change` of that of sound rock, and does not fail, keeps it until more has
     /// come together: a grain that hardly softens stays as it is.
     pub fn propose_beyond(
         &mut self,
@@ -439,20 +434,17 @@ impl DamagedGrain {
         least_change: f64,
     ) -> Result<DamageChange> {
         let u = self.displacements(loads)?;
-        let mut most = 0.0_f64;
-        for cell in 0..self.laws.len() {
-            let strains = self.strains(cell, &u);
-            for (strain, state) in strains.iter().zip(&mut self.trial.states[cell]) {
-                if !strain.iter().all(|e| e.is_finite()) {
-                    return Err(Error::Mesh {
-                        name: "grain".into(),
-                        message: format!("the strain in cell {cell} is not finite"),
-                    });
-                }
-                most = most.max(self.laws[cell].growth(strain, state));
-                state.strain = *strain;
-            }
+        let strains: Vec<_> = (0..self.laws.len()).map(|cell| self.strains(cell, &u)).collect();
+        if let Some(cell) = strains.iter().position(|points| points.iter().flatten().any(|e| !e.is_finite()))
+        {
+            let message = format!("the strain in cell {cell} is not finite");
+            return Err(Error::Mesh { name: "grain".into(), message });
         }
+        let points = strains.iter().zip(&self.trial.states).zip(self.laws.iter());
+        let growth = points.flat_map(|((strains, states), law)| {
+            strains.iter().zip(states).map(|(e, state)| law.growth(e, state))
+        });
+        let most = growth.fold(0.0, f64::max);
         let share = if most > max_change { max_change / most } else { 1.0 };
         let mut change = DamageChange { held_back: (1.0 - share) * most, ..Default::default() };
         for cell in 0..self.laws.len() {
@@ -460,35 +452,43 @@ impl DamagedGrain {
             let volume = self.elements[cell].point_volume();
             for point in 0..POINT_COUNT {
                 let old = self.trial.states[cell][point];
+                let (rock, strain) = (law.elastic(), &strains[cell][point]);
                 if old.failed {
+                    self.trial.states[cell][point].strain = *strain;
                     continue;
                 }
-                let new = law.advance_partly(&old.strain, &old, share);
-                let before = self.trial.intact[cell][point];
-                let wanted = 1.0 - law.damage(&new);
+                let new = law.advance_partly(strain, &old, share);
+                let before = &self.trial.points[cell][point];
+                let wanted = law.secant(&DamageState { strain: *strain, ..new });
+                let asked = before.change_to(&wanted, rock, strain);
                 let after = if new.failed {
-                    if self.lasting { before.min(1.0 - law.threshold()) } else { 0.0 }
-                } else if (wanted - before).abs() <= least_change {
-                    before
+                    let last = if self.lasting { before.share().min(1.0 - law.threshold()) } else { 0.0 };
+                    Some(Secant::of_share(last))
+                } else if asked.abs() <= least_change {
+                    None
                 } else {
-                    // Closing and opening cracks change d too.
-                    let limit = self.pace[cell][point].next(wanted - before, max_change);
+                    // Closing and opening cracks change it too.
+                    let limit = self.pace[cell][point].next(asked, max_change);
                     if limit < FLIPPING {
                         change.flipping += 1;
-                        before
+                        None
                     } else {
-                        change.held_back = change.held_back.max((wanted - before).abs() - limit);
-                        wanted.clamp(before - limit, before + limit)
+                        change.held_back = change.held_back.max(asked.abs() - limit);
+                        Some(before.towards(&wanted, limit / asked.abs(), rock))
                     }
                 };
-                change.applied = change.applied.max((after - before).abs());
                 change.newly_failed += usize::from(new.failed);
-                if after != before {
-                    self.stale = true;
-                    self.freed += volume * (before - after) * law.elastic().energy_density(&old.strain);
+                self.freed += volume * law.dissipation(&old, &new);
+                if let (true, Some(after)) = (new.failed, &after) {
+                    // It goes with the commit.
+                    self.freed -= volume * after.energy_density(rock, strain);
                 }
                 self.trial.states[cell][point] = new;
-                self.trial.intact[cell][point] = after;
+                if let Some(after) = after.filter(|after| after != before) {
+                    change.applied = change.applied.max(before.change_to(&after, rock, strain).abs());
+                    self.stale = true;
+                    self.trial.points[cell][point] = after;
+                }
             }
             change.failed_cells += usize::from(self.trial.states[cell].iter().all(|state| state.failed));
         }
@@ -512,10 +512,11 @@ impl DamagedGrain {
     fn multiply(&self, out: &mut [f64], u: &[f64]) {
         out.fill(0.0);
         let cells = self.mesh().cells.iter().zip(self.elements.iter()).zip(self.laws.iter());
-        for (((nodes, element), law), intact) in cells.zip(&self.trial.intact) {
+        for (((nodes, element), law), points) in cells.zip(&self.trial.points) {
             let nodal = nodes.map(|node| Vec3::from_column_slice(&u[3 * node.index()..3 * node.index() + 3]));
-            let mut stresses = element.stresses(law.elastic(), &nodal);
-            stresses.iter_mut().zip(intact).for_each(|(stress, share)| *stress *= share.max(HELD));
+            let strains = element.strains(&nodal);
+            let stresses =
+                std::array::from_fn(|p| points[p].at_least(HELD).stress(law.elastic(), &strains[p]));
             let mut forces = [Vec3::zeros(); 10];
             element.add_forces(&mut forces, &stresses);
             for (node, force) in nodes.iter().zip(&forces) {
@@ -536,9 +537,9 @@ impl DamagedGrain {
         }
         // A sound grain is condensed in another way.
         let known = Some(&self.trial.condensed).filter(|_| !self.trial.sound);
-        let softer = match known.and_then(|known| known.with_intact(&held(&self.trial.intact))) {
+        let softer = match known.and_then(|known| known.with_points(&held(&self.trial.points))) {
             Some(softer) => softer,
-            None => self.condensed_alike(self.mesh().clone(), &self.laws, &self.trial.intact),
+            None => self.condensed_alike(self.mesh().clone(), &self.laws, &self.trial.points),
         };
         self.trial.condensed = Arc::new(softer?);
         self.trial.sound = false;
@@ -551,9 +552,9 @@ impl DamagedGrain {
         &self,
         mesh: Mesh,
         laws: &[DamageLaw],
-        intact: &[[f64; POINT_COUNT]],
+        points: &[[Secant; POINT_COUNT]],
     ) -> Result<CondensedGrain> {
-        let on_points = condense(mesh, laws, self.density, intact)?;
+        let on_points = condense(mesh, laws, self.density, points)?;
         Ok(if self.is_on_patches() { on_points.on_patches() } else { on_points })
     }
 
@@ -569,7 +570,7 @@ impl DamagedGrain {
         } else {
             // No damage moved, but strains were written down.
             self.trial.states.clone_from(&self.committed.states);
-            self.trial.intact.clone_from(&self.committed.intact);
+            self.trial.points.clone_from(&self.committed.points);
         }
         self.stale = false;
         self.settle();
@@ -590,26 +591,21 @@ impl DamagedGrain {
             let (law, strains) = (&self.laws[cell], self.strains(cell, &u));
             let volume = self.elements[cell].point_volume();
             for (point, strain) in strains.into_iter().enumerate() {
-                let (from, to) = (self.committed.states[cell][point], &mut self.trial.states[cell][point]);
-                let (before, after) = (self.committed.intact[cell][point], self.trial.intact[cell][point]);
+                let (from, to) = (&self.committed.states[cell][point], &mut self.trial.states[cell][point]);
+                let after = &self.trial.points[cell][point];
                 to.strain = strain;
                 kept.newly_failed += usize::from(to.failed && !from.failed);
-                let stored = after * law.elastic().energy_density(&to.strain);
+                let stored = after.energy_density(law.elastic(), &to.strain);
                 kept.elastic += volume * stored;
-                if before != 1.0 || after != 1.0 {
-                    let freed =
-                        law.work(&from, to) - (stored - before * law.elastic().energy_density(&from.strain));
-                    kept.dissipated += volume * freed;
-                }
-                if to.failed && after > 0.0 {
+                if to.failed && after.share() > 0.0 {
                     lost += volume * stored;
-                    self.trial.intact[cell][point] = 0.0;
+                    self.trial.points[cell][point] = Secant::of_share(0.0);
                     self.stale = true;
                 }
             }
             kept.failed_cells += usize::from(self.trial.states[cell].iter().all(|state| state.failed));
         }
-        kept.dissipated = kept.dissipated.min(self.freed) + lost;
+        kept.dissipated = self.freed + lost;
         kept.elastic -= lost;
         kept.removed = lost;
         self.displaced = u;
@@ -620,7 +616,7 @@ impl DamagedGrain {
         Ok(kept)
     }
 
-    /// Elastic energy of the committed state [J], from the strains and `1 - d` at the points.
+    /// Elastic energy of the committed state [J], from the strains and stiffnesses of the points.
     pub fn elastic_energy(&self) -> f64 {
         self.energy_of(&self.mesh().cell_ids().collect::<Vec<_>>())
     }
@@ -630,7 +626,7 @@ impl DamagedGrain {
         let cell = |k: usize| {
             std::array::from_fn(|p| {
                 let strain = &self.committed.states[k][p].strain;
-                self.laws[k].elastic().stress(strain) * self.committed.intact[k][p]
+                self.committed.points[k][p].stress(self.laws[k].elastic(), strain)
             })
         };
         (0..self.laws.len()).map(cell).collect()

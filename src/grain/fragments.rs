@@ -11,10 +11,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::element::POINT_COUNT;
 use crate::error::Result;
 use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past};
 use crate::grain::mass::mean_motion;
 use crate::grain::surface::SurfacePoint;
+use crate::material::Secant;
 use crate::mesh::{CellId, NodeId};
 use crate::tensor::Vec3;
 
@@ -49,7 +51,7 @@ pub struct BreakUp {
 }
 
 /// Flexibility of a node times Young's modulus and the size of the grain, above which the node is loose: some 10 at a sharp corner of a sound
-/// grain, a million times that where only [`HELD`](crate::grain::damaged::HELD) is left.
+/// grain, a million times that where only [`HELD`](crate::material::secant::HELD) is left.
 const LOOSE: f64 = 1e4;
 
 impl DamagedGrain {
@@ -87,12 +89,8 @@ impl DamagedGrain {
             .collect();
         let lost = self.energy_of(&crumbled);
         for cell in crumbled {
-            for (state, intact) in
-                self.committed.states[cell.index()].iter_mut().zip(&mut self.committed.intact[cell.index()])
-            {
-                state.failed = true;
-                *intact = 0.0;
-            }
+            self.committed.states[cell.index()].iter_mut().for_each(|state| state.failed = true);
+            self.committed.points[cell.index()] = [const { Secant::of_share(0.0) }; POINT_COUNT];
         }
         self.reject();
         self.dissipated += lost;
@@ -212,10 +210,10 @@ impl DamagedGrain {
         let (mesh, nodes) = self.mesh().part(cells)?;
         let laws: Vec<_> = cells.iter().map(|&cell| *self.law(cell)).collect();
         let states = cells.iter().map(|cell| self.states()[cell.index()]).collect();
-        let intact: Vec<_> = cells.iter().map(|cell| self.intact()[cell.index()]).collect();
+        let points: Vec<_> = cells.iter().map(|cell| self.points()[cell.index()].clone()).collect();
         let origin_cells = cells.iter().map(|cell| self.origin_cells()[cell.index()]).collect();
-        let condensed = Arc::new(self.condensed_alike(mesh, &laws, &intact)?);
-        let condition = Condition { states, intact, condensed, sound: false };
+        let condensed = Arc::new(self.condensed_alike(mesh, &laws, &points)?);
+        let condition = Condition { states, points, condensed, sound: false };
         let past = Past { ancestry, ..self.past(origin_cells) };
         let grain = DamagedGrain::assemble(laws, self.density, condition, past)?;
         Ok((grain, nodes))
@@ -225,7 +223,7 @@ impl DamagedGrain {
     pub(super) fn energy_of(&self, cells: &[CellId]) -> f64 {
         let point = |cell: usize, point: usize| {
             let strain = &self.states()[cell][point].strain;
-            self.intact()[cell][point] * self.laws[cell].elastic().energy_density(strain)
+            self.points()[cell][point].energy_density(self.laws[cell].elastic(), strain)
         };
         let of = |cell: &CellId| {
             let k = cell.index();

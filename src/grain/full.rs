@@ -14,11 +14,12 @@
 
 use std::sync::Arc;
 
-use crate::element::{POINT_COUNT, StraightTet10, Strains};
+use crate::element::{StraightTet10, Strains};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
 use crate::grain::damaged::elements_of;
 use crate::grain::held::HeldGrain;
+use crate::grain::stiffness::sound;
 use crate::grain::surface::SurfacePoint;
 use crate::material::Elastic;
 use crate::mesh::{CellId, Mesh, NodeId};
@@ -47,8 +48,7 @@ impl FullGrain {
         let mesh = condensed.mesh();
         let elements = elements_of(mesh)?;
         let rock: Vec<Elastic> = mesh.cell_ids().map(|cell| *condensed.rock(cell)).collect();
-        let sound = vec![[1.0; POINT_COUNT]; rock.len()];
-        let held = HeldGrain::new(mesh, &rock, condensed.mass_properties(), density, &sound)
+        let held = HeldGrain::new(mesh, &rock, condensed.mass_properties(), density, &sound(rock.len()))
             .map_err(|fault| fail(fault.to_string()))?;
         Ok(FullGrain { condensed, strains, elements, held })
     }

@@ -8,7 +8,7 @@ use crate::grain::stiffness::{StiffnessFault, node_graph, stiffness_on, stiffnes
 use crate::grain::surface::Surface;
 use crate::linalg::conjugate_gradients::{Until, conjugate_gradients};
 use crate::linalg::{FactorError, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern};
-use crate::material::Elastic;
+use crate::material::{Elastic, Secant};
 use crate::mesh::{Mesh, NodeId};
 use crate::tensor::{Mat3, Vec3};
 
@@ -71,11 +71,11 @@ impl HeldGrain {
         rock: &[Elastic],
         mass: &MassProperties,
         density: f64,
-        intact: &[[f64; POINT_COUNT]],
+        points: &[[Secant; POINT_COUNT]],
     ) -> Result<Self, HoldFault> {
         let arms: Vec<Vec3> = mesh.nodes.iter().map(|x| x - mass.centroid).collect();
         let (masses, moments) = nodal_moments(mesh, density, &mass.centroid);
-        let mut stiffness = stiffness_on(stiffness_pattern(mesh)?, mesh, rock, intact)?;
+        let mut stiffness = stiffness_on(stiffness_pattern(mesh)?, mesh, rock, points)?;
         hold(&mut stiffness, &arms)?;
         let ordering = if arms.len() < DISSECTION_NODES {
             Ordering::MinimumDegree
@@ -90,14 +90,14 @@ impl HeldGrain {
         Ok(HeldGrain { factor, frame: Arc::new(frame) })
     }
 
-    /// The same grain with another part `intact` of its stiffness; the bits of [`Self::new`].
-    pub fn with_intact(
+    /// The same grain with other stiffnesses of its points; the bits of [`Self::new`].
+    pub fn with_points(
         &self,
         mesh: &Mesh,
         rock: &[Elastic],
-        intact: &[[f64; POINT_COUNT]],
+        points: &[[Secant; POINT_COUNT]],
     ) -> Result<Self, HoldFault> {
-        let mut stiffness = stiffness_on(self.frame.pattern.clone(), mesh, rock, intact)?;
+        let mut stiffness = stiffness_on(self.frame.pattern.clone(), mesh, rock, points)?;
         hold(&mut stiffness, &self.frame.arms)?;
         let mut factor = self.factor.again();
         factor.factorise(&stiffness)?;

@@ -2,7 +2,7 @@
 
 use crate::element::{POINT_COUNT, StraightTet10};
 use crate::linalg::{NodeGraph, SymmetricMatrix, SymmetricPattern};
-use crate::material::Elastic;
+use crate::material::{Elastic, Secant};
 use crate::mesh::Mesh;
 use crate::tensor::Mat3;
 
@@ -28,14 +28,18 @@ pub fn stiffness_pattern(mesh: &Mesh) -> Result<SymmetricPattern, StiffnessFault
     SymmetricPattern::from_graph(&node_graph(mesh)?, 3).ok_or(StiffnessFault::TooLarge)
 }
 
-/// Stiffness [N/m] with one elastic law a cell; each integration point keeps the part `intact` of its own (1:
-/// sound). Unknown `3 n + a` is the displacement of node n along axis a.
+/// Of every integration point of so many cells of sound rock.
+pub fn sound(cells: usize) -> Vec<[Secant; POINT_COUNT]> {
+    vec![[Secant::SOUND; POINT_COUNT]; cells]
+}
+
+/// Stiffness [N/m] with one elastic law a cell, each integration point with its own. Unknown `3 n + a` is the displacement of node n along axis a.
 pub fn stiffness_matrix(
     mesh: &Mesh,
     rock: &[Elastic],
-    intact: &[[f64; POINT_COUNT]],
+    points: &[[Secant; POINT_COUNT]],
 ) -> Result<SymmetricMatrix, StiffnessFault> {
-    stiffness_on(stiffness_pattern(mesh)?, mesh, rock, intact)
+    stiffness_on(stiffness_pattern(mesh)?, mesh, rock, points)
 }
 
 /// As [`stiffness_matrix`], on the mesh's [`stiffness_pattern`].
@@ -43,13 +47,13 @@ pub fn stiffness_on(
     pattern: SymmetricPattern,
     mesh: &Mesh,
     rock: &[Elastic],
-    intact: &[[f64; POINT_COUNT]],
+    points: &[[Secant; POINT_COUNT]],
 ) -> Result<SymmetricMatrix, StiffnessFault> {
-    if rock.len() != mesh.cells.len() || intact.len() != mesh.cells.len() {
+    if rock.len() != mesh.cells.len() || points.len() != mesh.cells.len() {
         return Err(StiffnessFault::Lengths {
             cells: mesh.cells.len(),
             laws: rock.len(),
-            states: intact.len(),
+            states: points.len(),
         });
     }
     let mut stiffness = SymmetricMatrix::zeros(pattern);
@@ -57,7 +61,7 @@ pub fn stiffness_on(
         let element =
             StraightTet10::new(&mesh.corners(cell)).ok_or(StiffnessFault::FlatCell(cell.index()))?;
         let mut k = [[Mat3::zeros(); 10]; 10];
-        element.add_stiffness(&mut k, &rock[cell.index()], &intact[cell.index()]);
+        element.add_stiffness(&mut k, &rock[cell.index()], &points[cell.index()]);
         let nodes = &mesh.cells[cell.index()];
         for (i, row) in k.iter().enumerate() {
             for (j, block) in row.iter().enumerate() {

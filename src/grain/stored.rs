@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::element::POINT_COUNT;
 use crate::error::{Error, Result};
 use crate::grain::damaged::{Ancestry, Condition, DamagedGrain, Past, placed};
-use crate::material::DamageState;
+use crate::material::{DamageState, Secant};
 use crate::mesh::CellId;
 use crate::tensor::Vec3;
 
@@ -31,8 +31,9 @@ pub struct StoredGrain {
     /// Strain, both histories and whether it failed, for each point.
     #[serde(with = "crate::tensor::stored")]
     states: Vec<nalgebra::SVector<f64, 9>>,
-    /// `1 - d` of each point.
-    intact: Vec<f64>,
+    /// Stiffness of each point.
+    #[serde(with = "crate::tensor::stored")]
+    points: Vec<Secant>,
     dissipated: f64,
     sound: bool,
 }
@@ -72,7 +73,7 @@ impl DamagedGrain {
             rubble: self.rubble.as_ref().map(|rubble| rubble.iter().map(|cell| cell.0).collect()),
             facets: self.mesh().surface.len() as u32,
             states: self.committed.states.iter().flatten().map(state).collect(),
-            intact: self.committed.intact.iter().flatten().copied().collect(),
+            points: self.committed.points.iter().flatten().cloned().collect(),
             dissipated: self.dissipated,
             sound: self.committed.sound,
         }
@@ -88,7 +89,7 @@ impl DamagedGrain {
         let points = cells.len() * POINT_COUNT;
         let rubble = stored.rubble.iter().flatten().map(|cell| CellId(*cell));
         let known = cells.iter().copied().chain(rubble.clone()).all(|cell| cell.index() < self.laws.len());
-        if !known || stored.states.len() != points || stored.intact.len() != points {
+        if !known || stored.states.len() != points || stored.points.len() != points {
             return Err(fail("is not the one that was stored"));
         }
         let laws: Vec<_> = cells.iter().map(|cell| self.laws[cell.index()]).collect();
@@ -100,8 +101,8 @@ impl DamagedGrain {
         };
         let of_cell = |k: usize| std::array::from_fn(|p| state(&stored.states[POINT_COUNT * k + p]));
         let states = (0..cells.len()).map(of_cell).collect();
-        let intact: Vec<[f64; POINT_COUNT]> =
-            (0..cells.len()).map(|k| std::array::from_fn(|p| stored.intact[POINT_COUNT * k + p])).collect();
+        let point = |k: usize| std::array::from_fn(|p| stored.points[POINT_COUNT * k + p].clone());
+        let points: Vec<[Secant; POINT_COUNT]> = (0..cells.len()).map(point).collect();
         let condensed = if stored.sound {
             self.committed.condensed.clone()
         } else {
@@ -109,9 +110,9 @@ impl DamagedGrain {
             if mesh.surface.len() != stored.facets as usize {
                 return Err(fail("has another surface than the one that was stored"));
             }
-            Arc::new(self.condensed_alike(mesh, &laws, &intact)?)
+            Arc::new(self.condensed_alike(mesh, &laws, &points)?)
         };
-        let condition = Condition { states, intact, condensed, sound: stored.sound };
+        let condition = Condition { states, points, condensed, sound: stored.sound };
         let past = Past {
             ancestry: Ancestry {
                 origin: stored.origin,
@@ -131,10 +132,10 @@ impl DamagedGrain {
     pub fn moved_to(&self, point: &Vec3) -> Result<DamagedGrain> {
         let offset = self.offset + point;
         let mesh = placed(&self.origin, &self.origin_cells, &offset)?;
-        let condensed = Arc::new(self.condensed_alike(mesh, &self.laws, &self.committed.intact)?);
-        let (states, intact) = (self.committed.states.clone(), self.committed.intact.clone());
+        let condensed = Arc::new(self.condensed_alike(mesh, &self.laws, &self.committed.points)?);
+        let (states, points) = (self.committed.states.clone(), self.committed.points.clone());
         let past = Past { offset, ..self.past(self.origin_cells.to_vec()) };
-        let condition = Condition { states, intact, condensed, sound: false };
+        let condition = Condition { states, points, condensed, sound: false };
         let mut grain = Self::assemble(self.laws.to_vec(), self.density, condition, past)?;
         grain.dissipated = self.dissipated;
         Ok(grain)

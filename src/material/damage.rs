@@ -1,30 +1,35 @@
 //! Damage softening of rock: isotropic, with separate histories in tension and compression.
 //!
-//! `sigma = (1 - d) C e` with `(1 - d) = (1 - k_t d_c)(1 - k_c d_t)`, `k_t = 1 - w_t r`,
-//! `k_c = 1 - w_c (1 - r)`. Each of `d_t`, `d_c` is `1 - (e0 / theta)^N` of the largest equivalent strain
-//! so far, `theta_t = sqrt(sum <e_i>^2)` and `theta_c = sqrt(sum <-e_i>^2)` of the principal strains; `e0` is the
-//! strength over Young's modulus. `r` is the tensile share of the effective principal stresses (those of `C e`).
-//! A point whose d exceeds the threshold has failed: it carries nothing any more.
+//! The energy is `psi = g+ psi+ + g- psi-`, with `psi+` and `psi-` of what opens and what closes cracks ([`crate::material::secant`]); the stress is its
+//! derivative by the strain. What is left is `g+ = (1 - (1 - w_t) d_c)(1 - d_t)` and `g- = (1 - d_c)(1 - (1 - w_c) d_t)`. Each of
+//! `d_t`, `d_c` is `1 - (e0 / theta)^N` of the largest equivalent strain so far, `theta_t = sqrt(sum <e_i>^2)` and
+//! `theta_c = sqrt(sum <-e_i>^2)` of the principal strains; `e0` is the strength over Young's modulus. Damage sets
+//! `-psi+ dg+ - psi- dg-` free, never less than nothing.
 //!
-//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10, with two corrections. Continuity at the peak makes `e_p` of
-//! eq. 6 zero, hence `sigma = E e (e0 / e)^N`. Eq. 9 pairs `w_c` with the compression damage, while the recovery that
-//! its text describes (cracks close: `w_c = 1` restores the stiffness lost in tension) needs the crosswise pairing
-//! above, that of Lee & Fenves (1998). At zero stress r is 0, as there.
+//! A point has failed, and carries nothing any more, where `d = 1 - (1 - k_t d_c)(1 - k_c d_t)` exceeds the threshold, with `k_t = 1 - w_t r`,
+//! `k_c = 1 - w_c (1 - r)` and the tensile share `r` of the effective principal stresses (those of `C e`).
 //!
-//! With `w_c = 1` tension damage does not weaken compression. With less it does, and not only after tension: in uniaxial compression
-//! the lateral strains `nu e` damage in tension from `nu sqrt 2 e = f_t / E` on, well before the peak where `f_c / f_t > 1 / (nu sqrt 2)`.
+//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10, for `d_t`, `d_c`, d and failing. Continuity at the peak makes `e_p` of eq. 6 zero, hence
+//! `sigma = E e (e0 / e)^N`. Eq. 9 pairs `w_c` with the compression damage, while the recovery that its text describes (cracks close: `w_c = 1`
+//! restores the stiffness lost in tension) needs the crosswise pairing above, that of Lee & Fenves (1998). There the stress is `(1 - d) C e`,
+//! which has no potential: closing cracks give back what nobody put in. `g+` is `1 - d` where r is 1, `g-` where r is 0.
+//!
+//! With `w_c = 1` tension damage does not weaken uniaxial compression. With less it does, and not only after tension: the
+//! lateral strains `nu e` damage in tension from `nu sqrt 2 e = f_t / E` on, well before the peak where `f_c / f_t > 1 / (nu sqrt 2)`.
+//! In uniaxial tension the sides of a cracked point stop contracting, since they are closed: it then carries up to
+//! `(1 - nu) / (1 + nu) / (1 - 2 nu)` of `g+ E e`.
 //!
 //! Stress [Pa] and strain tension positive; the histories and strengths are positive in both.
 //!
 //! **Kinks.** The stress is continuous except where a point fails. Its derivative jumps where a history starts or stops
-//! growing and where a principal effective stress changes sign. Equal principal values are no kink. At zero strain `r` jumps,
-//! but the stress is zero.
+//! growing and where a direction opens or closes. Equal principal values are no kink.
 
 use nalgebra::{SymmetricEigen, Vector6};
 
+use crate::material::secant::{Secant, closed_energy, tensor_of};
 use crate::material::softening::{Branch, Softening};
 use crate::material::{Elastic, MaterialError};
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::Vec3;
 
 /// Damage parameters that all cells share.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +91,7 @@ impl Default for DamageState {
 pub struct Response {
     /// [Pa]
     pub stress: Vector6<f64>,
-    /// Damage d at this strain, 1 where failed. The secant stiffness is `(1 - d) C`.
+    /// Part of the energy of sound rock at this strain that damage has taken, 1 where failed.
     pub damage: f64,
     pub state: DamageState,
     /// Energy per volume set free on a straight strain path from the old state [J/m^3]; see [`DamageLaw::dissipation`].
@@ -101,18 +106,12 @@ struct Principal {
     r: f64,
 }
 
-/// The strain tensor of a Voigt strain.
-fn tensor_of(e: &Vector6<f64>) -> Mat3 {
-    let (xy, yz, zx) = (0.5 * e[3], 0.5 * e[4], 0.5 * e[5]);
-    Mat3::new(e[0], xy, zx, xy, e[1], yz, zx, yz, e[2])
-}
-
 /// Of the strain tensor of a Voigt strain.
 fn norm_squared(e: &Vector6<f64>) -> f64 {
     e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
 }
 
-/// Principal values of a strain in closed form (Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix", Comm. ACM 4:168). Two that are equal come
+/// Principal values of a strain, the largest first, in closed form (Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix", Comm. ACM 4:168). Two that are equal come
 /// apart by 1e-8 of the largest at most; sums over them are exact to rounding, since their mean is.
 fn principal_values(e: &Vector6<f64>) -> Vec3 {
     let (xy, yz, zx) = (0.5 * e[3], 0.5 * e[4], 0.5 * e[5]);
@@ -130,11 +129,9 @@ fn principal_values(e: &Vector6<f64>) -> Vec3 {
     Vec3::new(first, 3.0 * mean - first - last, last)
 }
 
-/// Nodes and weights of the three-point Gauss rule on 0..1.
-const GAUSS: [(f64, f64); 3] =
-    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
-/// Panels per unit of damage change in [`DamageLaw::dissipation`].
-const PANELS: f64 = 16.0;
+/// Share of a path that a step of [`DamageLaw::dissipation`] takes, at most and at least, and what it may change `g+` and `g-` by.
+const STEP: [f64; 2] = [0.125, 1e-9];
+const CHANGE: f64 = 1.0 / 64.0;
 
 impl DamageLaw {
     /// The law of a cell of `cell_size` [m] (used by [`Softening::FractureEnergy`] only) with strengths [Pa],
@@ -226,20 +223,40 @@ impl DamageLaw {
         (1.0 - k_t * self.compression.damage(theta_c)) * (1.0 - k_c * self.tension.damage(theta_t))
     }
 
-    /// Damage d of a state at its own strain; 1 where failed.
-    pub fn damage(&self, state: &DamageState) -> f64 {
+    /// `g+` and `g-` of histories.
+    fn left(&self, theta_t: f64, theta_c: f64) -> [f64; 2] {
+        [1.0, 0.0].map(|r| self.integrity(theta_t, theta_c, r))
+    }
+
+    fn is_sound(&self, state: &DamageState) -> bool {
+        state.tension <= self.tension.onset && state.compression <= self.compression.onset
+    }
+
+    /// The secant stiffness of a state at its own strain.
+    pub fn secant(&self, state: &DamageState) -> Secant {
         if state.failed {
-            return 1.0;
+            Secant::of_share(0.0)
+        } else if self.is_sound(state) {
+            Secant::SOUND
+        } else {
+            Secant::of_split(&self.elastic, &state.strain, self.left(state.tension, state.compression))
         }
-        if state.tension <= self.tension.onset && state.compression <= self.compression.onset {
-            return 0.0;
-        }
-        1.0 - self.integrity(state.tension, state.compression, self.principal(&state.strain).r)
+    }
+
+    /// `psi+` and `psi-` [J/m^3] at a strain with these principal values.
+    fn energies(&self, strain: &Vector6<f64>, values: &Vec3) -> [f64; 2] {
+        let closed = closed_energy(&self.elastic, values);
+        [self.elastic.energy_density(strain) - closed, closed]
     }
 
     /// Stored energy per volume of a state at its own strain [J/m^3].
     pub fn stored_energy(&self, state: &DamageState) -> f64 {
-        (1.0 - self.damage(state)) * self.elastic.energy_density(&state.strain)
+        if state.failed {
+            return 0.0;
+        }
+        let energies = self.energies(&state.strain, &principal_values(&state.strain));
+        let left = self.left(state.tension, state.compression);
+        left[0] * energies[0] + left[1] * energies[1]
     }
 
     /// The state at a new strain. Not a number where the strain is not.
@@ -280,71 +297,66 @@ impl DamageLaw {
             .max(0.0)
     }
 
-    /// As [`Self::advance`], but `d_t` and `d_c` grow only by `share` (0 to 1) of what the strain asks for, and a point that this
-    /// holds below the threshold does not fail yet. (A history below the onset need not be kept: nothing depends on it.)
+    /// The state on the straight way from the old strain to a new one where the larger of `d_t` and `d_c` has grown by `share` (0 to 1) of what the new
+    /// strain asks for. What leads weakens the point first: rock that is torn is not crushed by how far its parts then fly.
     pub fn advance_partly(&self, strain: &Vector6<f64>, old: &DamageState, share: f64) -> DamageState {
-        if share >= 1.0 {
+        let asked = self.growth(strain, old);
+        if share >= 1.0 || asked == 0.0 {
             return self.advance(strain, old);
         }
-        if old.failed || self.cannot_damage(strain, old) {
-            return DamageState { strain: *strain, ..*old };
+        let at = |s: f64| old.strain + (strain - old.strain) * s;
+        let mut bounds = [0.0, 1.0];
+        while bounds[1] - bounds[0] > f64::EPSILON * bounds[1] {
+            let middle = 0.5 * (bounds[0] + bounds[1]);
+            bounds[usize::from(self.growth(&at(middle), old) >= share * asked)] = middle;
         }
-        let new = self.principal(strain);
-        let part = |branch: &Branch, before: f64, theta: f64| {
-            if theta <= before || theta <= branch.onset {
-                return before.max(theta);
-            }
-            let (from, to) = (branch.damage(before), branch.damage(theta));
-            branch.history(from + share * (to - from)).clamp(before, theta)
-        };
-        let tension = part(&self.tension, old.tension, new.theta_t);
-        let compression = part(&self.compression, old.compression, new.theta_c);
-        let failed = 1.0 - self.integrity(tension, compression, new.r) > self.threshold;
-        DamageState { strain: *strain, tension, compression, failed }
+        self.advance(&at(bounds[1]), old)
     }
 
-    /// Work of the stress per volume [J/m^3] between two states of a point, the strain going straight from one to the
-    /// other and the histories growing with it from those of the one to at most those of the other.
+    /// Energy per volume [J/m^3] that damage sets free between two states of a point, `-integral of psi+ dg+ + psi- dg-`, the strain going straight
+    /// from one to the other and the histories growing with it from those of the one to those of the other; with what a failing point still stores.
     ///
-    /// By Gauss quadrature, with panels of at most 1/16 of damage each.
-    pub fn work(&self, from: &DamageState, to: &DamageState) -> f64 {
-        if from.failed {
-            return 0.0;
-        }
-        let change = to.strain - from.strain;
-        if to.tension <= self.tension.onset && to.compression <= self.compression.onset {
-            return self.elastic.energy_density(&to.strain) - self.elastic.energy_density(&from.strain);
-        }
-        let [dt, dc] = self.parts(from);
-        let [dt_end, dc_end] = self.parts(to);
-        let panels = 1 + (PANELS * (dt_end - dt).max(dc_end - dc).max(0.0)) as usize;
-        let mut work = 0.0;
-        for panel in 0..panels {
-            for (node, weight) in GAUSS {
-                let s = (panel as f64 + node) / panels as f64;
-                let strain = from.strain + change * s;
-                let now = self.principal(&strain);
-                let tension = now.theta_t.min(to.tension).max(from.tension);
-                let compression = now.theta_c.min(to.compression).max(from.compression);
-                let intact = self.integrity(tension, compression, now.r);
-                if 1.0 - intact <= self.threshold {
-                    work += weight / panels as f64 * intact * self.elastic.stress(&strain).dot(&change);
-                }
-            }
-        }
-        work
-    }
-
-    /// Energy per volume [J/m^3] that damage sets free between two states of a point, the strain going straight from one to
-    /// the other: `integral of Y dd`, `Y = e : C e / 2`, which is the work of the stress less the change of stored energy.
-    ///
-    /// Changes of d by recovery count too: a crack that opens sets energy free that its closing takes up again, so this can be
-    /// negative for a step in which cracks close under load.
+    /// By trapezoids over steps that change `g+` and `g-` by 1/64 at most, exact at a strain that stays; never negative.
     pub fn dissipation(&self, from: &DamageState, to: &DamageState) -> f64 {
-        if from.failed || (to.tension <= self.tension.onset && to.compression <= self.compression.onset) {
+        if from.failed || (!to.failed && (self.is_sound(to) || self.parts(from) == self.parts(to))) {
             return 0.0;
         }
-        self.work(from, to) - (self.stored_energy(to) - self.stored_energy(from))
+        let at = |s: f64| {
+            let strain = from.strain + (to.strain - from.strain) * s;
+            let values = principal_values(&strain);
+            let now = self.principal_of(values);
+            let history = |now: f64, from: f64, to: f64| match s {
+                0.0 => from,
+                1.0 => to,
+                _ => now.min(to).max(from),
+            };
+            let tension = history(now.theta_t, from.tension, to.tension);
+            let compression = history(now.theta_c, from.compression, to.compression);
+            let is_over = s == 1.0 || 1.0 - self.integrity(tension, compression, now.r) > self.threshold;
+            (self.energies(&strain, &values), self.left(tension, compression), to.failed && is_over)
+        };
+        let (mut energies, mut left, _) = at(0.0);
+        let (mut s, mut step, mut freed) = (0.0, STEP[0], 0.0);
+        if from.strain == to.strain {
+            step = 1.0;
+        }
+        while s < 1.0 {
+            let next = f64::min(s + step, 1.0);
+            let (new_energies, new_left, failed) = at(next);
+            let change = (0..2).map(|part| (left[part] - new_left[part]).abs()).fold(0.0, f64::max);
+            if change > CHANGE && step < 1.0 && step > STEP[1] {
+                step *= 0.5;
+                continue;
+            }
+            for part in 0..2 {
+                freed += 0.5 * (energies[part] + new_energies[part]) * (left[part] - new_left[part]);
+            }
+            if failed {
+                return freed + new_left[0] * new_energies[0] + new_left[1] * new_energies[1];
+            }
+            (energies, left, s, step) = (new_energies, new_left, next, f64::min(2.0 * step, STEP[0]));
+        }
+        freed
     }
 
     /// Stress, new state and dissipation at a new strain.
@@ -364,8 +376,13 @@ impl DamageLaw {
         if state.failed {
             return gone(state, dissipated);
         }
-        let intact = self.integrity(state.tension, state.compression, new.r);
-        Response { stress: self.elastic.stress(strain) * intact, damage: 1.0 - intact, state, dissipated }
+        let secant = self.secant(&state);
+        Response {
+            stress: secant.stress(&self.elastic, strain),
+            damage: 1.0 - secant.share(),
+            state,
+            dissipated,
+        }
     }
 }
 

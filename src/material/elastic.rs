@@ -1,6 +1,6 @@
 //! Isotropic linear elasticity. Stress [Pa], tension positive; Voigt order of [`crate::material`].
 
-use nalgebra::Vector6;
+use nalgebra::{Matrix6, Vector6};
 
 use crate::material::MaterialError;
 
@@ -61,6 +61,11 @@ impl Elastic {
             mu * strain[4],
             mu * strain[5],
         )
+    }
+
+    /// Stress [Pa] by strain.
+    pub fn matrix(&self) -> Matrix6<f64> {
+        Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|j| self.stress(&Vector6::ith(j, 1.0))))
     }
 
     /// Strain energy per volume [J/m^3].

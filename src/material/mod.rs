@@ -9,6 +9,7 @@ pub mod drawn;
 pub mod elastic;
 pub mod field;
 pub mod rubber;
+pub mod secant;
 pub mod softening;
 
 pub use damage::{DamageLaw, DamageParameters, DamageState, Response};
@@ -16,6 +17,7 @@ pub use drawn::Drawn;
 pub use elastic::Elastic;
 pub use field::{Field, Law, Property, Quantity, sample_field};
 pub use rubber::{Rubber, RubberLaw, SheetState, Wrinkling};
+pub use secant::Secant;
 pub use softening::{Softening, crack_band_size};
 
 /// A material value that physics or a statistical law does not allow.

@@ -29,11 +29,6 @@ impl Branch {
     pub(super) fn damage(&self, theta: f64) -> f64 {
         if theta > self.onset { 1.0 - (self.onset / theta).powf(self.exponent) } else { 0.0 }
     }
-
-    /// The history with a given damage.
-    pub(super) fn history(&self, damage: f64) -> f64 {
-        self.onset * (1.0 - damage).powf(-1.0 / self.exponent)
-    }
 }
 
 /// Energy per volume under the uniaxial curve up to failure, over `E e0^2`:

@@ -14,7 +14,7 @@ use nalgebra::Vector6;
 use crate::element::{POINTS, StraightTet10, tet10::mass_share, tet10::shape_functions};
 use crate::geometry::Polyhedron;
 use crate::linalg::{NodeGraph, Ordering, SparseCholesky, SymmetricMatrix, SymmetricPattern};
-use crate::material::Elastic;
+use crate::material::{Elastic, Secant};
 use crate::mesh::{Mesh, NodeId, cuboid_mesh, grain_mesh};
 use crate::tensor::{Mat3, Vec3};
 use crate::verification::{Absolute, Findings, Short, timed, worse};
@@ -67,7 +67,7 @@ fn solve(mesh: &Mesh, exact: impl Fn(&Vec3) -> Vec3, force: impl Fn(&Vec3) -> Ve
     for (cell, nodes) in mesh.cell_ids().zip(&mesh.cells) {
         let element = StraightTet10::new(&mesh.corners(cell)).expect("a cell");
         let mut local = [[Mat3::zeros(); 10]; 10];
-        element.add_stiffness(&mut local, &rock(), &[1.0; 4]);
+        element.add_stiffness(&mut local, &rock(), &[Secant::SOUND; 4]);
         for i in 0..10 {
             let Some(row) = unknown[nodes[i].index()] else { continue };
             for j in 0..10 {

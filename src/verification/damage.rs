@@ -1,7 +1,8 @@
 //! The damage law of rock: uniaxial curves of a cell, and the energy that it takes to pull a bar apart.
 //!
-//! - Source of the law: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10 as corrected in `material::damage`. Forces on the nodes of a single tet10:
-//!   `E e (e0 / e)^N`, zero beyond `e0 / 0.01^(1/N)`. Algebra on principal values, so the tolerance is rounding: 1e-8.
+//! - Source of the law: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10, with the potential of `material::damage`. Forces on the nodes of a single tet10 with
+//!   free sides: `E e (e0 / e)^N` in compression, that of [`pulled`] in tension, zero beyond `e0 / 0.01^(1/N)`. Algebra on principal
+//!   values, so the tolerance is rounding: 1e-8.
 //! - A chain of bricks, one strain each, the first 2 % weaker. With the crack band on, the exponent of each follows from G_f and the
 //!   size `(6 V)^(1/3)` of its six cells, here the brick's edge, and the damage energy is `G_f A` on every mesh: within 2 % (the
 //!   integration of the dissipation leaves 1e-4). Bazant & Oh (1983), "Crack band theory for fracture of concrete", Mater. Struct. 16:155-177.
@@ -49,6 +50,14 @@ pub fn uniaxial(e: f64) -> Vector6<f64> {
     Vector6::new(e, -NU * e, -NU * e, 0.0, 0.0, 0.0)
 }
 
+/// Strain and axial stress [Pa] of a cell that is pulled to `e` with free sides, of whose `psi+` and `psi-` the shares `[open, closed]` are left. The sides
+/// are closed: their stress is that of sound rock less what the opening takes, `open (lambda (e + 2 x) + 2 mu x) + (closed - open) E x / (1 - nu)`.
+pub fn pulled(e: f64, [open, closed]: [f64; 2]) -> (Vector6<f64>, f64) {
+    let (lambda, mu) = (E * NU / ((1.0 + NU) * (1.0 - 2.0 * NU)), E / (2.0 * (1.0 + NU)));
+    let x = -open * lambda * e / (2.0 * open * (lambda + mu) + (closed - open) * E / (1.0 - NU));
+    (Vector6::new(e, x, x, 0.0, 0.0, 0.0), open * (lambda * (e + 2.0 * x) + 2.0 * mu * e))
+}
+
 /// The largest error of the stress over the strength on the way to failure in tension and in compression, and whether
 /// every point has failed in the end, for this exponent.
 fn uniaxial_curves(exponent: f64) -> (f64, bool) {
@@ -62,7 +71,12 @@ fn uniaxial_curves(exponent: f64) -> (f64, bool) {
         let mut states = [DamageState::default(); 4];
         for k in 1..=300 {
             let e = last * 1.01 * f64::from(k) / 300.0;
-            let u = x.map(|x| Vec3::new(e * x.x, -NU * e * x.y, -NU * e * x.z) * sign);
+            let left = if e > e0 { (e0 / e).powf(exponent) } else { 1.0 };
+            let (strain, expected) = match sign {
+                1.0 => pulled(e, [left, 1.0]),
+                _ => (uniaxial(-e), -E * e * left),
+            };
+            let u = x.map(|x| x.component_mul(&strain.xyz()));
             let strains = cell.strains(&u);
             let responses: [_; 4] = std::array::from_fn(|p| law.respond(&strains[p], &states[p]));
             states = responses.map(|response| response.state);
@@ -71,11 +85,7 @@ fn uniaxial_curves(exponent: f64) -> (f64, bool) {
             // Work of the nodal forces on a unit strain along x: stress times volume.
             let stress = forces.iter().zip(&x).map(|(f, x)| f.x * x.x).sum::<f64>() / cell.volume;
             let across: f64 = forces.iter().zip(&x).map(|(f, x)| f.y * x.y).sum::<f64>() / cell.volume;
-            let expected = match e {
-                e if e > last => 0.0,
-                e if e > e0 => sign * E * e * (e0 / e).powf(exponent),
-                e => sign * E * e,
-            };
+            let expected = if e > last { 0.0 } else { expected };
             worst = worse(worst, ((stress - expected).abs() + across.abs()) / strength);
         }
         failed &= states.iter().all(|state| state.failed);

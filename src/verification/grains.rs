@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use crate::geometry::Polyhedron;
-use crate::grain::stiffness::{node_graph, stiffness_matrix};
+use crate::grain::stiffness::{node_graph, sound, stiffness_matrix};
 use crate::grain::{CondensedGrain, SurfacePoint};
 use crate::linalg::{Ordering, SparseCholesky};
 use crate::material::Elastic;
@@ -76,7 +76,7 @@ pub fn condensed_against_full() -> [f64; 3] {
     let loads = balanced_loads(&grain);
     let condensed = grain.nodal_displacements(&loads);
 
-    let mut k = stiffness_matrix(&mesh, &rock, &vec![[1.0; 4]; rock.len()]).expect("a stiffness");
+    let mut k = stiffness_matrix(&mesh, &rock, &sound(rock.len())).expect("a stiffness");
     let mut f = vec![0.0; 3 * mesh.nodes.len()];
     for (point, force) in &loads {
         for &(node, weight) in &point.shares {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A bar of tet10 cells pulled, closed and pulled again, by two laws of damage: the scalar one of riprap, and one with a potential. Needs numpy and scipy.
+"""A bar of tet10 cells pulled, closed and pulled again, by three laws of damage: a scalar one, and two with a potential. Needs numpy and scipy.
 
     bar.py > bar.csv
 
@@ -7,9 +7,10 @@ Two cubes of 7 mm, six cells each, 25 GPa, 4 MPa in tension (2 % less in one cub
 The elongation goes to 6, back to -2, to 6 and to 8 times that of the peak, in equal increments; damage and stiffness of an increment follow
 its last strain, by repetition.
 
-- scalar: stress (1 - d) C e, d by the tensile share of the principal stresses (docs/formulation.md, section 10).
+- scalar: stress (1 - d) C e, d by the tensile share of the principal stresses (riprap's until then).
 - split: stress from g+ psi+ + g- psi-, psi+- = lambda/2 <+-tr e>^2 + mu sum <+-e_i>^2 (Miehe et al. 2010), g+ = (1 - d_c)(1 - d_t),
   g- = (1 - d_c)(1 - (1 - w_c) d_t).
+- orthogonal: the same with psi- of a solid without tension (Del Piero 1989), psi+ the rest (docs/formulation.md, section 10).
 
 missed: work (trapezoids) less stored energy less what growing damage sets free at fixed strain (trapezoids), over the work. least: the least such work less
 stored energy of an increment, over the work; below 0 damage gives energy back.
@@ -111,6 +112,12 @@ class Bar:
             share = numpy.where(total > 0, numpy.maximum(stresses, 0).sum(1) / numpy.maximum(total, 1e-300), 0)
             stiffness = sound * ((1 - d_c) * (1 - (1 - self.recovery * (1 - share)) * d_t))[:, None, None]
             return stiffness, energy(stiffness)
+        if self.law == "orthogonal":
+            closed = self.closed(values, axes)
+            d_c, d_t = d_c[:, None, None], d_t[:, None, None]
+            left = [(1 - d_c) * (1 - d_t), (1 - d_c) * (1 - (1 - self.recovery) * d_t)]
+            stiffness = left[0] * sound + (left[1] - left[0]) * closed
+            return stiffness, energy(stiffness)
         onto = numpy.zeros((len(strains), 6, 6))
         for i, j in itertools.product(range(3), repeat=2):
             apart = values[:, i] - values[:, j]
@@ -118,8 +125,7 @@ class Bar:
             differ = numpy.abs(apart) > 1e-14
             part = (numpy.maximum(values[:, i], 0) - numpy.maximum(values[:, j], 0)) / numpy.where(differ, apart, 1)
             share = numpy.where(differ, part, opens)
-            product = 0.5 * (numpy.einsum("pa,pb->pab", axes[:, :, i], axes[:, :, j]) + numpy.einsum("pa,pb->pab", axes[:, :, j], axes[:, :, i]))
-            q = numpy.stack([product[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))], 1)
+            q = voigt(axes, i, j)
             onto += share[:, None, None] * numpy.einsum("pa,pb->pab", q, q)
         volume = numpy.outer([1, 1, 1, 0, 0, 0], [1, 1, 1, 0, 0, 0])
         swells = (values.sum(1) > 0).astype(float)[:, None, None]
@@ -128,6 +134,29 @@ class Bar:
         left = [(1 - d_c) * (1 - d_t), (1 - d_c) * (1 - (1 - self.recovery) * d_t)]
         stiffness = left[0][:, None, None] * tensile + left[1][:, None, None] * compressive
         return stiffness, energy(stiffness)
+
+    def closed(self, values, axes):
+        """Stiffness of a solid without tension at principal strains (the least first) and axes."""
+        lame, mu, e, n = self.lame, self.mu, values[:, ::-1], axes[:, :, ::-1]
+        plane, young = 2 * mu * lame / (lame + 2 * mu), mu * (3 * lame + 2 * mu) / (lame + mu)
+        pulled = [lame * e.sum(1) + 2 * mu * e[:, 0], plane * (e[:, 1] + e[:, 2]) + 2 * mu * e[:, 1], e[:, 2]]
+        opened = numpy.cumprod(numpy.stack(pulled, 1) > 0, 1).sum(1)
+        of = numpy.zeros((4, 3, 3))  # by the number of open directions: a solid, a sheet, a bar, nothing
+        of[0] = lame + 2 * mu * numpy.eye(3)
+        of[1, 1:, 1:] = plane + 2 * mu * numpy.eye(2)
+        of[2, 2, 2] = young
+        stiffness = of[opened]
+        stresses = numpy.einsum("pij,pj->pi", stiffness, e)
+        out = numpy.zeros((len(e), 6, 6))
+        for i, j in itertools.product(range(3), repeat=2):
+            out += stiffness[:, i, j][:, None, None] * numpy.einsum("pa,pb->pab", voigt(n, i, i), voigt(n, j, j))
+            if i < j:
+                apart = e[:, i] - e[:, j]
+                ratio = numpy.clip((stresses[:, i] - stresses[:, j]) / numpy.where(apart > 1e-14, apart, 1), 0, 2 * mu)
+                turning = numpy.where((opened > i) & (opened <= j) & (apart > 1e-14), ratio, numpy.where(opened > i, 0, 2 * mu))
+                q = voigt(n, i, j)
+                out += 2 * turning[:, None, None] * numpy.einsum("pa,pb->pab", q, q)
+        return out
 
     def stored(self, strains, histories):
         return (self.volume * self.response(strains, histories)[1]).sum()
@@ -170,6 +199,12 @@ class Bar:
         return u, strains, histories, (matrix @ u)[self.top].sum(), rounds
 
 
+def voigt(axes, i, j):
+    """The symmetric product of two axes."""
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+    return numpy.stack([0.5 * (axes[:, a, i] * axes[:, b, j] + axes[:, b, i] * axes[:, a, j]) for a, b in pairs], 1)
+
+
 def principal(strains):
     tensor = numpy.zeros((len(strains), 3, 3))
     for k, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))):
@@ -202,7 +237,7 @@ if __name__ == "__main__":
                     "force_pulled", "force_closed", "force_pulled_again", "force_end", "rounds"])
     for poisson in (0.0, 0.2):
         for recovery in (0.0, 0.3, 1.0):
-            for law in ("scalar", "split"):
+            for law in ("scalar", "split", "orthogonal"):
                 for increments in (8, 32):
                     table.writerow(cycle(law, recovery, poisson, increments))
                     sys.stdout.flush()

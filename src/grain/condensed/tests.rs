@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use super::*;
 use crate::element::tet10::mass_share;
 use crate::geometry::Polyhedron;
+use crate::grain::stiffness::sound;
 use crate::mesh::{cuboid_mesh, grain_mesh};
 use crate::tensor::draws;
 
@@ -53,17 +54,18 @@ fn loads(grain: &CondensedGrain) -> Vec<(SurfacePoint, Vec3)> {
 fn a_grain_softened_again_has_the_bits_of_one_made_anew() {
     let mesh = grain_mesh(&shape(), 38).expect("a mesh");
     let rock = rocks(mesh.cells.len());
-    let intact = |k: usize| -> Vec<[f64; POINT_COUNT]> {
-        (0..rock.len()).map(|cell| [1.0 / (1 + (cell * k) % 5) as f64; POINT_COUNT]).collect()
+    let points = |k: usize| -> Vec<[Secant; POINT_COUNT]> {
+        let of_cell = |cell: usize| Secant::of_share(1.0 / (1 + (cell * k) % 5) as f64);
+        (0..rock.len()).map(|cell| std::array::from_fn(|_| of_cell(cell))).collect()
     };
     let make =
-        |k| CondensedGrain::with_damage_on_demand(mesh.clone(), &rock, DENSITY, &intact(k)).expect("a grain");
-    let again = make(1).with_intact(&intact(3)).expect("on demand").expect("a grain");
+        |k| CondensedGrain::with_damage_on_demand(mesh.clone(), &rock, DENSITY, &points(k)).expect("a grain");
+    let again = make(1).with_points(&points(3)).expect("on demand").expect("a grain");
     let anew = make(3);
     let loads = loads(&anew);
     assert_eq!(again.nodal_displacements(&loads), anew.nodal_displacements(&loads));
     assert_ne!(make(1).nodal_displacements(&loads), anew.nodal_displacements(&loads));
-    assert!(grain().with_intact(&intact(1)).is_none());
+    assert!(grain().with_points(&points(1)).is_none());
 }
 
 /// Dense reference: `[K, M R; R^T M, 0]` with `u` and the accelerations unknown.
@@ -76,7 +78,7 @@ fn full_solution(grain: &CondensedGrain, loads: &[(SurfacePoint, Vec3)]) -> Vec<
     for cell in mesh.cell_ids() {
         let element = StraightTet10::new(&mesh.corners(cell)).expect("a cell");
         let mut local = [[Mat3::zeros(); 10]; 10];
-        element.add_stiffness(&mut local, grain.rock(cell), &[1.0; 4]);
+        element.add_stiffness(&mut local, grain.rock(cell), &[Secant::SOUND; 4]);
         let nodes = mesh.cells[cell.index()];
         for i in 0..10 {
             for j in 0..10 {
@@ -335,7 +337,7 @@ fn unusable_grains_are_refused() {
     let rock = rocks(mesh.cells.len());
     assert!(CondensedGrain::new(mesh.clone(), &rock[1..], DENSITY).is_err());
     assert!(CondensedGrain::new(mesh.clone(), &rock, 0.0).is_err());
-    let gone = vec![[0.0; POINT_COUNT]; rock.len()];
+    let gone = vec![[const { Secant::of_share(0.0) }; POINT_COUNT]; rock.len()];
     assert!(CondensedGrain::with_damage_on_demand(mesh, &rock, DENSITY, &gone).is_err());
 }
 
@@ -343,10 +345,10 @@ fn unusable_grains_are_refused() {
 #[test]
 fn flexibilities_are_those_of_each_pair() {
     let dense = grain();
-    let intact = vec![[1.0; POINT_COUNT]; dense.mesh().cells.len()];
+    let points = sound(dense.mesh().cells.len());
     let rock: Vec<Elastic> = dense.mesh().cell_ids().map(|cell| *dense.rock(cell)).collect();
     let on_demand =
-        CondensedGrain::with_damage_on_demand(dense.mesh().clone(), &rock, 2700.0, &intact).expect("a grain");
+        CondensedGrain::with_damage_on_demand(dense.mesh().clone(), &rock, 2700.0, &points).expect("a grain");
     for grain in [&dense, &on_demand] {
         let points: Vec<SurfacePoint> = loads(grain).iter().map(|(point, _)| point.clone()).collect();
         let spread = |over: &[SurfacePoint]| {
