@@ -149,6 +149,7 @@ impl Contacts {
         self.membrane.start();
         self.crushed.clone_from(&committed.memory.crushed);
         self.knows_depths = false;
+        self.yields = true;
         self.unknown_forces.clear();
         self.fields.clone_from(&committed.fields);
         self.fields.resize(model.bodies.len(), SurfaceField::new());
@@ -370,12 +371,17 @@ impl Contacts {
         self.unknown_forces.lift();
     }
 
-    /// Displaces the surfaces of bodies, whose contacts then know these displacements alone, until they are to yield in a solve again. Evaluate anew
-    /// afterwards.
-    pub fn displace(&mut self, fields: Vec<SurfaceField>, yields: bool) {
+    /// Displaces the surfaces of bodies. Evaluate anew afterwards.
+    pub fn displace(&mut self, fields: Vec<SurfaceField>) {
         self.fields = fields;
-        self.yields = yields;
         self.update_reach();
+        self.forget_places();
+    }
+
+    /// Has contacts of asperities yield by what their bodies do under the forces that a solve is about to find, or know the bodies' displacements alone.
+    /// Evaluate anew afterwards.
+    pub fn yield_in_solves(&mut self, yields: bool) {
+        self.yields = yields;
         self.forget_places();
     }
 

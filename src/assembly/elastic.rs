@@ -199,6 +199,44 @@ impl Contacts {
         volume
     }
 
+    /// Work [J] of the contacts evaluated last on bodies that are displaced by `change` [m], of those pairs that `counts` holds for, by number in the list.
+    pub fn bending_work(
+        &self,
+        poses: &[Pose],
+        change: &[SurfaceField],
+        counts: impl Fn(usize) -> bool,
+    ) -> f64 {
+        let moved = |body: usize, on: &Option<SurfacePoint>| {
+            on.as_ref().map_or(Vec3::zeros(), |on| poses[body].rotation * interpolate(on, &change[body]))
+        };
+        let mut work = 0.0;
+        for (_, pair) in self.pairs.iter().enumerate().filter(|(number, _)| counts(*number)) {
+            for (point, place) in pair.active().filter_map(|p| Some((p, pair.place(p.site.feature)?))) {
+                let apart = moved(pair.b(), &place.on_b) - moved(pair.a(), &place.on_a);
+                work += point.evaluation.bending_force().dot(&apart);
+            }
+        }
+        work
+    }
+
+    /// The same of the `pressure` [Pa] of a cover, or of the membrane.
+    pub fn bending_work_of_others(
+        &self,
+        model: &Model,
+        poses: &[Pose],
+        pressure: f64,
+        change: &[SurfaceField],
+    ) -> f64 {
+        let mut work = 0.0;
+        let mut add = |body: usize, place: SurfacePoint, force: Vec3| {
+            work += force.dot(&(poses[body].rotation * interpolate(&place, &change[body])));
+        };
+        let surface = |body: usize| model.bodies[body].stressed_surface();
+        self.membrane.for_each_force_on(poses, surface, &mut add);
+        for_each_cover_force(model, poses, pressure, &mut add);
+        work
+    }
+
     /// Elastic energy [J] of all elastic bodies as they are displaced, under the forces of the configuration last evaluated. Out of
     /// balance the two do not belong together: half their work stands for the energy of condensed bodies.
     pub fn elastic_energy(&self, model: &Model, loads: &Loads, poses: &[Pose]) -> f64 {
@@ -297,6 +335,8 @@ impl Augmentation<'_> {
         let slid = if e.slip() == 0.0 { slid } else { Vec3::zeros() };
         let off = left.abs().max(slid.norm());
         let adapts = place.returned.is_none() && place.compliance > 0.0;
+        // An asperity's stretch is remembered where displacements alone are known: there is nothing to make up for.
+        let slid = if point.state.asperity.is_none() { slid } else { Vec3::zeros() };
         if e.is_active() {
             let adapted = |multiplier: &Multiplier| {
                 if adapts { multiplier.adapted(left, &slid, self.tolerance) } else { multiplier.scale }

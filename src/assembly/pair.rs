@@ -250,11 +250,15 @@ impl PairWork {
         self.offset = 0.0;
     }
 
-    /// The same in the midst of an increment: where contacts lie on bodies that do not bend stays known until its end.
+    /// The same in the midst of an increment: where contacts lie on bodies that do not bend stays known until its end, and of those that bend what a solve
+    /// found last, which is nearer to the next than what their displacements alone tell.
     pub(super) fn go_on_from(&mut self, model: &Model, committed: &Committed) {
         let places = std::mem::take(&mut self.places);
+        let multipliers = std::mem::take(&mut self.multipliers);
         self.reset(model, committed);
-        if !self.is_elastic {
+        if self.is_elastic {
+            self.multipliers = multipliers;
+        } else {
             self.places = places;
         }
     }

@@ -18,7 +18,8 @@ pub struct Ledger {
     pub indentation: f64,
     /// Stored in a rubber membrane's sheet, less what was stored at the start.
     pub membrane: f64,
-    /// Of the forces out of balance, summed along the way: of the drag on what moves. In a scene, and where bodies bend, what snaps leave over.
+    /// Of the forces out of balance, summed along the way: of the drag on what moves, and of displacements behind the forces that they follow. In a scene,
+    /// and where bodies bend behind springs, what snaps leave over.
     pub stabilisation: f64,
     /// What contacts gained where breaking changed the shapes of bodies: it came from nowhere, and is taken off `elastic` in the error.
     pub reshaped: f64,

@@ -22,6 +22,8 @@ pub struct Equilibrium {
     pub work: Vec<Vector6<f64>>,
     /// Work of the pressure on the volume under the cover along it, without what bodies bend [J].
     pub pressure_work: f64,
+    /// Work of forces on displacements of bodies that follow them by steps, beyond what these store [J].
+    pub bending_loss: f64,
     /// Why a body that damage has softened could not be solved for, if so.
     pub broke: Option<String>,
 }
@@ -38,6 +40,7 @@ impl Equilibrium {
             surface_energy: 0.0,
             work: Vec::new(),
             pressure_work: 0.0,
+            bending_loss: 0.0,
             broke: None,
         }
     }

@@ -75,6 +75,8 @@ pub struct IncrementReport {
     pub work: Vec<Vector6<f64>>,
     /// Work of the pressure on the volume under the cover along it, without what bodies bend [J].
     pub pressure_work: f64,
+    /// Work of forces on displacements of bodies that follow them by steps, beyond what these store [J].
+    pub bending_loss: f64,
     /// Whether more moves at the end than was asked for.
     pub restless: bool,
     /// Whether gaps or damage had not settled after as many steps as an increment takes.
@@ -223,6 +225,7 @@ impl<'a> Increment<'a> {
             factor: 0.0,
             work: Vec::new(),
             pressure_work: 0.0,
+            bending_loss: 0.0,
             restless: false,
             unsettled: false,
         }
@@ -290,6 +293,7 @@ impl<'a> Increment<'a> {
             unsettled: found.unsettled,
             work: found.work,
             pressure_work: found.pressure_work,
+            bending_loss: found.bending_loss,
         }
     }
 

@@ -5,12 +5,17 @@
 //! Contacts that open, close or begin to slide on it make an error, which the energy balance tells. (Points at the ends would weigh forces before a
 //! contact slides too much, with one sign in all of them.)
 //!
-//! Displacements of bodies that follow the forces by steps go straight along with them. Where they are solved for by augmentations, at the end of a step
-//! only, the mean of the forces at both ends of the increment stands in, and tells nothing of what snaps in it.
+//! Displacements `u` of bodies that follow the forces by steps go straight along with them, and contacts know them by `u` alone, on the way and at its ends:
+//! a solve has them yield by what it expects of `u` besides. A contact's force `f` works on frames and on `u`; what it stores, rubs off and crushes is the
+//! sum of both. Of `f . du` bodies store the change of their energy. The rest is lost, since `u` is behind `f`, as against a drag.
+//!
+//! Where displacements are solved for by augmentations, at the end of a step only, the mean of the forces at both ends of the increment stands in, and tells
+//! nothing of what snaps in it.
 
 use crate::assembly::place::SurfaceField;
 use crate::assembly::{self, Contacts};
 use crate::contact::memory::PairKey;
+use crate::model::Loads;
 use crate::solver::motion::{motion_between, motion_vector};
 use crate::solver::newton::Newton;
 use crate::tensor::{Pose, Vector6};
@@ -46,6 +51,17 @@ pub(super) struct Path {
     pub work: Vec<Vector6<f64>>,
     /// Work of the pressure on the volume under the cover, without what bodies bend [J].
     pub pressure_work: f64,
+    /// Work of forces on displacements of bodies that follow them by steps, beyond what these store [J].
+    pub bending_loss: f64,
+}
+
+/// What forces do on a way.
+struct Along {
+    /// Their mean on all carriers, but for those applied from outside [N, N m]; `None` where it is not known: where bodies are displaced by augmentations, or
+    /// are too close there.
+    mean: Option<Vec<Vector6<f64>>>,
+    /// Work on displacements of bodies that follow them by steps, beyond what these store [J].
+    bending_loss: f64,
 }
 
 impl Path {
@@ -59,14 +75,15 @@ impl Path {
         let fields = newton.committed.fields.clone();
         let volume = newton.model.enclosed_volume(&poses);
         let work = vec![Vector6::zeros(); poses.len()];
-        Path { work, pressure_work: 0.0, poses, fields, forces, pressure, volume }
+        Path { work, pressure_work: 0.0, bending_loss: 0.0, poses, fields, forces, pressure, volume }
     }
 
     /// Goes on from where `newton` is, whatever brought it there.
     pub fn restart(&mut self, newton: &Newton<'_>) {
         self.press(newton);
-        let (work, pressure_work) = (std::mem::take(&mut self.work), self.pressure_work);
-        *self = Path { work, pressure_work, ..Path::from(newton) };
+        let work = std::mem::take(&mut self.work);
+        let Path { pressure_work, bending_loss, .. } = *self;
+        *self = Path { work, pressure_work, bending_loss, ..Path::from(newton) };
     }
 
     /// Books the work of the pressure, and keeps where it stands.
@@ -85,9 +102,10 @@ impl Path {
     pub fn go_on(&mut self, newton: &mut Newton<'_>, cut: Cut) {
         let end = newton.forces();
         let pieces = ways(&self.poses, newton).map(|(pair, way)| (pair, cut.pieces(way))).collect();
-        let mean = newton
-            .mean_forces_since(self, cut.least, &pieces)
+        let Along { mean, bending_loss } = newton.along(self, cut.least, &pieces);
+        let mean = mean
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
+        self.bending_loss += bending_loss;
         let motions = self.poses.iter().zip(&newton.poses);
         for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(motions) {
             *work += mean.component_mul(&motion_vector(from, to));
@@ -145,20 +163,43 @@ impl Newton<'_> {
         forces
     }
 
-    /// The mean of the same over the straight way since `start`; `None` where that is not known: where bodies are displaced by augmentations, or are too
-    /// close there. The way of each pair is cut into its `pieces`, of one that is met on it into the `least`.
-    fn mean_forces_since(
+    /// What forces do on the straight way since `start`. The way of each pair is cut into its `pieces`, of one that is met on it into the `least`.
+    fn along(&mut self, start: &Path, least: usize, pieces: &BTreeMap<PairKey, usize>) -> Along {
+        if self.model.waits_for_augmentations() {
+            return Along { mean: None, bending_loss: 0.0 };
+        }
+        let fields = if self.model.has_elastic() { self.contacts.fields.clone() } else { Vec::new() };
+        let mut along = self.sum_along(start, least, pieces, &fields);
+        if self.model.has_elastic() {
+            let begun = at(0.0, &fields, &change_of(&start.fields, &fields));
+            let before = self.stored_at(&start.poses, begun, start.pressure);
+            let poses = self.poses.clone();
+            along.bending_loss -= self.stored_at(&poses, fields, self.loads.pressure) - before;
+        }
+        self.evaluate();
+        along
+    }
+
+    /// What bodies that bend store, displaced by `fields` under a `pressure` [Pa] and what their contacts bear so [J].
+    fn stored_at(&mut self, poses: &[Pose], fields: Vec<SurfaceField>, pressure: f64) -> f64 {
+        self.contacts.displace(fields);
+        let is_known = self.contacts.evaluate(self.model, &self.committed, poses).is_ok();
+        let loads = Loads { pressure, ..self.loads.clone() };
+        if is_known { self.contacts.elastic_energy(self.model, &loads, poses) } else { 0.0 }
+    }
+
+    /// Sums over a way what forces do, bodies that bend being displaced to `fields` at its end; empty where none does. Leaves the contacts somewhere on it.
+    fn sum_along(
         &mut self,
         start: &Path,
         least: usize,
         pieces: &BTreeMap<PairKey, usize>,
-    ) -> Option<Vec<Vector6<f64>>> {
+        fields: &[SurfaceField],
+    ) -> Along {
         let model = self.model;
-        if model.waits_for_augmentations() {
-            return None;
-        }
-        let follows = model.follows_by_steps();
-        let fields = self.contacts.fields.clone();
+        let change = change_of(&start.fields, fields);
+        let bends = !change.is_empty();
+        let mut bending_loss = 0.0;
         let mut mean = vec![Vector6::zeros(); start.poses.len()];
         let mut known = true;
         let of_pairs = |contacts: &Contacts| -> Vec<usize> {
@@ -176,8 +217,8 @@ impl Newton<'_> {
                     from.moved(&(share * shift), &(share * turn))
                 };
                 let poses: Vec<Pose> = start.poses.iter().zip(&self.poses).map(there).collect();
-                if follows {
-                    self.contacts.displace(between(&start.fields, &fields, share), false);
+                if bends {
+                    self.contacts.displace(at(share, fields, &change));
                 }
                 if self.contacts.look_around(model, &self.committed, &poses) {
                     of_pair = of_pairs(&self.contacts);
@@ -196,32 +237,41 @@ impl Newton<'_> {
                     .is_ok();
                 let mut forces = vec![Vector6::zeros(); start.poses.len()];
                 assembly::add_contact_forces(&mut forces, &self.contacts, counted);
+                if bends {
+                    bending_loss += weight * self.contacts.bending_work(&poses, &change, counted);
+                }
                 if count == of_others {
                     known &= self.contacts.evaluate_skin(model, &poses).is_ok();
                     let pressure = start.pressure + share * (self.loads.pressure - start.pressure);
                     let weighing = (pressure, self.loads.gravity);
                     assembly::add_other_forces(&mut forces, model, &self.contacts, weighing, &poses);
+                    if bends {
+                        bending_loss +=
+                            weight * self.contacts.bending_work_of_others(model, &poses, pressure, &change);
+                    }
                 }
                 mean.iter_mut().zip(forces).for_each(|(mean, force)| *mean += weight * force);
             }
         }
-        if follows {
-            self.contacts.displace(fields, true);
-        }
-        self.evaluate();
-        known.then_some(mean)
+        Along { mean: known.then_some(mean), bending_loss }
     }
 }
 
-/// Fields at a share of the way from one to the other; a body without one at an end has none moved there.
-fn between(from: &[SurfaceField], to: &[SurfaceField], share: f64) -> Vec<SurfaceField> {
+/// By how much fields have changed; of a body without one at the start, all of it.
+fn change_of(from: &[SurfaceField], to: &[SurfaceField]) -> Vec<SurfaceField> {
     let of = |(body, to): (usize, &SurfaceField)| match from.get(body) {
-        Some(from) if from.len() == to.len() => {
-            from.iter().zip(to).map(|(from, to)| from + (to - from) * share).collect()
-        }
-        Some(_) | None => to.iter().map(|to| to * share).collect(),
+        Some(from) if from.len() == to.len() => to.iter().zip(from).map(|(to, from)| to - from).collect(),
+        Some(_) | None => to.clone(),
     };
     to.iter().enumerate().map(of).collect()
+}
+
+/// Fields at a share of the way to `to`, on which they change by `change`.
+fn at(share: f64, to: &[SurfaceField], change: &[SurfaceField]) -> Vec<SurfaceField> {
+    let of = |(to, change): (&SurfaceField, &SurfaceField)| {
+        to.iter().zip(change).map(|(to, change)| to - change * (1.0 - share)).collect()
+    };
+    to.iter().zip(change).map(of).collect()
 }
 
 #[cfg(test)]

@@ -270,12 +270,17 @@ impl Newton<'_> {
                 march.path.go_on(self, march.course.cut);
             }
             if ends {
-                let (work, pressure_work) = (march.path.work, march.path.pressure_work);
-                return Equilibrium { work, pressure_work, ..march.found };
+                let Path { work, pressure_work, bending_loss, .. } = march.path;
+                return Equilibrium { work, pressure_work, bending_loss, ..march.found };
             }
             if rebases {
                 march.counted = march.found.augmentations;
                 self.rebase();
+            }
+            if self.model.follows_by_steps() {
+                self.contacts.yield_in_solves(true);
+            }
+            if rebases || self.model.follows_by_steps() {
                 self.evaluate();
             }
             // Where nothing has to come to rest the next step is the next chance, solved or not.
@@ -434,9 +439,16 @@ impl Newton<'_> {
         }
         let is_damaged = damage.step(&mut self.contacts, self.model, settings, off)?;
         settled.fully &= is_damaged;
+        let follows = self.model.follows_by_steps();
+        if follows {
+            self.contacts.yield_in_solves(false);
+        }
         if self.model.has_elastic() || !is_damaged {
             self.evaluate();
             self.gather();
+        }
+        if follows {
+            settled.energy = self.surface_energy();
         }
         Ok(settled)
     }

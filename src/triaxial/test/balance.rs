@@ -40,7 +40,7 @@ impl Test {
         let state = self.state(rig, new, pressure, ram);
         // The ram moves the top plate against all that acts on it there; on all else what acts does work against the drag.
         let ram_work = -report.work[rig.top][2];
-        let drag_work = report.work.iter().map(Vector6::sum).sum::<f64>() + ram_work;
+        let drag_work = report.work.iter().map(Vector6::sum).sum::<f64>() + ram_work + report.bending_loss;
         let pressure_work = report.pressure_work - 0.5 * (rig.pressure + pressure) * report.elastic_volume;
         let mut ledger = self.ledger;
         ledger.external += ram_work + pressure_work;
@@ -51,9 +51,9 @@ impl Test {
         ledger.membrane = report.energy.membrane - self.start_membrane;
         let created = ledger.error() - self.ledger.error();
         let released = (self.ledger.elastic - ledger.elastic).max(0.0);
-        // Where bodies bend, the forces between the ends of an increment are not known, nor what snaps in it loses.
+        // Behind springs, the forces between the ends of an increment are not known where bodies bend, nor what snaps in it loses.
         let snaps = report.restless || report.is_snap();
-        let known = !(rig.model.has_elastic() && snaps);
+        let known = !(rig.model.waits_for_augmentations() && snaps);
         ledger.stabilisation += if known { drag_work } else { created.max(0.0) };
         let gap = ledger.error() - self.ledger.error();
         let worked = ram_work.abs() + pressure_work.abs();
