@@ -665,7 +665,7 @@ fn an_audited_run_finds_nothing() {
 fn breakage_agrees_with_history_and_fields() {
     let place = Place::new();
     let weak = r#"/rock={"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2, "damage": {},
-                         "compressive_strength": "40 MPa", "tensile_strength": "0.4 MPa"}"#;
+                         "compressive_strength": "40 MPa", "tensile_strength": "2 MPa"}"#;
     let [set, stages] = CONSOLIDATION_ONLY;
     let run = ["run", "tiny.json", "--out", "weak.h5", "--audit", set, stages, set, weak];
     place.ends_with(0, &run);

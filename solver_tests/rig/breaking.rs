@@ -116,7 +116,7 @@ const CLOSED: f64 = 1e-2;
 /// Tensile strengths [Pa] about that at which a mean contact force of 0.4 MPa times the grains' size squared begins to break them. Half of sixteen grains
 /// may fall down at once, which has no rest nearby, or loses energy unseen where a body goes some roundings in one step (8 % of the work with the first
 /// strength): one of them has to come through.
-const WEAK: [f64; 2] = [1e6, 1.1e6];
+const WEAK: [f64; 2] = [1.5e6, 1.65e6];
 
 #[test]
 fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
@@ -516,7 +516,7 @@ fn what_fails_is_booked_once() {
     let kind = Kind { crushes: true, keeps_rubble: true, ..RIGID };
     let mut calm = 0;
     for rock in 0..6 {
-        let mut rig = breakable_by_cells(&|grain, cell| 0.4 * draw(rock)(grain, cell), kind);
+        let mut rig = breakable_by_cells(&|grain, cell| 4.0 / 15.0 * draw(rock)(grain, cell), kind);
         rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
         let (mut test, _) = compressed(&mut rig, 6);
         let (rows, end) = run(&mut rig, &mut test, &drive(2e-3, Lateral::Pressure));

@@ -480,8 +480,8 @@ impl DamagedGrain {
                 change.newly_failed += usize::from(new.failed);
                 self.freed += volume * law.dissipation(&old, &new);
                 if let (true, Some(after)) = (new.failed, &after) {
-                    // It goes with the commit.
-                    self.freed -= volume * after.energy_density(rock, strain);
+                    // What it keeps goes with the commit.
+                    self.freed -= volume * after.energy_density(rock, &new.strain);
                 }
                 self.trial.states[cell][point] = new;
                 if let Some(after) = after.filter(|after| after != before) {

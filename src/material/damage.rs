@@ -212,11 +212,10 @@ impl DamageLaw {
     /// Whether a sound point certainly stays sound: theta_t and theta_c are at most the norm of the strain tensor.
     fn cannot_damage(&self, strain: &Vector6<f64>, old: &DamageState) -> bool {
         let least = self.tension.onset.min(self.compression.onset);
-        let sound = old.tension <= self.tension.onset && old.compression <= self.compression.onset;
-        sound && norm_squared(strain) < least * least
+        self.is_sound(old) && norm_squared(strain) < least * least
     }
 
-    /// `1 - d` for histories and stress state.
+    /// `1 - d` for histories and the tensile share of the stress; `g+` where that is 1, `g-` where it is 0.
     fn integrity(&self, theta_t: f64, theta_c: f64, r: f64) -> f64 {
         let [w_c, w_t] = self.recovery;
         let (k_t, k_c) = (1.0 - w_t * r, 1.0 - w_c * (1.0 - r));
