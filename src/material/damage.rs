@@ -6,13 +6,13 @@
 //! `theta_c = sqrt(sum <-e_i>^2)` of the principal strains; `e0` is the strength over Young's modulus. Damage sets
 //! `-psi+ dg+ - psi- dg-` free, never less than nothing.
 //!
-//! A point has failed, and carries nothing any more, where `d = 1 - (1 - k_t d_c)(1 - k_c d_t)` exceeds the threshold, with `k_t = 1 - w_t r`,
-//! `k_c = 1 - w_c (1 - r)` and the tensile share `r` of the effective principal stresses (those of `C e`).
+//! A point has failed, and carries nothing any more, where `d = 1 - psi / (psi+ + psi-)` exceeds the threshold.
 //!
-//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10, for `d_t`, `d_c`, d and failing. Continuity at the peak makes `e_p` of eq. 6 zero, hence
-//! `sigma = E e (e0 / e)^N`. Eq. 9 pairs `w_c` with the compression damage, while the recovery that its text describes (cracks close: `w_c = 1`
-//! restores the stiffness lost in tension) needs the crosswise pairing above, that of Lee & Fenves (1998). There the stress is `(1 - d) C e`,
-//! which has no potential: closing cracks give back what nobody put in. `g+` is `1 - d` where r is 1, `g-` where r is 0.
+//! Source: Ma, Zhou, Chang & Zhou (2011), eqs. 6-10. Continuity at the peak makes `e_p` of eq. 6 zero, hence `sigma = E e (e0 / e)^N`. Eq. 9 pairs
+//! `w_c` with the compression damage, while the recovery that its text describes (cracks close: `w_c = 1` restores the stiffness lost in
+//! tension) needs the crosswise pairing above, that of Lee & Fenves (1998). There the stress is `(1 - d) C e`, d by the tensile share of
+//! its principal values, which has no potential: closing cracks give back what nobody put in. In pure tension and compression
+//! `1 - d` is `g+` and `g-`, as here.
 //!
 //! With `w_c = 1` tension damage does not weaken uniaxial compression. With less it does, and not only after tension: the
 //! lateral strains `nu e` damage in tension from `nu sqrt 2 e = f_t / E` on, well before the peak where `f_c / f_t > 1 / (nu sqrt 2)`.
@@ -24,9 +24,9 @@
 //! **Kinks.** The stress is continuous except where a point fails. Its derivative jumps where a history starts or stops
 //! growing and where a direction opens or closes. Equal principal values are no kink.
 
-use nalgebra::{SymmetricEigen, Vector6};
+use nalgebra::Vector6;
 
-use crate::material::secant::{Secant, closed_energy, tensor_of};
+use crate::material::secant::{Secant, closed_energy};
 use crate::material::softening::{Branch, Softening};
 use crate::material::{Elastic, MaterialError};
 use crate::tensor::Vec3;
@@ -98,14 +98,6 @@ pub struct Response {
     pub dissipated: f64,
 }
 
-/// Principal view of a strain.
-struct Principal {
-    theta_t: f64,
-    theta_c: f64,
-    /// Tensile share of the principal effective stresses.
-    r: f64,
-}
-
 /// Of the strain tensor of a Voigt strain.
 fn norm_squared(e: &Vector6<f64>) -> f64 {
     e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
@@ -127,6 +119,11 @@ fn principal_values(e: &Vector6<f64>) -> Vec3 {
     let first = mean + 2.0 * size * angle.cos();
     let last = mean + 2.0 * size * (angle + 2.0 * std::f64::consts::FRAC_PI_3).cos();
     Vec3::new(first, 3.0 * mean - first - last, last)
+}
+
+/// `theta_t` and `theta_c` of principal strains.
+fn thetas(values: &Vec3) -> [f64; 2] {
+    [1.0, -1.0].map(|sign| values.iter().map(|v| (sign * v).max(0.0).powi(2)).sum::<f64>().sqrt())
 }
 
 /// Share of a path that a step of [`DamageLaw::dissipation`] takes, at most and at least, and what it may change `g+` and `g-` by.
@@ -196,35 +193,17 @@ impl DamageLaw {
         [self.tension.damage(state.tension), self.compression.damage(state.compression)]
     }
 
-    fn principal(&self, strain: &Vector6<f64>) -> Principal {
-        self.principal_of(principal_values(strain))
-    }
-
-    fn principal_of(&self, values: Vec3) -> Principal {
-        let part = |sign: f64| values.iter().map(|v| (sign * v).max(0.0).powi(2)).sum::<f64>().sqrt();
-        let (lambda, mu) = self.elastic.lame();
-        let stresses = values.map(|v| lambda * values.sum() + 2.0 * mu * v);
-        let total: f64 = stresses.iter().map(|s| s.abs()).sum();
-        let r = if total > 0.0 { stresses.iter().map(|s| s.max(0.0)).sum::<f64>() / total } else { 0.0 };
-        Principal { theta_t: part(1.0), theta_c: part(-1.0), r }
-    }
-
     /// Whether a sound point certainly stays sound: theta_t and theta_c are at most the norm of the strain tensor.
     fn cannot_damage(&self, strain: &Vector6<f64>, old: &DamageState) -> bool {
         let least = self.tension.onset.min(self.compression.onset);
         self.is_sound(old) && norm_squared(strain) < least * least
     }
 
-    /// `1 - d` for histories and the tensile share of the stress; `g+` where that is 1, `g-` where it is 0.
-    fn integrity(&self, theta_t: f64, theta_c: f64, r: f64) -> f64 {
-        let [w_c, w_t] = self.recovery;
-        let (k_t, k_c) = (1.0 - w_t * r, 1.0 - w_c * (1.0 - r));
-        (1.0 - k_t * self.compression.damage(theta_c)) * (1.0 - k_c * self.tension.damage(theta_t))
-    }
-
     /// `g+` and `g-` of histories.
-    fn left(&self, theta_t: f64, theta_c: f64) -> [f64; 2] {
-        [1.0, 0.0].map(|r| self.integrity(theta_t, theta_c, r))
+    fn left(&self, [theta_t, theta_c]: [f64; 2]) -> [f64; 2] {
+        let ([w_c, w_t], d_t, d_c) =
+            (self.recovery, self.tension.damage(theta_t), self.compression.damage(theta_c));
+        [(1.0 - (1.0 - w_t) * d_c) * (1.0 - d_t), (1.0 - d_c) * (1.0 - (1.0 - w_c) * d_t)]
     }
 
     fn is_sound(&self, state: &DamageState) -> bool {
@@ -238,7 +217,7 @@ impl DamageLaw {
         } else if self.is_sound(state) {
             Secant::SOUND
         } else {
-            Secant::of_split(&self.elastic, &state.strain, self.left(state.tension, state.compression))
+            Secant::of_split(&self.elastic, &state.strain, self.left([state.tension, state.compression]))
         }
     }
 
@@ -254,7 +233,7 @@ impl DamageLaw {
             return 0.0;
         }
         let energies = self.energies(&state.strain, &principal_values(&state.strain));
-        let left = self.left(state.tension, state.compression);
+        let left = self.left([state.tension, state.compression]);
         left[0] * energies[0] + left[1] * energies[1]
     }
 
@@ -263,14 +242,28 @@ impl DamageLaw {
         if old.failed || self.cannot_damage(strain, old) {
             return DamageState { strain: *strain, ..*old };
         }
-        let new = self.principal(strain);
-        self.grown(strain, old, &new)
+        let values = principal_values(strain);
+        let [theta_t, theta_c] = thetas(&values);
+        let new = DamageState {
+            strain: *strain,
+            tension: old.tension.max(theta_t),
+            compression: old.compression.max(theta_c),
+            failed: false,
+        };
+        let energies = self.energies(strain, &values);
+        let is_gone = |left| self.is_gone(energies, left);
+        DamageState {
+            failed: !self.is_sound(&new) && is_gone(self.left([new.tension, new.compression])),
+            ..new
+        }
     }
 
-    fn grown(&self, strain: &Vector6<f64>, old: &DamageState, new: &Principal) -> DamageState {
-        let (tension, compression) = (old.tension.max(new.theta_t), old.compression.max(new.theta_c));
-        let failed = 1.0 - self.integrity(tension, compression, new.r) > self.threshold;
-        DamageState { strain: *strain, tension, compression, failed }
+    /// Whether so little is left of `psi+` and `psi-` that a point fails; of a point without strain, of its stiffness in compression.
+    fn is_gone(&self, energies: [f64; 2], left: [f64; 2]) -> bool {
+        let sound = energies[0] + energies[1];
+        let share =
+            if sound > 0.0 { (left[0] * energies[0] + left[1] * energies[1]) / sound } else { left[1] };
+        1.0 - share > self.threshold
     }
 
     /// How near a strain brings sound rock to its first damage: the larger of the effective strains over their peak strains, or
@@ -280,8 +273,8 @@ impl DamageLaw {
         if bound <= enough {
             return enough;
         }
-        let at = self.principal(strain);
-        (at.theta_t / self.tension.onset).max(at.theta_c / self.compression.onset)
+        let [theta_t, theta_c] = thetas(&principal_values(strain));
+        (theta_t / self.tension.onset).max(theta_c / self.compression.onset)
     }
 
     /// Growth of `d_t` or `d_c`, the larger, that a strain asks for.
@@ -289,10 +282,10 @@ impl DamageLaw {
         if old.failed || self.cannot_damage(strain, old) {
             return 0.0;
         }
-        let new = self.principal(strain);
+        let [theta_t, theta_c] = thetas(&principal_values(strain));
         let grown = |branch: &Branch, before: f64, theta: f64| branch.damage(theta) - branch.damage(before);
-        grown(&self.tension, old.tension, new.theta_t)
-            .max(grown(&self.compression, old.compression, new.theta_c))
+        grown(&self.tension, old.tension, theta_t)
+            .max(grown(&self.compression, old.compression, theta_c))
             .max(0.0)
     }
 
@@ -323,16 +316,18 @@ impl DamageLaw {
         let at = |s: f64| {
             let strain = from.strain + (to.strain - from.strain) * s;
             let values = principal_values(&strain);
-            let now = self.principal_of(values);
             let history = |now: f64, from: f64, to: f64| match s {
                 0.0 => from,
                 1.0 => to,
                 _ => now.min(to).max(from),
             };
-            let tension = history(now.theta_t, from.tension, to.tension);
-            let compression = history(now.theta_c, from.compression, to.compression);
-            let is_over = s == 1.0 || 1.0 - self.integrity(tension, compression, now.r) > self.threshold;
-            (self.energies(&strain, &values), self.left(tension, compression), to.failed && is_over)
+            let [theta_t, theta_c] = thetas(&values);
+            let left = self.left([
+                history(theta_t, from.tension, to.tension),
+                history(theta_c, from.compression, to.compression),
+            ]);
+            let energies = self.energies(&strain, &values);
+            (energies, left, to.failed && (s == 1.0 || self.is_gone(energies, left)))
         };
         let (mut energies, mut left, _) = at(0.0);
         let (mut s, mut step, mut freed) = (0.0, STEP[0], 0.0);
@@ -360,22 +355,8 @@ impl DamageLaw {
 
     /// Stress, new state and dissipation at a new strain.
     pub fn respond(&self, strain: &Vector6<f64>, old: &DamageState) -> Response {
-        let gone = |state: DamageState, dissipated: f64| Response {
-            stress: Vector6::zeros(),
-            damage: 1.0,
-            state,
-            dissipated,
-        };
-        if old.failed {
-            return gone(DamageState { strain: *strain, ..*old }, 0.0);
-        }
-        let new = self.principal_of(SymmetricEigen::new(tensor_of(strain)).eigenvalues);
-        let state = self.grown(strain, old, &new);
-        let dissipated = self.dissipation(old, &state);
-        if state.failed {
-            return gone(state, dissipated);
-        }
-        let secant = self.secant(&state);
+        let state = self.advance(strain, old);
+        let (secant, dissipated) = (self.secant(&state), self.dissipation(old, &state));
         Response {
             stress: secant.stress(&self.elastic, strain),
             damage: 1.0 - secant.share(),
