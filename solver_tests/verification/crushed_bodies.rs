@@ -8,7 +8,7 @@
 
 use riprap::crushing::{Grip, Limits, Part};
 use riprap::grain::{Ancestry, DamagedGrain, contact_shapes};
-use riprap::material::{DamageLaw, DamageParameters, Elastic};
+use riprap::material::{DamageLaw, DamageParameters, Elastic, Softening};
 use riprap::mesh::{Mesh, NearPoint, cuboid_mesh, grain_mesh, sphere_mesh};
 use riprap::tensor::Vec3;
 use riprap::verification::crush::{Ending, Press, Record, bench, crush};
@@ -128,8 +128,10 @@ fn sphere_and_grain_are_crushed() {
 #[test]
 fn damage_takes_what_work_and_storage_leave_over() {
     let mesh = grain_mesh(&sample_grain([10.0, 9.0]), 38).expect("a mesh");
-    let press = Press { travel: 6e-5, increments: 300, end_share: 1.0, ..Default::default() };
-    let record = crush(grain(mesh, 25e6, 0.0, &DamageParameters::default()), &press).expect("solvable");
+    let press = Press { travel: 1.2e-4, increments: 600, end_share: 1.0, ..Default::default() };
+    // Softening slowly, so that damage takes a part before the first snap.
+    let parameters = DamageParameters { tension: Softening::Exponent(1.3), ..Default::default() };
+    let record = crush(grain(mesh, 25e6, 0.0, &parameters), &press).expect("solvable");
     let snaps = record.rows.windows(2).position(|pair| {
         let [last, row] = [&pair[0], &pair[1]];
         row.force < last.force || row.failed_points > 0
