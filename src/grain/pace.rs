@@ -13,7 +13,7 @@ const GROWTH: [f64; 2] = [2.0, 1.2];
 /// Turns after which a point keeps what it has until the commit: points of one grain can have each other turn for ever, in longer rounds.
 const MOST_TURNS: u8 = 32;
 
-/// How a point's `1 - d` may change next.
+/// How a point's stiffness may change next, as [`Secant::change_to`](crate::material::Secant::change_to) measures it.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pace {
     /// The last limit, with the sign of the change.
