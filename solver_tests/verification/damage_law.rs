@@ -53,8 +53,9 @@ fn cycle(w_c: f64, w_t: f64) -> f64 {
             };
             let response = law.respond(&strain, &state);
             state = response.state;
+            assert_eq!(state.failed, left[usize::from(e <= 0.0)] < 0.01, "{e} {left:?}");
             if state.failed {
-                assert!(left[usize::from(e <= 0.0)] < 0.01 && response.stress == Vector6::zeros());
+                assert_eq!(response.stress, Vector6::zeros());
                 return false;
             }
             let wanted = Vector6::ith(0, stress);
@@ -115,8 +116,9 @@ fn proportional_paths_in_turned_axes() {
                     let turned = turn.matrix() * Mat3::from_diagonal(&e) * turn.matrix().transpose();
                     let response = law.respond(&strain_vector(&turned), &state);
                     state = response.state;
-                    if left < 0.01 {
-                        assert!(state.failed && response.stress == Vector6::zeros());
+                    assert_eq!(state.failed, left < 0.01, "{direction:?} {k}: {left}");
+                    if state.failed {
+                        assert_eq!(response.stress, Vector6::zeros());
                         break;
                     }
                     let expected = turn.matrix() * Mat3::from_diagonal(&expected) * turn.matrix().transpose();
