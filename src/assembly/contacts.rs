@@ -3,7 +3,7 @@
 use crate::assembly::contact_forces::ContactForces;
 use crate::assembly::following::Followed;
 use crate::assembly::membrane::MembraneContacts;
-use crate::assembly::pair::{PairWork, View};
+use crate::assembly::pair::{Brought, PairWork, View};
 use crate::assembly::place::{SurfaceField, SurfaceLoads, reach};
 use crate::assembly::point::ContactPoint;
 use crate::assembly::timings::{Kernel, Timings};
@@ -106,6 +106,9 @@ pub struct Contacts {
     /// Whether what contacts of new shapes began with is among that.
     #[serde(skip)]
     pub(super) knows_depths: bool,
+    /// What pairs that are not listed brought into the increment.
+    #[serde(skip)]
+    pub(super) parted: BTreeMap<PairKey, Brought>,
     /// Searches so far.
     pub searches: usize,
     /// What the work with these contacts has taken so far.
@@ -135,6 +138,7 @@ impl Default for Contacts {
             unknown_forces: ContactForces::default(),
             crushed: Crushed::new(),
             knows_depths: false,
+            parted: BTreeMap::new(),
             searches: 0,
             membrane: MembraneContacts::default(),
             wall: Vec::new(),
@@ -169,8 +173,11 @@ impl Contacts {
         self.followed.clear();
         self.stressing_loads.clear();
         self.forget_trial();
+        self.parted.clear();
+        self.parted
+            .extend(committed.memory.iter().map(|(key, memory)| (*key, Brought::from(memory.clone()))));
         for pair in &mut self.pairs {
-            pair.reset(model, committed);
+            pair.reset(model, self.parted.remove(&pair.key()), &committed.poses);
         }
     }
 
@@ -317,10 +324,12 @@ impl Contacts {
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =
             std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
-        let kept: Vec<Option<PairWork>> = self.neighbours.pairs.iter().map(|key| old.remove(key)).collect();
-        let listed = self.neighbours.pairs.par_iter().zip(kept);
+        let keys = self.neighbours.pairs.iter();
+        let known: Vec<_> = keys.map(|key| (old.remove(key), self.parted.remove(key))).collect();
+        self.parted.extend(old.into_iter().map(|(key, pair)| (key, pair.brought())));
+        let listed = self.neighbours.pairs.par_iter().zip(known);
         self.pairs = listed
-            .map(|(key, kept)| {
+            .map(|(key, (kept, brought))| {
                 if let Some(pair) = kept {
                     return pair;
                 }
@@ -328,7 +337,7 @@ impl Contacts {
                 let skin = SKIN * (0.5 * (lengths[a] + lengths[b]));
                 let margins = [skin, margin(model, *key, 0.0)];
                 let mut pair = PairWork::list(model, &self.corners, poses, *key, margins);
-                pair.reset(model, committed);
+                pair.reset(model, brought, &committed.poses);
                 pair
             })
             .collect();

@@ -23,7 +23,7 @@ use crate::contact::asperity::AsperityState;
 use crate::contact::memory::PointMemory;
 use crate::contact::mortar::MortarNode;
 use crate::contact::{Feature, patch};
-use crate::model::{Committed, Model};
+use crate::model::Model;
 use crate::tensor::Vec3;
 
 /// Changes of an indentation by less than this share of it tell no mean force.
@@ -67,7 +67,7 @@ impl Stretched {
 
 impl Contacts {
     /// Work lost to friction since the committed state [J], in the configuration last evaluated.
-    pub fn dissipation(&self, model: &Model, committed: &Committed) -> f64 {
+    pub fn dissipation(&self, model: &Model) -> f64 {
         let of_pair = |pair: &PairWork| {
             // Where bodies bend a force is kept while a contact gets softer, else its place.
             let bends = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
@@ -76,20 +76,12 @@ impl Contacts {
             let lost = pair.carried.points.iter().filter(is_lost);
             let given_up: f64 = lost.map(|memory| self.given_up(model, pair, memory)).sum();
             // Nodes of a patch that has slid are others, and hold what the old ones nearest to them did.
-            let before = committed.memory.get(&pair.key()).filter(|_| !pair.carried.mortars.is_empty());
-            let moved =
-                before.map_or(0.0, |before| before.tangential_energy() - pair.carried.tangential_energy());
-            [kept, given_up, moved]
+            [kept, given_up, pair.moved]
         };
         let all: Vec<[f64; 3]> = self.pairs.par_iter().map(of_pair).collect();
-        let mut sum: f64 = all.iter().flatten().sum();
-        // Pairs that are no longer within reach.
-        for (key, memory) in &committed.memory {
-            if self.neighbours.pairs.binary_search(key).is_err() {
-                sum += memory.tangential_energy();
-            }
-        }
-        sum
+        let sum: f64 = all.iter().flatten().sum();
+        let given_up = self.parted.values().map(|brought| brought.memory.tangential_energy() + brought.moved);
+        given_up.fold(sum, |sum, energy| sum + energy)
     }
 
     /// What a contact dissipated that is lost [J]: what it had stored, and the work of the force that it began with, averaged with none, along

@@ -5,40 +5,35 @@ use rayon::prelude::*;
 use crate::assembly::crushing::{deepen, depth_of};
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::memory::{Memory, PairMemory, PointMemory};
-use crate::model::{Committed, Model};
-use crate::tensor::Vec3;
+use crate::model::Model;
+use crate::tensor::{Pose, Vec3};
 
 impl Contacts {
-    /// Goes on from the present configuration, `committed` but for its memory, as if it had been committed. Points have to be evaluated again.
-    pub fn rebase(&mut self, model: &Model, committed: &mut Committed) {
-        committed.memory = self.of_pairs(model);
+    /// Goes on from the configuration last evaluated as if it had been committed at these poses. Points have to be evaluated again.
+    pub fn rebase(&mut self, model: &Model, poses: &[Pose]) {
         // What is crushed is kept here within an increment.
         deepen(&mut self.crushed, &self.pairs, self.knows_depths);
         self.knows_depths = true;
-        self.pairs.par_iter_mut().for_each(|pair| pair.go_on_from(model, committed));
+        self.parted.clear();
+        let first_scale = self.first_scale;
+        self.pairs.par_iter_mut().for_each(|pair| pair.go_on(model, first_scale, poses));
     }
 
     /// What contacts will remember once the present configuration is accepted.
     pub fn memory(&self, model: &Model) -> Memory {
-        let mut memory = self.of_pairs(model);
+        let of_pair = |pair: &PairWork| Some((pair.key(), pair.memory(model, self.first_scale)?));
+        let all: Vec<_> = self.pairs.par_iter().filter_map(of_pair).collect();
+        let mut memory: Memory = all.into_iter().collect();
         memory.crushed.clone_from(&self.crushed);
         deepen(&mut memory.crushed, &self.pairs, self.knows_depths);
         memory
-    }
-
-    /// The same without what has been crushed.
-    fn of_pairs(&self, model: &Model) -> Memory {
-        let first_scale = self.first_scale;
-        let of_pair = |pair: &PairWork| Some((pair.key(), pair.memory(model, first_scale)?));
-        let all: Vec<_> = self.pairs.par_iter().filter_map(of_pair).collect();
-        all.into_iter().collect()
     }
 }
 
 impl PairWork {
     /// What its contacts will remember; `None` where there is nothing. One that was not known has the scale `first_scale`.
-    fn memory(&self, model: &Model, first_scale: f64) -> Option<PairMemory> {
-        let mut points: Vec<PointMemory> = Vec::new();
+    pub(super) fn memory(&self, model: &Model, first_scale: f64) -> Option<PairMemory> {
+        let mut points: Vec<PointMemory> = Vec::with_capacity(self.points.len());
         let (mut slip, mut force) = (0.0, 0.0);
         for point in self.active() {
             let e = &point.evaluation;

@@ -16,7 +16,7 @@ use crate::contact::search::PairFeatures;
 use crate::contact::visit::{Clearances, Placed, visit_sites};
 use crate::contact::{ContactShape, Crushed, FaceShare, Feature, Mortar, Site};
 use crate::grain::{CondensedGrain, SurfacePoint};
-use crate::model::{Committed, Model};
+use crate::model::Model;
 use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -36,9 +36,12 @@ pub struct PairWork {
     /// Friction at the start of the increment; set anew for each, like all that is not stored below.
     #[serde(skip, default = "frictionless")]
     pub friction: Weakening,
-    /// The committed memory.
+    /// The memory that it brought into the increment, or has since friction began anew.
     #[serde(skip)]
     pub carried: PairMemory,
+    /// What its contacts lost of the energy stored there as nodes of their patches were found anew [J].
+    #[serde(skip)]
+    pub(super) moved: f64,
     /// How far its contacts may be ahead of the geometry [m], and whether none of them carried.
     #[serde(skip)]
     initial_overlap: f64,
@@ -77,6 +80,20 @@ pub struct PairWork {
     /// The largest offset of its points [m].
     #[serde(skip)]
     offset: f64,
+}
+
+/// What a pair brings into an increment.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Brought {
+    pub memory: PairMemory,
+    /// As [`PairWork::moved`].
+    pub moved: f64,
+}
+
+impl From<PairMemory> for Brought {
+    fn from(memory: PairMemory) -> Self {
+        Brought { memory, moved: 0.0 }
+    }
 }
 
 fn frictionless() -> Weakening {
@@ -130,6 +147,7 @@ impl PairWork {
             springs: Springs::between(model, a, b),
             friction: frictionless(),
             carried: PairMemory::default(),
+            moved: 0.0,
             initial_overlap: 0.0,
             is_new: true,
             is_elastic: false,
@@ -229,11 +247,40 @@ impl PairWork {
         reach[self.a()] + reach[self.b()] + self.offset + self.initial_overlap
     }
 
-    /// Starts from what was committed.
-    pub(super) fn reset(&mut self, model: &Model, committed: &Committed) {
-        self.carried = committed.memory.get(&self.key()).cloned().unwrap_or_default();
+    /// What it brought into the increment.
+    pub(super) fn brought(self) -> Brought {
+        Brought { memory: self.carried, moved: self.moved }
+    }
+
+    /// Starts from what it brought, and these committed poses.
+    pub(super) fn reset(&mut self, model: &Model, brought: Option<Brought>, poses: &[Pose]) {
+        let Brought { memory, moved } = brought.unwrap_or_default();
+        self.multipliers.clear();
+        self.multipliers.extend(memory.points.iter().map(Multiplier::committed));
+        self.places.clear();
+        self.carry(model, memory, poses);
+        self.moved += moved;
+    }
+
+    /// Goes on from the configuration last evaluated as if it had been committed at these poses: where contacts lie on bodies that do not bend stays known,
+    /// and of those that bend what a solve found last, which is nearer to the next than what their displacements alone tell.
+    pub(super) fn go_on(&mut self, model: &Model, first_scale: f64, poses: &[Pose]) {
+        let memory = self.memory(model, first_scale).unwrap_or_default();
+        if self.is_elastic {
+            self.places.clear();
+        } else {
+            self.multipliers.clear();
+            self.multipliers.extend(memory.points.iter().map(Multiplier::committed));
+        }
+        self.carry(model, memory, poses);
+    }
+
+    fn carry(&mut self, model: &Model, memory: PairMemory, poses: &[Pose]) {
+        let stored = memory.tangential_energy();
+        self.carried = memory;
         let key = self.key();
-        faces::renew_mortars(&mut self.carried, model, key, &committed.poses);
+        faces::renew_mortars(&mut self.carried, model, key, poses);
+        self.moved = stored - self.carried.tangential_energy();
         self.initial_overlap = self.carried.initial_overlap();
         self.is_new = self.carried.points.iter().all(|point| point.load <= 0.0);
         let bodies = [self.a(), self.b()].map(|body| &model.bodies[body]);
@@ -242,25 +289,9 @@ impl PairWork {
         self.starts.clear();
         self.mortars.clone_from(&self.carried.mortars);
         self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
-        self.multipliers.clear();
-        self.multipliers.extend(self.carried.points.iter().map(Multiplier::committed));
-        self.places.clear();
         self.points.clear();
         // It would count in the next search, and a continued run does not have it.
         self.offset = 0.0;
-    }
-
-    /// The same in the midst of an increment: where contacts lie on bodies that do not bend stays known until its end, and of those that bend what a solve
-    /// found last, which is nearer to the next than what their displacements alone tell.
-    pub(super) fn go_on_from(&mut self, model: &Model, committed: &Committed) {
-        let places = std::mem::take(&mut self.places);
-        let multipliers = std::mem::take(&mut self.multipliers);
-        self.reset(model, committed);
-        if self.is_elastic {
-            self.multipliers = multipliers;
-        } else {
-            self.places = places;
-        }
     }
 
     /// Finds its contact points.

@@ -176,9 +176,8 @@ impl Newton<'_> {
         self.crushed += self.contacts.work_of_crushing();
         let follows = self.model.follows_by_steps();
         let fields = if follows { self.contacts.fields.clone() } else { self.committed.fields.clone() };
-        let mut here = Committed { fields, ..Committed::new(self.poses.clone()) };
-        self.contacts.rebase(self.model, &mut here);
-        self.committed = Cow::Owned(here);
+        self.contacts.rebase(self.model, &self.poses);
+        self.committed = Cow::Owned(Committed { fields, ..Committed::new(self.poses.clone()) });
     }
 
     /// What contacts resist each body's translation and rotation with [N/m], and at least what one would. `exactly`: where a contact's weight changes with the

@@ -190,7 +190,7 @@ impl<'a> Newton<'a> {
 
     /// Work lost to friction in the present step [J].
     pub fn step_dissipation(&self) -> f64 {
-        self.dissipated + self.contacts.dissipation(self.model, &self.committed)
+        self.dissipated + self.contacts.dissipation(self.model)
     }
 
     /// The residual with the drag.
@@ -226,8 +226,13 @@ impl<'a> Newton<'a> {
             factor = factor.min(self.contacts.membrane.largest_factor(membrane, &reach));
         }
         for pair in &self.contacts.pairs {
-            let both = reach[pair.a()] + reach[pair.b()];
-            factor = factor.min(0.5 * self.room(pair) / both.max(f64::MIN_POSITIVE));
+            let both = (reach[pair.a()] + reach[pair.b()]).max(f64::MIN_POSITIVE);
+            let share = |room: f64| 0.5 * room / both;
+            // Bodies no feature of which is listed are their roundings apart at least, and mostly no more has to be known.
+            if pair.nearest.is_infinite() && share(pair.roundings(self.model)) >= factor {
+                continue;
+            }
+            factor = factor.min(share(self.room(pair)));
         }
         factor
     }
