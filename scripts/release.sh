@@ -11,6 +11,8 @@ target=$(rustc -vV | sed -n 's/^host: //p')
 maturin build --profile dist --zig --compatibility manylinux_2_17 --target "$target" --locked --out "$out"
 wheel=$(ls -t "$out"/riprap-*.whl | head -n 1)
 scripts/try_wheel.sh python3 "$wheel"
+# The tutorials, typed as they tell.
+cargo test --release --locked --test pages -- --ignored
 # The crate: its size, and that what is in it builds by itself, with the wheel's cmake.
 cargo package --allow-dirty --locked --target-dir target/package-check
 cp target/package-check/package/riprap-*.crate "$out"

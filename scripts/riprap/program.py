@@ -73,15 +73,22 @@ def _file(case):
         yield os.fspath(case)
         return
     with tempfile.NamedTemporaryFile("w", suffix=".json", dir=".", delete=False, encoding="utf-8") as file:
-        json.dump(case, file, indent=2)
+        json.dump(case, file, indent=2, default=_plain)
     try:
         yield file.name
     finally:
         os.remove(file.name)
 
 
+def _plain(value):
+    """What JSON has for a number or an array of NumPy."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{value!r} has no place in a case")
+
+
 def _overrides(values):
-    return [word for pointer, value in (values or {}).items() for word in ("--set", f"{pointer}={json.dumps(value)}")]
+    return [word for pointer, value in (values or {}).items() for word in ("--set", f"{pointer}={json.dumps(value, default=_plain)}")]
 
 
 def _call(arguments):

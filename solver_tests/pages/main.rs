@@ -4,6 +4,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 mod case_keys;
 
@@ -277,6 +278,17 @@ fn tutorial_shows_the_case_that_it_runs() {
         |text: &str| riprap::case::RawCase::parse(Path::new("shown"), text).unwrap_or_else(|e| panic!("{e}"));
     let check = |text: &str| parse(text).check().unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(check(shown), check(&read("cases/tutorials/lab_sheet.json")));
+}
+
+/// What the tutorials tell to type runs.
+#[test]
+#[ignore = "takes minutes: scripts/release.sh runs it"]
+fn tutorials_run_as_they_tell() {
+    let found = Command::new(root().join("scripts/python_env")).output().expect("a Python");
+    let python = String::from_utf8(found.stdout).expect("a path");
+    let mut typing = Command::new(python.trim());
+    typing.arg(root().join("scripts/try_tutorials.py")).arg(env!("CARGO_BIN_EXE_riprap"));
+    assert!(typing.status().expect("started").success());
 }
 
 mod scanner {

@@ -119,6 +119,7 @@ fn file_with_contacts(path: &Path) {
         vectors("force"),
         numbers("normal_force", [3.0, 4.0, 50.0, 1.0]),
         vectors("friction_force"),
+        numbers("gap", [-1e-6, 0.0, -3e-6, 0.0]),
         numbers("slip", [0.0, 1e-6, 2e-6, 0.0]),
         numbers("mobilised", [0.1, f64::NAN, 1.0, 0.2]),
     ];
@@ -145,6 +146,7 @@ data = lines.cell_data
 assert list(data['normal_force']) == [3, 4, 50, 1] and list(data['pair_force']) == [7, 7, 50, 1]
 # The mean of the two pairs of grains is 4: the plate's does not count.
 assert list(data['strong']) == [1, 1, 1, 0] and list(data['body_a']) == [0, 1, -1, 2]
+assert list(data['gap']) == [-1e-6, 0, -3e-6, 0]
 assert data['force'].shape == (4, 3) and numpy.isnan(data['mobilised'][1])
 print('read')
 "#;
@@ -183,6 +185,25 @@ fn grains_go_out_as_stl_and_come_back() {
     let hull = riprap::geometry::Polyhedron::convex_hull(&points).expect("a hull");
     assert!((hull.volume() / 1e-6 - 1.0).abs() < 1e-6, "{}", hull.volume());
     assert!((hull.centroid() - Vec3::new(0.0152, 0.005, 0.005)).norm() < 1e-7, "{}", hull.centroid());
+    // What is of all bodies makes none, and says what does.
+    write_vtu_series(&reader, dir.path(), "two").expect("exported");
+    let case = |shape: &str| {
+        let text = format!(
+            r#"{{"scene": {{"bodies": [{{"name": "a", "shape": {shape}}}]}}, "contact": {{"friction": 0.5}},
+            "rock": {{"density": 2700, "youngs_modulus": "30 GPa", "poissons_ratio": 0.2}},
+            "stages": [{{"kind": "load", "increments": 2}}]}}"#
+        );
+        RawCase::parse(&dir.path().join("x.json"), &text)?.check()
+    };
+    let hull = |file: &str| case(&format!(r#"{{"hull": {{"file": "{file}", "unit": "m"}}}}"#));
+    hull("two_00001.stl").unwrap_or_else(|e| panic!("{e}"));
+    let name = all.file_name().and_then(|name| name.to_str()).expect("a name");
+    for (refused, says) in
+        [(hull(name), "holds all bodies"), (case(r#"{"mesh": "two_00000.vtu"}"#), "riprap export --stl")]
+    {
+        let said = refused.expect_err("refused").to_string();
+        assert!(said.contains("$.scene.bodies[0].shape") && said.contains(says), "{said}");
+    }
 }
 
 /// `riprap export --csv` of a specimen is a packing again: the grains of its last state, of their sieve sizes.

@@ -11,18 +11,18 @@ use crate::study::vary::Vary;
 
 const EXAMPLES: &str = "\
 Examples:
-  riprap run cases/quick_start.json                 the whole test, into cases/results/quick_start.vtkhdf
-  riprap check cases/quick_start.json               what is wrong with a case, or what it would build
+  riprap run cases/quick_start.json         into cases/results/quick_start.vtkhdf
+  riprap check cases/quick_start.json       what is wrong, or what would be built
   riprap run my.json --set '/stages/0/pressure=0.4 MPa' --out p0400.vtkhdf
-  riprap info cases/results/quick_start.vtkhdf          what is in a results file
+  riprap info cases/results/quick_start.vtkhdf            what is in it
   riprap report cases/results/quick_start.vtkhdf --out report
-  riprap verify                                     problems with known answers, computed against reference
-  riprap schema > riprap.schema.json                for editors that complete and check JSON
+  riprap verify                             problems with known answers
+  riprap schema > riprap.schema.json        for editors that check JSON
 
-Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 stopped short of the case's end,
-4 file trouble, 130 interrupted.
+Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 stopped short of
+the case's end, 4 file trouble, 130 interrupted.
 
-RIPRAP_LOG=debug (error, warn, info, debug, trace) writes what the solver does to standard error.";
+RIPRAP_LOG=debug (error, warn, info, debug, trace) tells what the solver does.";
 
 /// The version and the commit of the sources.
 static VERSION_LINE: LazyLock<String> = LazyLock::new(|| format!("{VERSION} ({COMMIT})"));

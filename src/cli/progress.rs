@@ -352,8 +352,9 @@ const WAITING: &str = "{prefix:<20} {spinner} {elapsed}";
 
 fn bar() -> ProgressBar {
     let bar = ProgressBar::new(1000);
-    bar.set_prefix("start");
+    // Before anything is drawn: the library's own style is another.
     set_style(&bar, WAITING);
+    bar.set_prefix("start");
     bar.enable_steady_tick(Duration::from_millis(500));
     bar
 }

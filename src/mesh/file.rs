@@ -36,7 +36,23 @@ pub fn read_mesh(path: &Path) -> Result<Mesh> {
         "msh" => formats::gmsh(&bytes),
         _ => vtu(&bytes),
     };
-    mesh_of(&path.display().to_string(), read)
+    mesh_of(&path.display().to_string(), read).map_err(|fault| match fault {
+        // Its grains share no nodes, and in later states cells are curved.
+        Error::Mesh { name, message } if holds_all_bodies(&bytes) => Error::Mesh {
+            name,
+            message: format!(
+                "{message}; riprap export wrote it of all bodies of a state: for one of them take \
+                 riprap export --stl and {HULL}"
+            ),
+        },
+        other => other,
+    })
+}
+
+/// Whether it is a state that riprap exported: its cells say which grain they are of.
+fn holds_all_bodies(bytes: &[u8]) -> bool {
+    const OF_GRAINS: &[u8] = b"Name=\"grain\"";
+    bytes.windows(OF_GRAINS.len()).any(|window| window == OF_GRAINS)
 }
 
 /// The mesh of what was read; `name` is what errors call it.

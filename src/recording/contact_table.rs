@@ -17,6 +17,7 @@ pub struct ContactTable {
     forces: Vec<[f64; 3]>,
     normal_forces: Vec<f64>,
     friction_forces: Vec<[f64; 3]>,
+    gaps: Vec<f64>,
     slips: Vec<f64>,
     mobilised: Vec<f64>,
 }
@@ -39,6 +40,7 @@ impl ContactTable {
             table.forces.push(Vec3::new(e.wrench[6], e.wrench[7], e.wrench[8]).into());
             table.normal_forces.push(e.pressure);
             table.friction_forces.push(e.friction.into());
+            table.gaps.push(e.gap);
             table.slips.push(memory.get(&pair.key()).map_or(0.0, |kept| kept.slip));
             table.mobilised.push(if bound > 0.0 { e.friction.norm() / bound } else { 0.0 });
         }
@@ -59,6 +61,7 @@ impl ContactTable {
             table.forces.push(push.force.into());
             table.normal_forces.push(pressure);
             table.friction_forces.push((push.force - normal * pressure).into());
+            table.gaps.push(0.0);
             table.slips.push(0.0);
             // No friction law: a node sticks or is free.
             table.mobilised.push(f64::NAN);
@@ -82,6 +85,12 @@ impl ContactTable {
                 self.normal_forces,
             ),
             Column::vectors("friction_force", "N", "friction force on body b", self.friction_forces),
+            Column::floats(
+                "gap",
+                "m",
+                "distance of the rounded surfaces: negative by what is pressed in, or crushed",
+                self.gaps,
+            ),
             Column::floats("slip", "m", "slip of the pair since it touched", self.slips),
             Column::floats(
                 "mobilised",

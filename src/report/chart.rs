@@ -564,7 +564,7 @@ impl Panel {
         let (across, up) = (|x| axes.across(x), |y| axes.up(y));
         let axis = Stroke { width: 1.2, ..Stroke::thin(AXIS) };
         drawing.line(&[[left, top], [left, bottom], [right, bottom]], axis);
-        // A label that would touch the one before is left out: from the top, since decades are crowded below their powers.
+        // A label that would touch the one before is left out: from the high end, since decades are crowded below their powers.
         let mut free = f64::NEG_INFINITY;
         for (&value, label) in y.ticks.iter().zip(y.labels()).rev() {
             drawing.line(&[[left - 4.0, up(value)], [left, up(value)]], axis);
@@ -573,13 +573,13 @@ impl Panel {
                 free = up(value) + TICK_SIZE;
             }
         }
-        let mut free = f64::NEG_INFINITY;
-        for (&value, label) in x.ticks.iter().zip(x.labels()) {
+        let mut free = f64::INFINITY;
+        for (&value, label) in x.ticks.iter().zip(x.labels()).rev() {
             drawing.line(&[[across(value), bottom], [across(value), bottom + 4.0]], axis);
             let half = 0.5 * text_width(label, TICK_SIZE);
-            if !name.is_empty() && across(value) - half > free {
+            if !name.is_empty() && across(value) + half < free {
                 drawing.text([across(value), bottom + 15.0], label, TICK_SIZE, INK, Anchor::Middle);
-                free = across(value) + half + 6.0;
+                free = across(value) - half - 6.0;
             }
         }
         for (at, line) in name.iter().enumerate() {

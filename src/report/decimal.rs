@@ -9,12 +9,20 @@ pub(super) enum Decimals {
 
 impl Decimals {
     /// What the cells of a table's number columns say, its cells being parted by `separator`; the fault of one that says the contrary, with its
-    /// line. A semicolon is what spreadsheets part cells by where the comma is taken, and the point may part thousands there; behind a tab or in
-    /// quotes "1,250" may be a thousand.
+    /// line. A cell with both marks says which of them parts thousands. A semicolon is what spreadsheets part cells by where the comma is taken, and the point
+    /// may part thousands there; behind a tab or in quotes "1,250" may be a thousand.
     pub(super) fn of<'a>(
-        cells: impl Iterator<Item = (usize, &'a str)>,
+        cells: impl Iterator<Item = (usize, &'a str)> + Clone,
         separator: u8,
     ) -> Result<Self, (usize, String)> {
+        let with_both = cells.clone().find_map(|(line, cell)| Some((line, cell, Self::of_both(cell)?)));
+        if let Some((line, cell, decimals)) = with_both {
+            let other =
+                cells.clone().find(|(_, cell)| cell.contains(['.', ',']) && decimals.number(cell).is_err());
+            return other.map_or(Ok(decimals), |(at, other)| {
+                Err((line.max(at), format!("mixes decimal points and commas ({cell:?}, {other:?})")))
+            });
+        }
         let (mut point, mut comma, mut unclear, mut unclear_point) = (None, None, None, None);
         for (line, cell) in cells {
             if cell.contains('.') {
@@ -52,12 +60,27 @@ impl Decimals {
         }
     }
 
-    /// The number in a cell, finite or not a number.
+    /// What a cell with points and commas says: the mark of the decimals is its last and stands there once.
+    fn of_both(cell: &str) -> Option<Self> {
+        let decimals = if cell.rfind('.')? > cell.rfind(',')? { Decimals::Point } else { Decimals::Comma };
+        decimals.number(cell).is_ok().then_some(decimals)
+    }
+
+    /// The number in a cell, finite or not a number; the other mark may part thousands before the decimals.
     pub(super) fn number(self, cell: &str) -> Result<f64, String> {
-        let value = match self {
-            Decimals::Comma if cell.matches(',').count() == 1 => cell.replacen(',', ".", 1).parse::<f64>(),
-            Decimals::Comma | Decimals::Point => cell.parse::<f64>(),
+        let (decimal, thousands) = match self {
+            Decimals::Point => ('.', ','),
+            Decimals::Comma => (',', '.'),
         };
+        let (whole, behind) = match cell.split_once(decimal) {
+            Some((whole, behind)) => (whole, format!(".{behind}")),
+            None => (cell, String::new()),
+        };
+        let whole = match may_be_thousands(whole, thousands) {
+            true => whole.replace(thousands, ""),
+            false => whole.to_string(),
+        };
+        let value = format!("{whole}{behind}").parse::<f64>();
         match value {
             // Our own export writes NaN for what a row does not have.
             Ok(value) if value.is_finite() || value.is_nan() => Ok(value),
@@ -66,15 +89,14 @@ impl Decimals {
     }
 }
 
-/// Whether this mark may part thousands: one to three digits before it, three behind it, no zero first.
+/// Whether this mark may part thousands: one to three digits before it, three behind each, no zero first.
 fn may_be_thousands(cell: &str, mark: char) -> bool {
     let Some((before, behind)) = cell.trim_start_matches(['-', '+']).split_once(mark) else { return false };
     let digits = |text: &str| text.bytes().all(|c| c.is_ascii_digit());
     (1..=3).contains(&before.len())
-        && behind.len() == 3
         && digits(before)
-        && digits(behind)
         && !before.starts_with('0')
+        && behind.split(mark).all(|group| group.len() == 3 && digits(group))
 }
 
 #[cfg(test)]
@@ -92,6 +114,9 @@ mod tests {
         assert_eq!(of(&["0", "0,5"], b';'), Ok(Decimals::Comma));
         assert_eq!(of(&["1,250", "7"], b';'), Ok(Decimals::Comma));
         assert_eq!(of(&["1,250", "-0,125"], b'\t'), Ok(Decimals::Comma));
+        // Which mark parts thousands is plain where there are both.
+        assert_eq!(of(&["1.250,5", "1.980", "7"], b';'), Ok(Decimals::Comma));
+        assert_eq!(of(&["1,250", "-1,234,567.5"], b','), Ok(Decimals::Point));
         // A point that parts no thousands says what the others do.
         assert_eq!(of(&["1.250", "0.750"], b';'), Ok(Decimals::Point));
         assert_eq!(of(&["1.250", "7"], b','), Ok(Decimals::Point));
@@ -101,7 +126,9 @@ mod tests {
             (&["1.250", "0,5"], b';', 1, "mixes"),
             (&["0.5", "0,5"], b';', 1, "mixes"),
             (&["0", "1,250", "0.5"], b'\t', 2, "mixes"),
-            (&["1.250,5"], b';', 0, "mixes"),
+            (&["1.250,5", "0.5"], b';', 1, "mixes"),
+            (&["1,250.5", "0,5"], b'\t', 1, "mixes"),
+            (&["12.50,5"], b';', 0, "mixes"),
         ] {
             let (at, message) = of(cells, separator).expect_err("refused");
             assert!(at == line && message.contains(says), "{cells:?}: {at}: {message}");
@@ -112,6 +139,9 @@ mod tests {
     fn numbers_are_read_as_they_are_written() {
         assert_eq!(Decimals::Comma.number("-3,25e-2"), Ok(-0.0325));
         assert_eq!(Decimals::Comma.number("17"), Ok(17.0));
+        assert_eq!(Decimals::Comma.number("-1.980,5"), Ok(-1980.5));
+        assert_eq!(Decimals::Point.number("1,234,567.5"), Ok(1_234_567.5));
+        assert!(Decimals::Comma.number("19.80,5").is_err() && Decimals::Point.number("1,250,5").is_err());
         assert!(Decimals::Comma.number("1,2,3").is_err() && Decimals::Comma.number("inf").is_err());
         assert!(Decimals::Point.number("3,25").is_err() && Decimals::Point.number("3,").is_err());
         assert!(Decimals::Point.number("NaN").is_ok_and(f64::is_nan));

@@ -43,7 +43,7 @@ pub struct Page {
 
 const STYLE: &str = "\
 body{font:16px/1.5 'DejaVu Sans',Verdana,Helvetica,Arial,sans-serif;color:#222;background:#fff;max-width:1020px;margin:2em auto;padding:0 1em}
-h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.25em;margin-top:2.2em;border-bottom:1px solid #ccc;padding-bottom:.2em;break-after:avoid}
+h1,h2,figcaption{overflow-wrap:anywhere}h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.25em;margin-top:2.2em;border-bottom:1px solid #ccc;padding-bottom:.2em;break-after:avoid}
 figure{margin:1.2em 0;break-inside:avoid}figure svg,figure img{max-width:100%;height:auto;display:block}
 figcaption{color:#555;font-size:.85em;margin:.3em 0 0 1em}
 table{border-collapse:collapse;font-size:.88em;margin:1em 0;display:block;overflow-x:auto}
@@ -53,7 +53,7 @@ thead th{border-bottom:1.5px solid #555}tbody th{font-weight:normal;color:#555;w
 .warning{border-left:5px solid #D55E00;background:#fdf1e8;padding:.5em 1em;margin:1em 0}
 details{margin:1em 0}summary{cursor:pointer}pre{font-size:.82em;background:#f6f6f6;padding:1em;overflow-x:auto;white-space:pre-wrap}
 footer{margin-top:3em;color:#777;font-size:.8em}
-figure.viewer canvas{width:100%;height:560px;border:1px solid #e2e2e2;cursor:grab;touch-action:none}
+figure.viewer canvas{width:100%;height:560px;border:1px solid #e2e2e2;cursor:grab;touch-action:pan-y}
 figure.viewer .controls{display:flex;flex-wrap:wrap;gap:.4em 1.2em;align-items:center;font-size:.88em;margin-bottom:.4em}
 figure.viewer input[type=range]{width:16em}
 @media print{figure.viewer{display:none}body{max-width:none;margin:0}details{display:none}
@@ -264,7 +264,7 @@ fn overview(run: &Run) -> Result<Vec<(String, String)>> {
     line("status", format!("{}{reason}", s.status));
     line("stages", s.stages.join(", "));
     if s.grains > 0 {
-        line("grains, cells", format!("{}, {}", s.grains, s.cells));
+        line("grains, their cells", format!("{}, {}", s.grains, s.grain_cells));
     }
     if run.is_scene() {
         line("bodies", s.bodies.join(", "));

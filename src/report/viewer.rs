@@ -85,7 +85,8 @@ pub fn view(run: &Run) -> Result<Option<View>> {
         "displacement_colours": VIRIDIS, "damage_colours": HEAT,
     });
     let mut caption =
-        "Drag to turn, shift and wheel to zoom; the slider goes through the saved states".to_string();
+        "Drag to turn, shift and wheel or two fingers to zoom; the slider goes through the saved states"
+            .to_string();
     if states.len() < all.len() {
         caption += &format!(" ({} of {}, to keep the page small)", states.len(), all.len());
     }

@@ -100,9 +100,11 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
     array("pair_force", 1, (0..rows).map(of_pair).collect());
     array("strong", 1, (0..rows).map(|row| f64::from(u8::from(of_pair(row) > mean))).collect());
     array("normal_force", 1, normal.clone());
-    for (name, components) in
-        [("force", 3), ("normal", 3), ("friction_force", 3), ("point", 3), ("slip", 1), ("mobilised", 1)]
-    {
+    // Files of riprap before 0.3 have no gaps.
+    let gap = reader.has(&table("gap")).then_some(("gap", 1));
+    let all =
+        [("force", 3), ("normal", 3), ("friction_force", 3), ("point", 3), ("slip", 1), ("mobilised", 1)];
+    for (name, components) in all.into_iter().chain(gap) {
         let values = numbers(name)?;
         if values.len() != components * rows {
             return Err(failure(reader.path(), &table(name), "is not as long as the columns beside it"));

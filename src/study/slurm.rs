@@ -44,7 +44,7 @@ pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>, force: bool) -> 
         lines.push(format!("#SBATCH --mem={memory}"));
     }
     lines.push(String::new());
-    lines.extend(plan.slurm.setup.iter().cloned());
+    lines.extend(setup_of(plan));
     if each > 1 {
         lines.push(format!("first=$((SLURM_ARRAY_TASK_ID * {each}))"));
         lines.push(format!("last=$((first + {}))", each - 1));
@@ -66,16 +66,23 @@ pub fn script(plan: &Plan, program: &Path, jobs: Option<usize>, force: bool) -> 
 pub fn summary_script(plan: &Plan, program: &Path) -> String {
     let mut lines = head(plan, "-summary", "slurm-%j-summary.log");
     lines.push(String::new());
-    lines.extend(plan.slurm.setup.iter().cloned());
+    lines.extend(setup_of(plan));
     lines.push(format!("exec {}", command(plan, program, "", "--summary")));
     lines.join("\n") + "\n"
+}
+
+/// The plan's lines of setup. Where one fails nothing is run.
+fn setup_of(plan: &Plan) -> impl Iterator<Item = String> + '_ {
+    let stops = (!plan.slurm.setup.is_empty()).then(|| "set -e".to_string());
+    stops.into_iter().chain(plan.slurm.setup.iter().cloned())
 }
 
 /// What both scripts tell Slurm.
 fn head(plan: &Plan, ending: &str, log: &str) -> Vec<String> {
     let name = plan.file.file_stem().unwrap_or(plan.file.as_os_str()).to_string_lossy().into_owned();
     let mut lines = vec![
-        "#!/bin/sh".to_string(),
+        // Not sh: clusters put `module` into bash.
+        "#!/bin/bash".to_string(),
         format!("#SBATCH --job-name=riprap-{}{ending}", super::safe(&name)),
         "#SBATCH --ntasks=1".to_string(),
         format!("#SBATCH --output={}", quoted(&absolute(&plan.out).join(log).to_string_lossy())),
@@ -115,7 +122,7 @@ fn commands(plan: &Plan, program: &Path, force: bool) -> String {
 /// A file that cannot be written.
 pub fn write_commands(plan: &Plan, program: &Path, force: bool) -> Result<PathBuf> {
     if !plan.slurm.setup.is_empty() {
-        write(plan, SETUP, &(plan.slurm.setup.join("\n") + "\n"))?;
+        write(plan, SETUP, &(setup_of(plan).collect::<Vec<_>>().join("\n") + "\n"))?;
     }
     write(plan, "commands.txt", &commands(plan, program, force))
 }
@@ -217,7 +224,36 @@ mod tests {
         let begin = format!(". {}; /bin/riprap batch ", quoted(&setup.to_string_lossy()));
         assert!(both.lines().all(|line| line.starts_with(&begin)), "{both}");
         let lines = std::fs::read_to_string(setup).expect("the setup");
-        assert_eq!(lines, "module load gcc # as it was built\nexport A=1\n");
+        assert_eq!(lines, "set -e\nmodule load gcc # as it was built\nexport A=1\n");
+    }
+
+    /// As GNU parallel runs a line of the commands, and Slurm a script.
+    #[cfg(unix)]
+    #[test]
+    fn nothing_is_run_behind_a_setup_that_fails() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (setup, runs) in [("false", false), ("true", true)] {
+            let plan = Plan {
+                file: "/x/plan.json".into(),
+                members: vec![Member::sample("a", folder.path())],
+                out: folder.path().join(setup),
+                jobs: None,
+                threads: 1,
+                slurm: Slurm {
+                    setup: vec![setup.into(), "true".into()],
+                    program: Some("echo ran".into()),
+                    ..Slurm::default()
+                },
+            };
+            let program = Path::new("/bin/riprap");
+            let commands = write_commands(&plan, program, false).expect("written");
+            let line = std::fs::read_to_string(commands).expect("the commands");
+            for text in [line, script(&plan, program, None, false), summary_script(&plan, program)] {
+                let output = Command::new("bash").args(["-c", &text]).output().expect("a shell");
+                assert_eq!(String::from_utf8_lossy(&output.stdout).contains("ran batch"), runs, "{text}");
+                assert_eq!(output.status.success(), runs, "{text}");
+            }
+        }
     }
 
     #[test]
@@ -274,7 +310,7 @@ mod tests {
         let script = self::script(&plan, Path::new("/bin/riprap"), None, false);
         for part in [
             "--array=0-1\n",
-            "\n\nmodule load x\nfirst=$((SLURM_ARRAY_TASK_ID * 2))\nlast=$((first + 1))\n",
+            "\n\nset -e\nmodule load x\nfirst=$((SLURM_ARRAY_TASK_ID * 2))\nlast=$((first + 1))\n",
             "\nexec run.sif riprap batch ",
             " --only \"$first-$last\"\n",
         ] {

@@ -1,7 +1,9 @@
 //! A CSV of any country: a header whose cells say a column and its unit, as "sieve [mm]" or "x (m)", and rows of numbers.
 //!
-//! Commas, semicolons or tabs part the cells; where no comma does, decimals may stand behind one. Lines that begin with # are left out.
+//! Commas, semicolons or tabs part the cells; where no comma does, decimals may stand behind one. Lines that begin with # are left out, but for the first
+//! of YADE's tables, which says their columns: `#format x_y_z_r`.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use crate::input;
@@ -24,6 +26,10 @@ impl Columns {
     }
 
     pub fn parse(text: &str) -> Result<Self, String> {
+        let of_yade = text.strip_prefix("#format ").and_then(|text| text.split_once('\n'));
+        let text = &of_yade.map_or(Cow::Borrowed(text), |(names, rows)| {
+            Cow::Owned(format!("{}\n{rows}", names.trim_end().replace('_', "\t")))
+        });
         let Sheet { separator, mut rows } =
             Sheet::parse(text).map_err(|(line, problem)| format!("line {line}: {problem}"))?;
         if rows.is_empty() {

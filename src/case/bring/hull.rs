@@ -15,6 +15,7 @@ use super::super::walk::shown;
 use super::words::{HULL, Notes, walked};
 
 const OF_FILE: &str = "a .stl, .obj, .ply, .msh or .vtu file, its path relative to the case file";
+const OF_ONE: &str = "a file of one body, as riprap export --stl writes beside it";
 
 /// The shape `{"polyhedron": …}` in place of `{"hull": …}` at `path`.
 pub fn shape(given: &Value, path: &str, folder: &Path) -> Result<(Value, Notes), Fault> {
@@ -29,6 +30,10 @@ pub fn shape(given: &Value, path: &str, folder: &Path) -> Result<(Value, Notes),
     let no_body = |e: crate::error::Error| {
         Fault::new(format!("{path}.file"), shown(&hull["file"]), format!("makes no body: {e}"), OF_FILE)
     };
+    if formats::holds_all_bodies(&folder.join(file)) {
+        let problem = "holds all bodies of an export together, of which one hull would be made";
+        return Err(Fault::new(format!("{path}.file"), shown(&hull["file"]), problem, OF_ONE));
+    }
     let Hull { kept, corners, points, share } = read(&folder.join(file), most, metres).map_err(no_body)?;
     let offset = if hull["centred"] == true { kept.centroid() } else { Vec3::zeros() };
     let vertices: Vec<[f64; 3]> = kept.vertices.iter().map(|v| (v - offset).into()).collect();

@@ -4,7 +4,7 @@
 //! A list, in the case or in a JSON file, has of each grain `vertices`, and `position` and `rotation` where these are not nothing. A CSV ([`Columns`]) has
 //! columns x, y and z, of each grain its size, diameter or radius, and may have its quaternion (qw, qx, qy, qz) or rotation vector (rx, ry, rz), and
 //! the file's name or number of its shape in `specimen.shapes`. A grain without a shape gets a random one. What `riprap export --csv` says of grains in
-//! saved states is such a table: its names are known too ([`OURS`]), and its last state counts.
+//! saved states is such a table: its names are known too ([`OURS`]), and its last state counts; and so are YADE's, `export.text` and `textExt`.
 
 use std::path::Path;
 
@@ -31,8 +31,9 @@ const PATH: &str = "$.specimen.packing";
 const ACCEPTED: &str = r#"a CSV or JSON file, its path relative to the case file, or an object such as {"file": "packing.csv", "compact": true}, or {"grains": [{"vertices": [[x, y, z], ...]}, ...]}"#;
 const OF_TABLE: &str = "a CSV with columns x [mm], y [mm], z [mm] and one of size, diameter and radius [mm]";
 
-/// What riprap's own tables call the columns.
-const OURS: [(&str, &str); 7] = [
+/// What riprap's own tables call the columns, and YADE's.
+const OURS: [(&str, &str); 8] = [
+    ("radius", "r"),
     ("x", "position_x"),
     ("y", "position_y"),
     ("z", "position_z"),
@@ -149,6 +150,15 @@ fn grains_of(
         _ => return Err(fault("is no packing".into())),
     };
     let compact = keys["compact"] == true;
+    let no_unit = || {
+        let (path, accepted) = (format!("{PATH}.unit"), "\"m\", \"cm\", \"mm\", \"um\", \"in\" or \"ft\"");
+        Fault::new(path, shown(&keys["unit"]), "is no unit of length", accepted)
+    };
+    let metres = |unit: &Value| unit.as_str().and_then(|unit| Dimension::Length.si_of(unit));
+    let unit = match &keys["unit"] {
+        Value::Null => None,
+        unit => Some(metres(unit).ok_or_else(no_unit)?),
+    };
     let grains = match (keys["file"].as_str(), &keys["grains"]) {
         (None, list @ Value::Array(_)) => listed(list, &format!("{PATH}.grains"))?,
         (Some(file), Value::Null) if file.to_ascii_lowercase().ends_with(".json") => {
@@ -159,7 +169,7 @@ fn grains_of(
         }
         (Some(file), Value::Null) => {
             let table = Columns::read(&folder.join(file)).and_then(last_state);
-            let read = table.and_then(|table| tabled(&table, library, seed, compact));
+            let read = table.and_then(|table| tabled(&table, unit, library, seed, compact));
             read.map_err(|problem| Fault::new(PATH, shown(given), problem, OF_TABLE))?
         }
         _ => return Err(fault("has not one of the keys file and grains".into())),
@@ -188,15 +198,22 @@ fn last_state(table: Columns) -> Result<Columns, String> {
 }
 
 /// Grains of a table. Where random shapes stand for balls, these are spread so that nothing overlaps, for compaction to begin with.
-fn tabled(table: &Columns, library: &[Shape], seed: u64, compact: bool) -> Result<Vec<GivenGrain>, String> {
+fn tabled(
+    table: &Columns,
+    unit: Option<f64>,
+    library: &[Shape],
+    seed: u64,
+    compact: bool,
+) -> Result<Vec<GivenGrain>, String> {
     let column = |name: &str| {
-        let ours = OURS.iter().find(|(known, _)| *known == name).map(|(_, ours)| *ours);
-        table.column(name).or_else(|| table.column(ours?))
+        let mut others = OURS.iter().filter(|(known, _)| *known == name).map(|(_, ours)| *ours);
+        table.column(name).or_else(|| others.find_map(|other| table.column(other)))
     };
     let length = |name: &str| -> Result<Option<(usize, f64)>, String> {
         let Some(at) = column(name) else { return Ok(None) };
-        let metres =
-            table.metres(at).ok_or(format!("has no unit of length behind {name}, as \"{name} [mm]\""))?;
+        let metres = table.metres(at).or(unit).ok_or(format!(
+            "has no unit of length behind {name}, as \"{name} [mm]\", and the packing no \"unit\""
+        ))?;
         Ok(Some((at, metres)))
     };
     let needed = |name: &str| length(name)?.ok_or(format!("has no column {name}"));
@@ -444,6 +461,21 @@ mod tests {
             let apart = |b: &GivenGrain| (a.pose.position - b.pose.position).norm() - reach(a) - reach(b);
             assert!(grains[..at].iter().all(|b| apart(b) > 0.0));
         }
+        // The same as YADE exports it, which has no units.
+        let ball = |k: usize| [25 * (k % 4), 25 * (k / 4 % 4), 25 * (k / 16), 10 + k % 2];
+        let row = |k: usize| ball(k).map(|number| (number as f64 / 1e3).to_string()).join("\t") + "\n";
+        write(&format!("#format x_y_z_r\n{}", (0..64).map(row).collect::<String>()));
+        let unit = |unit: &str| {
+            format!(r#""packing": {{"file": "p.csv", "compact": true, "unit": {unit}}}, "void_ratio": 0.6"#)
+        };
+        let same = check(folder.path(), &unit("\"m\"")).unwrap_or_else(|e| panic!("{e}"));
+        let others = packed(&same).1.given().grains;
+        for (one, other) in grains.iter().zip(&others) {
+            assert!((one.pose.position - other.pose.position).norm() < 1e-12);
+            assert!((reach(one) - reach(other)).abs() < 1e-12);
+        }
+        assert!(refused(folder.path(), compact).contains("no unit of length behind x"));
+        assert!(refused(folder.path(), &unit("\"ell\"")).contains("$.specimen.packing.unit: is no unit"));
         // Of what riprap itself exports the last state.
         let row = |state: usize, k: usize| {
             let [x, y, z] = [k % 4, k / 4 % 4, k / 16].map(|at| 0.025 * at as f64 + state as f64);

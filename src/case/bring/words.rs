@@ -28,8 +28,12 @@ pub static SIEVE: &[Key] = &[
         LENGTH,
         "All sizes are scaled alike, so that the largest is this: a parallel grading.",
     ),
-    Key::optional("coarsest", LENGTH, "What is coarser is taken out and the rest scaled up: scalping."),
-    Key::optional("finest", LENGTH, "What is finer is taken out and the rest scaled up."),
+    Key::optional(
+        "coarsest",
+        LENGTH,
+        "What is coarser, after parallel, is taken out and the rest scaled up: scalping.",
+    ),
+    Key::optional("finest", LENGTH, "What is finer, after parallel, is taken out and the rest scaled up."),
 ];
 /// Keys of a body's `hull`.
 pub static HULL: &[Key] = &[
@@ -38,7 +42,7 @@ pub static HULL: &[Key] = &[
         Form::Text,
         "A surface or mesh: .stl, .obj, .ply, .msh or .vtu; relative to the case file.",
     ),
-    Key::required("unit", Form::Choice(&UNITS), "Of the file's coordinates, which have none themselves."),
+    Key::required("unit", UNIT, "Of the file's coordinates, which have none themselves."),
     Key::default(
         "vertices",
         Form::Count(4, 256),
@@ -74,6 +78,7 @@ pub const PACKING: &[Key] = &[
         Form::Brought(&Form::Text),
         "A CSV or JSON file of the grains, in their place; relative to the case file.",
     ),
+    Key::optional("unit", Form::Brought(&UNIT), "Of a CSV's lengths whose headings have none, as YADE's."),
     Key::required("grains", GRAINS, "The grains; a file has them in place of this."),
     Key::default(
         "compact",
@@ -102,7 +107,7 @@ const SIGNED_LENGTH: Form = Form::Quantity(Dimension::Length, within(-1e6, 1e6))
 const ANGLE: Form = Form::Quantity(Dimension::Angle, within(-1e3, 1e3));
 pub(super) const LENGTH: Form = Form::Quantity(Dimension::Length, positive(1e4));
 pub(super) static POINT: Form = Form::Tuple(&[LENGTH, Form::Quantity(Dimension::None, within(0.0, 1.0))]);
-static UNITS: [&str; 6] = ["m", "cm", "mm", "um", "in", "ft"];
+const UNIT: Form = Form::Choice(&["m", "cm", "mm", "um", "in", "ft"]);
 
 /// What is given at `path` in SI, or its first fault.
 pub(super) fn walked(form: &Form, given: &Value, path: &str) -> Result<Value, Fault> {

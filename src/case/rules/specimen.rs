@@ -116,7 +116,11 @@ fn grading(specimen: &Value, walker: &mut Walker) -> Option<Vec<[f64; 2]>> {
     }
     if last[1] != 0.0 {
         let problem = format!("must end with 0 passing at the smallest size, not {}", last[1]);
-        walker.fault(place, shown(last), problem, format!("[{} m, 0]", last[0]));
+        let accepted = format!(
+            "[{size} m, 0]; or {{\"points\": [...], \"finest\": \"{size} m\"}}, which leaves out what is finer",
+            size = last[0]
+        );
+        walker.fault(place, shown(last), problem, accepted);
     }
     walker.is_clean(place).then_some(points)
 }
