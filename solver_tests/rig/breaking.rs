@@ -123,6 +123,25 @@ fn weak_grains_break_on_and_a_stored_state_goes_on_to_the_same_bits() {
     break_on(RIGID);
 }
 
+/// Contacts soften where their bodies are, displacements included: what that frees is booked in full, and so is what bodies that bend store at its start.
+#[test]
+fn energy_closes_while_contacts_of_bending_grains_soften() {
+    let mut rig = breakable(4e6, Kind { keeps_rubble: true, crushes: true, ..BENDING });
+    rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
+    let (mut test, before) = compressed(&mut rig, 6);
+    let (rows, end) = run(&mut rig, &mut test, &drive(4e-3, Lateral::Pressure));
+    assert_eq!(end, StageEnd::Finished);
+    let [before, after] = [&before, &rows].map(|rows| &rows[rows.len() - 1].ledger);
+    let [work, error, softened] = [
+        after.external - before.external,
+        after.error() - before.error(),
+        after.damage - after.indentation - (before.damage - before.indentation),
+    ];
+    println!("{work:e}, {error:e}, {softened:e}, {}", rows.len());
+    assert!(softened > 3e-3 * work, "{softened:e} of {work:e}");
+    assert!(error.abs() < 1e-3 * work, "{error:e} of {work:e}");
+}
+
 /// As rigid ones: they bend between collapses, and what is left of them afterwards.
 #[test]
 fn weak_grains_that_bend_break_on_and_a_stored_state_goes_on_to_the_same_bits() {

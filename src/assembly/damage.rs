@@ -175,13 +175,12 @@ impl Contacts {
             return 0.0;
         }
         let freed = |pair: &PairWork| -> f64 {
-            let bends = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
             let softer = pair.points.iter().filter_map(|point| {
                 let memory = pair.carried.point(point.site.feature)?;
                 let carried = memory.load > 0.0 && memory.stiffness_left != point.stiffness_left;
                 carried.then_some((point, memory))
             });
-            if bends {
+            if pair.keeps_force(model) {
                 let active = softer.filter(|(point, _)| point.evaluation.is_active());
                 active.map(|(point, memory)| freed_on_the_way(&model.law, point, memory)).sum()
             } else {
@@ -230,7 +229,7 @@ impl Contacts {
     }
 }
 
-/// What a contact of rigid bodies sets free by getting softer [J]: its energy goes with its stiffness,
+/// What a contact sets free by getting softer where its bodies stay [J]: its energy goes with its stiffness,
 /// whatever it then does. The work of its forces along the way is that of the softer spring (`solver::path`).
 fn freed_in_place(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) -> f64 {
     let PointState { spring, hardening, radii, .. } = point.state;
@@ -248,7 +247,7 @@ fn freed_in_place(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) 
     (1.0 - left) * (weight * (normal + hardened) + memory.tangential_energy)
 }
 
-/// The same where bodies bend, so that a force, not a place, is kept while a contact gets softer: work of the trapezoidal rule less the energy gained,
+/// The same behind springs where bodies bend, so that a force, not a place, is kept while a contact gets softer: work of the trapezoidal rule less the energy gained,
 /// `(1/k2 - 1/k1) f1.f2 / 2` of a spring whose stiffness goes from k1 to k2 and its force from f1 to f2, and that of the hardening beside it
 /// ([`freed_by_hardening`](ContactLaw::freed_by_hardening)).
 fn freed_on_the_way(law: &ContactLaw, point: &ContactPoint, memory: &PointMemory) -> f64 {

@@ -69,9 +69,8 @@ impl Contacts {
     /// Work lost to friction since the committed state [J], in the configuration last evaluated.
     pub fn dissipation(&self, model: &Model) -> f64 {
         let of_pair = |pair: &PairWork| {
-            // Where bodies bend a force is kept while a contact gets softer, else its place.
-            let bends = [pair.a(), pair.b()].into_iter().any(|body| model.bodies[body].is_elastic());
-            let kept: f64 = pair.active().map(|point| dissipated(&model.law, pair, point, bends)).sum();
+            let keeps_force = pair.keeps_force(model);
+            let kept: f64 = pair.active().map(|point| dissipated(&model.law, pair, point, keeps_force)).sum();
             let is_lost = |memory: &&PointMemory| !pair.active().any(|p| p.site.feature == memory.feature);
             let lost = pair.carried.points.iter().filter(is_lost);
             let given_up: f64 = lost.map(|memory| self.given_up(model, pair, memory)).sum();

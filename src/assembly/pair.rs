@@ -195,6 +195,11 @@ impl PairWork {
     pub fn is_of(&self, bodies: &[bool]) -> bool {
         bodies[self.a()] || bodies[self.b()]
     }
+    /// Whether its contacts keep their forces while they get softer, and not their place: behind springs, where bodies bend.
+    pub fn keeps_force(&self, model: &Model) -> bool {
+        let bends = [self.a(), self.b()].into_iter().any(|body| model.bodies[body].is_elastic());
+        bends && model.waits_for_augmentations()
+    }
     pub fn active(&self) -> impl Iterator<Item = &ContactPoint> {
         self.points.iter().filter(|p| p.evaluation.is_active())
     }

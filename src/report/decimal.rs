@@ -80,10 +80,10 @@ impl Decimals {
             true => whole.replace(thousands, ""),
             false => whole.to_string(),
         };
-        let value = format!("{whole}{behind}").parse::<f64>();
-        match value {
+        let is_strange = whole.contains(thousands);
+        match format!("{whole}{behind}").parse::<f64>() {
             // Our own export writes NaN for what a row does not have.
-            Ok(value) if value.is_finite() || value.is_nan() => Ok(value),
+            Ok(value) if !is_strange && (value.is_finite() || value.is_nan()) => Ok(value),
             _ => Err(format!("{cell:?} is no number")),
         }
     }

@@ -7,7 +7,8 @@
 //!
 //! Displacements `u` of bodies that follow the forces by steps go straight along with them, and contacts know them by `u` alone, on the way and at its ends:
 //! a solve has them yield by what it expects of `u` besides. A contact's force `f` works on frames and on `u`; what it stores, rubs off and crushes is the
-//! sum of both. Of `f . du` bodies store the change of their energy. The rest is lost, since `u` is behind `f`, as against a drag.
+//! sum of both. Of `f . du` bodies store the change of their energy. The rest is lost, since `u` is behind `f`, as against a drag. Contacts that damage has
+//! softened since are soft on all of the way: what that freed at its start is booked apart (`assembly::damage`).
 //!
 //! Where displacements are solved for by augmentations, at the end of a step only, the mean of the forces at both ends of the increment stands in, and tells
 //! nothing of what snaps in it.
@@ -53,6 +54,8 @@ pub(super) struct Path {
     pub pressure_work: f64,
     /// Work of forces on displacements of bodies that follow them by steps, beyond what these store [J].
     pub bending_loss: f64,
+    /// What these bodies store there, before what damage since then has left of their contacts [J].
+    stored: f64,
 }
 
 /// What forces do on a way.
@@ -60,13 +63,14 @@ struct Along {
     /// Their mean on all carriers, but for those applied from outside [N, N m]; `None` where it is not known: where bodies are displaced by augmentations, or
     /// are too close there.
     mean: Option<Vec<Vector6<f64>>>,
-    /// Work on displacements of bodies that follow them by steps, beyond what these store [J].
-    bending_loss: f64,
+    /// Work on displacements of bodies that follow them by steps [J], and what these store at its end.
+    bending_work: f64,
+    stored: f64,
 }
 
 impl Path {
     /// Begins in the committed state.
-    pub fn from(newton: &Newton<'_>) -> Self {
+    pub fn from(newton: &mut Newton<'_>) -> Self {
         let poses = newton.committed.poses.clone();
         let forces = newton.committed.forces.clone();
         let known = forces.len() == poses.len();
@@ -75,11 +79,12 @@ impl Path {
         let fields = newton.committed.fields.clone();
         let volume = newton.model.enclosed_volume(&poses);
         let work = vec![Vector6::zeros(); poses.len()];
-        Path { work, pressure_work: 0.0, bending_loss: 0.0, poses, fields, forces, pressure, volume }
+        let stored = newton.stored_as_committed(pressure);
+        Path { work, pressure_work: 0.0, bending_loss: 0.0, stored, poses, fields, forces, pressure, volume }
     }
 
     /// Goes on from where `newton` is, whatever brought it there.
-    pub fn restart(&mut self, newton: &Newton<'_>) {
+    pub fn restart(&mut self, newton: &mut Newton<'_>) {
         self.press(newton);
         let work = std::mem::take(&mut self.work);
         let Path { pressure_work, bending_loss, .. } = *self;
@@ -102,10 +107,11 @@ impl Path {
     pub fn go_on(&mut self, newton: &mut Newton<'_>, cut: Cut) {
         let end = newton.forces();
         let pieces = ways(&self.poses, newton).map(|(pair, way)| (pair, cut.pieces(way))).collect();
-        let Along { mean, bending_loss } = newton.along(self, cut.least, &pieces);
+        let Along { mean, bending_work, stored } = newton.along(self, cut.least, &pieces);
         let mean = mean
             .unwrap_or_else(|| self.forces.iter().zip(&end).map(|(from, to)| 0.5 * (from + to)).collect());
-        self.bending_loss += bending_loss;
+        self.bending_loss += bending_work - (stored - self.stored);
+        self.stored = stored;
         let motions = self.poses.iter().zip(&newton.poses);
         for ((work, mean), (from, to)) in self.work.iter_mut().zip(&mean).zip(motions) {
             *work += mean.component_mul(&motion_vector(from, to));
@@ -166,18 +172,30 @@ impl Newton<'_> {
     /// What forces do on the straight way since `start`. The way of each pair is cut into its `pieces`, of one that is met on it into the `least`.
     fn along(&mut self, start: &Path, least: usize, pieces: &BTreeMap<PairKey, usize>) -> Along {
         if self.model.waits_for_augmentations() {
-            return Along { mean: None, bending_loss: 0.0 };
+            return Along { mean: None, bending_work: 0.0, stored: 0.0 };
         }
         let fields = if self.model.has_elastic() { self.contacts.fields.clone() } else { Vec::new() };
         let mut along = self.sum_along(start, least, pieces, &fields);
         if self.model.has_elastic() {
-            let begun = at(0.0, &fields, &change_of(&start.fields, &fields));
-            let before = self.stored_at(&start.poses, begun, start.pressure);
             let poses = self.poses.clone();
-            along.bending_loss -= self.stored_at(&poses, fields, self.loads.pressure) - before;
+            along.stored = self.stored_at(&poses, fields, self.loads.pressure);
         }
         self.evaluate();
         along
+    }
+
+    /// What bodies that follow forces by steps store as committed, under that `pressure` [Pa], by their displacements alone [J].
+    fn stored_as_committed(&mut self, pressure: f64) -> f64 {
+        if !self.model.follows_by_steps() {
+            return 0.0;
+        }
+        // An increment begins with the committed displacements.
+        let (poses, fields) = (self.committed.poses.clone(), self.contacts.fields.clone());
+        self.contacts.yield_in_solves(false);
+        let stored = self.stored_at(&poses, fields, pressure);
+        self.contacts.yield_in_solves(true);
+        self.evaluate();
+        stored
     }
 
     /// What bodies that bend store, displaced by `fields` under a `pressure` [Pa] and what their contacts bear so [J].
@@ -199,7 +217,7 @@ impl Newton<'_> {
         let model = self.model;
         let change = change_of(&start.fields, fields);
         let bends = !change.is_empty();
-        let mut bending_loss = 0.0;
+        let mut bending_work = 0.0;
         let mut mean = vec![Vector6::zeros(); start.poses.len()];
         let mut known = true;
         let of_pairs = |contacts: &Contacts| -> Vec<usize> {
@@ -238,7 +256,7 @@ impl Newton<'_> {
                 let mut forces = vec![Vector6::zeros(); start.poses.len()];
                 assembly::add_contact_forces(&mut forces, &self.contacts, counted);
                 if bends {
-                    bending_loss += weight * self.contacts.bending_work(&poses, &change, counted);
+                    bending_work += weight * self.contacts.bending_work(&poses, &change, counted);
                 }
                 if count == of_others {
                     known &= self.contacts.evaluate_skin(model, &poses).is_ok();
@@ -246,14 +264,14 @@ impl Newton<'_> {
                     let weighing = (pressure, self.loads.gravity);
                     assembly::add_other_forces(&mut forces, model, &self.contacts, weighing, &poses);
                     if bends {
-                        bending_loss +=
+                        bending_work +=
                             weight * self.contacts.bending_work_of_others(model, &poses, pressure, &change);
                     }
                 }
                 mean.iter_mut().zip(forces).for_each(|(mean, force)| *mean += weight * force);
             }
         }
-        Along { mean: known.then_some(mean), bending_loss }
+        Along { mean: known.then_some(mean), bending_work, stored: 0.0 }
     }
 }
 

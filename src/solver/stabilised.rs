@@ -162,7 +162,8 @@ struct March {
 }
 
 impl March {
-    fn from(newton: &Newton<'_>) -> Self {
+    fn from(newton: &mut Newton<'_>) -> Self {
+        let path = Path::from(newton);
         let (model, settings) = (newton.model, newton.settings);
         let until = settings.stabilisation;
         let course = Course::to(until, settings);
@@ -171,7 +172,7 @@ impl March {
             until,
             room: if waits || model.wall.is_some() { Room::OfAll } else { Room::OfEach },
             damage: DamageWatch::new(model, settings),
-            path: Path::from(newton),
+            path,
             drag: newton.uniform_drag(course.first_drag),
             relaxations: Relaxations::new(settings.relaxation.filter(|_| newton.can_relax())),
             found: Equilibrium::begun(newton.balance()),

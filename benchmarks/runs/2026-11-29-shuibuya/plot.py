@@ -44,17 +44,12 @@ def finish(figure, axes, title, most, legend, name):
 plt.rcParams.update(STYLE)
 figure, axes = plt.subplots(2, 1, figsize=(6.4, 7.6), sharex=True)
 for pressure, colour in PRESSURES.items():
-    name = f"p{pressure:04d}"
-    for path, line, width in [(HERE / f"{name}.csv", "-", 1.4), (HERE / f"{name}_tenth.csv", "--", 1.0), (HERE / f"{name}_short.csv", ":", 1.0)]:
-        if path.exists():
-            draw(axes, path, colour, line, width)
+    draw(axes, HERE / f"p{pressure:04d}.csv", colour, "-", 1.4)
     if pressure in SOURCE:
         axes[0].plot(*SOURCE[pressure], "o", color=colour, ms=7, mfc="white", mew=1.8)
     axes[0].plot([], [], color=colour, label=f"{pressure / 1000} MPa")
-for label, line in [("as the cases are", "-"), ("increments of 4e-4, unrest 3e-3", ":"), ("of these, weakening over a tenth", "--")]:
-    axes[0].plot([], [], line, color="#555555", label=label)
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
-finish(figure, axes, "300 grains that break, weakening over a quarter of a grain", 15, "upper left", "stress_strain.png")
+finish(figure, axes, "300 grains that break", 13, "upper left", "stress_strain.png")
 
 ends = []
 for pressure in PRESSURES:
