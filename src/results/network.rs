@@ -100,7 +100,7 @@ fn network(reader: &Reader, state: usize) -> Result<String> {
     array("pair_force", 1, (0..rows).map(of_pair).collect());
     array("strong", 1, (0..rows).map(|row| f64::from(u8::from(of_pair(row) > mean))).collect());
     array("normal_force", 1, normal.clone());
-    // Files of riprap before 0.3 have no gaps.
+    // Older files have no gaps.
     let gap = reader.has(&table("gap")).then_some(("gap", 1));
     let all =
         [("force", 3), ("normal", 3), ("friction_force", 3), ("point", 3), ("slip", 1), ("mobilised", 1)];
