@@ -60,7 +60,8 @@ def run(case, out, set=None, threads=None, force=False, resume=False, progress=N
     if code == INTERRUPTED:
         raise KeyboardInterrupt(f"{out} holds everything up to the last increment; resume=True goes on from there")
     if code not in (0, STOPPED):
-        raise RiprapError(code, told)
+        # The program speaks of its options.
+        raise RiprapError(code, told.replace("--force", "force=True").replace("--resume", "resume=True"))
     if code == STOPPED:
         warnings.warn(told, stacklevel=2)
     return Results(out)
