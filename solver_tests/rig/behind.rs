@@ -8,6 +8,7 @@
 
 use riprap::contact::NormalLaw;
 use riprap::loading::StageEnd;
+use riprap::model::Deformation;
 use riprap::solver::Stabilisation;
 use riprap::solver::fidelity::change;
 use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Stage, Test};
@@ -25,8 +26,8 @@ pub fn with_asperities(mut rig: Rig) -> Rig {
 fn consolidated(cells: Option<usize>) -> (Rig, Test, Vec<Row>) {
     let mut rig = with_asperities(rig(Cover::Pressure(Rims::Bonded)));
     if let Some(cells) = cells {
-        let grains = condensed_grains(&rig, cells).into_iter().map(|grain| (grain, None)).collect();
-        rig.condense(grains);
+        let grains = condensed_grains(&rig, cells);
+        rig.make(grains.into_iter().map(|grain| (Deformation::Condensed(grain), None)));
     }
     rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
     let mut test = Test::new(&rig);

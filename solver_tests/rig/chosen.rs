@@ -4,25 +4,27 @@
 //! shear, over the largest q, as the charts of work against precision measure it. Nothing here is fitted: the choice sees its own estimate
 //! alone. All changes of fidelity leave contact forces as they are, to a thousandth of the mean force.
 
+use std::sync::Arc;
+
 use riprap::contact::law::Friction;
+use riprap::grain::CondensedGrain;
 use riprap::loading::StageEnd;
+use riprap::model::Deformation;
 use riprap::solver::Stabilisation;
 use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Stage, Steps, Test};
 
 use crate::ready::{condensed_grains, consolidate_seated, drive, finished, rig, run, seat};
 
-fn condensed(rig: &mut Rig) {
-    let grains = condensed_grains(rig, 38).into_iter().map(|grain| (grain, None));
-    rig.condense(grains.collect());
+fn make(rig: &mut Rig, deforms: fn(Arc<CondensedGrain>) -> Deformation) {
+    rig.make(condensed_grains(rig, 38).into_iter().map(|grain| (deforms(grain), None)));
 }
 
 /// The rows of the shear; grains are seated rigid first, as `simulation::seating` does it.
 fn sheared(accuracy: Option<f64>) -> Vec<Row> {
     let mut rig = rig(Cover::Pressure(Rims::Bonded));
-    condensed(&mut rig);
+    make(&mut rig, if accuracy.is_some() { Deformation::Resting } else { Deformation::Condensed });
     let mut test = Test::new(&rig);
     if accuracy.is_some() {
-        rig.rest_all();
         rig.settings.accuracy = accuracy;
         seat(&mut rig, &mut test);
         rig.condense_seated();
@@ -69,9 +71,8 @@ fn q_keeps_within_the_accuracy() {
 #[test]
 fn grains_that_bend_move_on_through_a_collapse() {
     let mut rig = rig(Cover::Pressure(Rims::Bonded));
-    condensed(&mut rig);
+    make(&mut rig, Deformation::Resting);
     let mut test = Test::new(&rig);
-    rig.rest_all();
     rig.settings.accuracy = Some(0.05);
     seat(&mut rig, &mut test);
     rig.condense_seated();

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use riprap::contact::NormalLaw;
 use riprap::element::Strains;
-use riprap::grain::FullGrain;
+use riprap::grain::{CondensedGrain, FullGrain};
+use riprap::model::Deformation;
 use riprap::triaxial::{Cover, Lateral, Rig, Rims, Row, Test};
 
 use crate::behind::with_asperities;
@@ -15,14 +16,16 @@ use crate::ready::{condensed_grains, consolidate_seated, drive, finished, rig, r
 const FORCE_TOLERANCE: f64 = 1e-4;
 
 fn deform(rig: &mut Rig, strains: Option<Strains>) {
-    let grains = condensed_grains(rig, 38);
-    match strains {
-        Some(strains) => {
-            let full = |grain| Arc::new(FullGrain::new(grain, 2700.0, strains).expect("a grain"));
-            rig.resolve(grains.into_iter().map(full).collect());
-        }
-        None => rig.condense(grains.into_iter().map(|grain| (grain, None)).collect()),
-    }
+    let deformation = |grain| match strains {
+        Some(strains) => fully(grain, strains),
+        None => Deformation::Condensed(grain),
+    };
+    rig.make(condensed_grains(rig, 38).into_iter().map(|grain| (deformation(grain), None)));
+}
+
+/// By the motion of all nodes.
+pub fn fully(grain: Arc<CondensedGrain>, strains: Strains) -> Deformation {
+    Deformation::Full(Arc::new(FullGrain::new(grain, 2700.0, strains).expect("a grain")))
 }
 
 /// The rows of the consolidation and of the shear; grains are seated rigid first, as `simulation::seating` does it.

@@ -105,17 +105,8 @@ fn keeps_rubble(rock: &RockCase) -> bool {
 
 /// What does not go together with grains that break.
 fn breaking(refuse: &mut dyn FnMut(&str, &str, &str, &str), case: &Case) {
-    let fidelity = match case.fidelity_of_grains() {
-        Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed => None,
-        Fidelity::Full => Some("\"full\""),
-    };
-    if let Some(fidelity) = fidelity {
-        let problem = "grains damage where they are rigid or condensed";
-        let accepted = "\"auto\", \"rigid\", \"condensed\", or \"damage\": null";
-        refuse("$.solver.fidelity", fidelity, problem, accepted);
-    }
-    let deforming =
-        case.fidelity_of_grains() == Fidelity::Condensed || case.solver.chosen_accuracy().is_some();
+    let deforming = matches!(case.fidelity_of_grains(), Fidelity::Condensed | Fidelity::Full)
+        || case.solver.chosen_accuracy().is_some();
     if keeps_rubble(&case.rock) && deforming {
         let problem = "rubble is kept where grains are rigid in their contacts";
         let accepted = "\"removed\", or fidelity \"auto\" without an accuracy or \"rigid\"";

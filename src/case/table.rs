@@ -584,7 +584,7 @@ static SOLVER: &[Key] = &[
         "fidelity",
         Choice(&["auto", "rigid", "condensed", "full"]),
         "\"auto\"",
-        "How grains deform; auto chooses for each. Grains of a specimen that break are rigid while their rock collapses, whatever is chosen, and bend as sound rock in between.",
+        "How grains deform; auto chooses for each. Of grains of a specimen that break contacts soften, and the sound rock that is left bends.",
     ),
     Key::optional(
         "accuracy",

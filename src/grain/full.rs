@@ -33,6 +33,8 @@ const SETTLED: f64 = 1e-6;
 #[derive(Debug)]
 pub struct FullGrain {
     condensed: Arc<CondensedGrain>,
+    /// [kg/m^3]
+    density: f64,
     strains: Strains,
     elements: Vec<StraightTet10>,
     /// Its stiffness without displacements.
@@ -50,7 +52,14 @@ impl FullGrain {
         let rock: Vec<Elastic> = mesh.cell_ids().map(|cell| *condensed.rock(cell)).collect();
         let held = HeldGrain::new(mesh, &rock, condensed.mass_properties(), density, &sound(rock.len()))
             .map_err(|fault| fail(fault.to_string()))?;
-        Ok(FullGrain { condensed, strains, elements, held })
+        Ok(FullGrain { condensed, density, strains, elements, held })
+    }
+
+    /// A part of it, condensed, with all its nodes.
+    ///
+    /// Errors as [`FullGrain::new`].
+    pub fn alike(&self, part: Arc<CondensedGrain>) -> Result<Self> {
+        FullGrain::new(part, self.density, self.strains)
     }
 
     pub fn mesh(&self) -> &Mesh {
@@ -65,6 +74,13 @@ impl FullGrain {
     /// The field of a grain that nothing has displaced.
     pub fn undisplaced(&self) -> Vec<Vec3> {
         vec![Vec3::zeros(); self.condensed.surface().nodes().len() + self.mesh().nodes.len()]
+    }
+
+    /// The field under these `loads` on the surface [N].
+    pub fn displaced(&self, loads: &[(SurfacePoint, Vec3)]) -> Vec<Vec3> {
+        let (mut field, mut surplus) = (self.undisplaced(), vec![Vec3::zeros(); self.mesh().nodes.len()]);
+        self.settle(&mut field, &mut surplus, loads);
+        field
     }
 
     /// Displacements of all nodes of the mesh in its `field` [m]; empty if that is no field of this grain.

@@ -47,6 +47,8 @@ pub enum Deformation {
     Rigid,
     /// Not for now: it may get back this flexibility, which is in no gap.
     Resting(Arc<CondensedGrain>),
+    /// The same of all nodes of its mesh.
+    RestingFull(Arc<FullGrain>),
     /// By its own flexibility, which is in every gap.
     Condensed(Arc<CondensedGrain>),
     /// By the motion of all nodes of its mesh, with finite strains.
@@ -72,7 +74,7 @@ impl Deformation {
         match self {
             Deformation::Condensed(grain) => Some(grain),
             Deformation::Full(full) => Some(full.condensed()),
-            Deformation::Rigid | Deformation::Resting(_) => None,
+            Deformation::Rigid | Deformation::Resting(_) | Deformation::RestingFull(_) => None,
         }
     }
 
@@ -80,6 +82,7 @@ impl Deformation {
     pub fn flexibility(&self) -> Option<&Arc<CondensedGrain>> {
         match self {
             Deformation::Resting(grain) => Some(grain),
+            Deformation::RestingFull(full) => Some(full.condensed()),
             Deformation::Rigid | Deformation::Condensed(_) | Deformation::Full(_) => self.grain(),
         }
     }
@@ -89,7 +92,9 @@ impl Deformation {
         Ok(match self {
             Deformation::Rigid => Deformation::Rigid,
             Deformation::Resting(_) => Deformation::Resting(part()?),
-            Deformation::Condensed(_) | Deformation::Full(_) => Deformation::Condensed(part()?),
+            Deformation::RestingFull(full) => Deformation::RestingFull(Arc::new(full.alike(part()?)?)),
+            Deformation::Condensed(_) => Deformation::Condensed(part()?),
+            Deformation::Full(full) => Deformation::Full(Arc::new(full.alike(part()?)?)),
         })
     }
 }
@@ -201,7 +206,10 @@ impl Body {
     pub fn full(&self) -> Option<&Arc<FullGrain>> {
         match &self.deformation {
             Deformation::Full(full) => Some(full),
-            Deformation::Rigid | Deformation::Resting(_) | Deformation::Condensed(_) => None,
+            Deformation::Rigid
+            | Deformation::Resting(_)
+            | Deformation::RestingFull(_)
+            | Deformation::Condensed(_) => None,
         }
     }
 
@@ -212,7 +220,7 @@ impl Body {
 
     /// Whether it is rigid for now and may become condensed.
     pub fn is_resting(&self) -> bool {
-        matches!(self.deformation, Deformation::Resting(_))
+        matches!(self.deformation, Deformation::Resting(_) | Deformation::RestingFull(_))
     }
 
     /// The meshed surface, where the body deforms.
@@ -265,10 +273,13 @@ impl Body {
         self.deformation.flexibility()
     }
 
-    /// Makes a resting body condensed; says whether it was resting.
+    /// Has a resting body deform again; says whether it was resting.
     pub fn wake(&mut self) -> bool {
-        let Deformation::Resting(grain) = &self.deformation else { return false };
-        self.deformation = Deformation::Condensed(grain.clone());
+        self.deformation = match &self.deformation {
+            Deformation::Resting(grain) => Deformation::Condensed(grain.clone()),
+            Deformation::RestingFull(full) => Deformation::Full(full.clone()),
+            Deformation::Rigid | Deformation::Condensed(_) | Deformation::Full(_) => return false,
+        };
         true
     }
 
@@ -282,14 +293,17 @@ impl Body {
         self.is_sound() || self.is_brittle()
     }
 
-    /// Makes a condensed body rigid for a while, if it may be; says whether it did.
+    /// Makes a body that deforms rigid for a while, if it may be; says whether it did.
     pub fn rest(&mut self) -> bool {
-        let Deformation::Condensed(grain) = &self.deformation else { return false };
-        let can = self.may_rest();
-        if can {
-            self.deformation = Deformation::Resting(grain.clone());
+        if !self.may_rest() {
+            return false;
         }
-        can
+        self.deformation = match &self.deformation {
+            Deformation::Condensed(grain) => Deformation::Resting(grain.clone()),
+            Deformation::Full(full) => Deformation::RestingFull(full.clone()),
+            Deformation::Rigid | Deformation::Resting(_) | Deformation::RestingFull(_) => return false,
+        };
+        true
     }
 
     /// Whether its rock is as generated.
@@ -300,7 +314,7 @@ impl Body {
     /// How it deforms, as results files number it: 0 rigid, 1 condensed, 2 full.
     pub fn level(&self) -> u8 {
         match self.deformation {
-            Deformation::Rigid | Deformation::Resting(_) => 0,
+            Deformation::Rigid | Deformation::Resting(_) | Deformation::RestingFull(_) => 0,
             Deformation::Condensed(_) => 1,
             Deformation::Full(_) => 2,
         }

@@ -128,7 +128,7 @@ impl Model {
                     if body.is_elastic() && body.softens_with_damage() {
                         body.deformation = Deformation::Condensed(grain.condensed().clone());
                     } else if body.is_elastic() && grain.is_parted() {
-                        body.deformation = Deformation::Condensed(Arc::new(grain.as_sound()?));
+                        body.deformation = body.deformation.of_part(|| Ok(Arc::new(grain.as_sound()?)))?;
                     }
                     body.breakage = body.breakage.of(grain);
                 }

@@ -114,28 +114,30 @@ fn own<'a>(body: &'a Body, index: usize, contacts: &Contacts, turn: &Rotation) -
         return None;
     }
     let (mesh, stresses, displacement) = match (body.damaged(), body.full(), body.grain()) {
-        (Some(grain), _, Some(sound)) if body.is_brittle() && !grain.is_sound() => {
+        (damaged, Some(full), _) => {
+            let moved = contacts.fields.get(index).map(|field| full.nodal(field))?;
+            let broken = damaged.filter(|grain| !grain.is_sound());
+            let stresses =
+                || broken.map_or_else(|| full.condensed().cell_stresses(moved), |grain| grain.stresses());
+            (!moved.is_empty()).then(|| (full.mesh(), stresses(), moved.to_vec()))?
+        }
+        (Some(grain), None, Some(sound)) if body.is_brittle() && !grain.is_sound() => {
             let moved = sound.nodal_displacements(contacts.surface_loads.get(index)?);
             (grain.mesh(), grain.stresses(), moved)
         }
         // Not strained yet: it was rigid until now, or a restart point has its states only.
-        (Some(grain), _, _) if body.is_elastic() && grain.displaced().is_empty() => {
+        (Some(grain), None, _) if body.is_elastic() && grain.displaced().is_empty() => {
             let moved = grain.condensed().nodal_displacements(contacts.surface_loads.get(index)?);
             let stresses =
                 if grain.is_sound() { grain.condensed().cell_stresses(&moved) } else { grain.stresses() };
             (grain.mesh(), stresses, moved)
         }
-        (Some(grain), _, _) => {
+        (Some(grain), None, _) => {
             // A part that has just come off has not been displaced yet.
             let moved = grain.displaced();
             let moved =
                 if body.is_elastic() && moved.len() == grain.mesh().nodes.len() { moved } else { &[] };
             (grain.mesh(), grain.stresses(), moved.to_vec())
-        }
-        (None, Some(grain), _) => {
-            let moved = contacts.fields.get(index).map(|field| grain.nodal(field))?;
-            (!moved.is_empty())
-                .then(|| (grain.mesh(), grain.condensed().cell_stresses(moved), moved.to_vec()))?
         }
         (None, None, Some(grain)) => {
             let moved = grain.nodal_displacements(contacts.surface_loads.get(index)?);

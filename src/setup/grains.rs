@@ -24,21 +24,10 @@ pub fn grain_meshes(wanted: &SpecimenCase, specimen: &Specimen) -> Result<Vec<Me
 /// # Errors
 /// `Error::Mesh` naming the grain, where a law of its rock cannot give what is possible.
 pub fn give_rock(case: &Case, rig: &mut Rig, meshes: &[Mesh]) -> Result<()> {
-    let seed_and_contact = (case.seed, &case.contact);
-    let condensed = || rock::condensed_grains(&case.rock, meshes, seed_and_contact);
-    match case.fidelity_of_grains() {
-        Fidelity::Rigid if case.rock.damage.is_some() => {
-            rig.let_break(rock::breaking_grains(&case.rock, meshes, seed_and_contact)?);
-        }
-        Fidelity::Rigid => {}
-        Fidelity::Auto => {
-            rig.condense(condensed()?);
-            rig.rest_all();
-        }
-        Fidelity::Condensed => rig.condense(condensed()?),
-        Fidelity::Full => {
-            rig.resolve(rock::full_grains(&case.rock, meshes, seed_and_contact)?);
-        }
+    let fidelity = case.fidelity_of_grains();
+    if fidelity == Fidelity::Rigid && case.rock.damage.is_none() {
+        return Ok(());
     }
+    rig.make(rock::grains(&case.rock, meshes, fidelity, (case.seed, &case.contact))?);
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::case::{ContactCase, Law, RockCase, RubbleCase, Scatter};
+use crate::case::{ContactCase, Fidelity, Law, RockCase, RubbleCase, Scatter};
 use crate::contact::NormalLaw;
 use crate::element::Strains;
 use crate::error::{Error, Result};
@@ -13,6 +13,7 @@ use crate::material::{
     self, DamageLaw, DamageParameters, Elastic, Property, Quantity, Softening, crack_band_size, sample_field,
 };
 use crate::mesh::{CellId, Mesh};
+use crate::model::Deformation;
 
 /// What the case says of a quantity, as the material draws it.
 pub fn quantity(law: &Law) -> Quantity {
@@ -90,48 +91,34 @@ pub fn full(
     FullGrain::new(condensed, rock.density, Strains::Finite).map(Arc::new).map_err(named(name))
 }
 
-/// The grains of a specimen with all their nodes, in their order.
-pub fn full_grains(
+/// How the grains of a specimen deform, and break if their rock does, in their order; those whose fidelity is chosen rest at first.
+pub fn grains(
     rock: &RockCase,
     meshes: &[Mesh],
-    seed_and_contact: (u64, &ContactCase),
-) -> Result<Vec<Arc<FullGrain>>> {
-    let grain = |(index, mesh): (usize, &Mesh)| {
-        full(rock, &format!("grain {index}"), index, mesh.clone(), seed_and_contact)
-    };
-    meshes.par_iter().enumerate().map(grain).collect()
-}
-
-/// A condensed body and its damage, where it can break.
-pub type Breakable = (Arc<CondensedGrain>, Option<Arc<DamagedGrain>>);
-
-/// The grains of a specimen condensed, in their order.
-pub fn condensed_grains(
-    rock: &RockCase,
-    meshes: &[Mesh],
+    fidelity: Fidelity,
     (seed, contact): (u64, &ContactCase),
-) -> Result<Vec<Breakable>> {
+) -> Result<Vec<(Deformation, Option<Arc<DamagedGrain>>)>> {
     let grain = |(index, mesh): (usize, &Mesh)| {
-        let name = format!("grain {index}");
-        let grain = condensed(rock, &name, index, mesh.clone(), (seed, contact))?;
-        let damaged = damaged(rock, &name, index, &grain, seed)?;
-        Ok((grain, damaged))
-    };
-    meshes.par_iter().enumerate().map(grain).collect()
-}
-
-/// The grains of a specimen as they break where they do not bend, in their order; `None` of elastic rock.
-pub fn breaking_grains(
-    rock: &RockCase,
-    meshes: &[Mesh],
-    (seed, contact): (u64, &ContactCase),
-) -> Result<Vec<Option<Arc<DamagedGrain>>>> {
-    let grain = |(index, mesh): (usize, &Mesh)| {
-        let name = format!("grain {index}");
-        let elasticity = elasticity(rock, &name, index, mesh.cells.len(), seed)?;
-        let on_points =
-            CondensedGrain::stressed(mesh.clone(), &elasticity, rock.density).map_err(named(&name))?;
-        damaged(rock, &name, index, &Arc::new(loaded(on_points, contact.normal)), seed)
+        let (name, mesh) = (format!("grain {index}"), mesh.clone());
+        let (deformation, grain) = match fidelity {
+            Fidelity::Rigid => {
+                let elasticity = elasticity(rock, &name, index, mesh.cells.len(), seed)?;
+                let on_points =
+                    CondensedGrain::stressed(mesh, &elasticity, rock.density).map_err(named(&name))?;
+                (Deformation::Rigid, Arc::new(loaded(on_points, contact.normal)))
+            }
+            Fidelity::Auto | Fidelity::Condensed => {
+                let grain = condensed(rock, &name, index, mesh, (seed, contact))?;
+                let deforms =
+                    if fidelity == Fidelity::Auto { Deformation::Resting } else { Deformation::Condensed };
+                (deforms(grain.clone()), grain)
+            }
+            Fidelity::Full => {
+                let full = full(rock, &name, index, mesh, (seed, contact))?;
+                (Deformation::Full(full.clone()), full.condensed().clone())
+            }
+        };
+        Ok((deformation, damaged(rock, &name, index, &grain, seed)?))
     };
     meshes.par_iter().enumerate().map(grain).collect()
 }

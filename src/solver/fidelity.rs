@@ -8,7 +8,7 @@
 //! estimate for those left keeps within the accuracy (marking after Doerfler 1996).
 //!
 //! **Damage.** The strains of a body that rests are exact under the forces that act on it. It is condensed from half its damage threshold
-//! on, and always once damaged (but for collapses, in which brittle bodies are rigid: `triaxial::test::collapse`).
+//! on, and always once damaged.
 //!
 //! A change of fidelity leaves forces as they are, so what was omitted before stays in them, and what would
 //! be omitted from then on is made up for: both are kept with the contacts and counted in the estimate. Hence
@@ -266,7 +266,10 @@ pub fn change(
         changed[body] = model.bodies[body].wake();
         transition.woken += usize::from(changed[body]);
         if changed[body] {
-            committed.fields[body].clone_from(&recovery.fields[body]);
+            committed.fields[body] = match model.bodies[body].full() {
+                Some(full) => full.displaced(&recovery.loads[body]),
+                None => recovery.fields[body].clone(),
+            };
         }
     }
     for &body in rest {

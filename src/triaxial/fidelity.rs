@@ -6,13 +6,6 @@ use crate::solver::{IncrementReport, Transition, Verdict};
 use crate::triaxial::rig::Rig;
 
 impl Rig {
-    /// Has all grains rest whose flexibility is known; before anything has moved.
-    pub fn rest_all(&mut self) {
-        self.model.bodies.iter_mut().for_each(|body| {
-            body.rest();
-        });
-    }
-
     /// Judges fidelities in the balanced state that `report` holds, under `pressure` [Pa] and with the plates where they are.
     pub(super) fn judge(&self, report: &IncrementReport, pressure: f64) -> Verdict {
         let loads = self.loads(false, pressure);

@@ -12,7 +12,7 @@ use crate::contact::law::Friction;
 use crate::contact::{ContactLaw, ContactShape};
 use crate::error::Result;
 use crate::geometry::{Polyhedron, RoundedBody};
-use crate::grain::{CondensedGrain, DamagedGrain, FullGrain};
+use crate::grain::DamagedGrain;
 use crate::model::cover::{Outline, Rim};
 use crate::model::fracture::Fracture;
 use crate::model::{
@@ -273,19 +273,10 @@ impl Rig {
         Ok(rig)
     }
 
-    /// Gives the grains their own flexibility, in their order; before anything has moved.
-    /// Those with damage can break.
-    pub fn condense(&mut self, grains: Vec<(Arc<CondensedGrain>, Option<Arc<DamagedGrain>>)>) {
-        for (body, (grain, damaged)) in self.model.bodies.iter_mut().zip(grains) {
-            body.deformation = Deformation::Condensed(grain);
-            body.breakage = damaged.map_or(Breakage::Never, Breakage::Brittle);
-        }
-        self.model.begin_damage();
-    }
-
-    /// Lets rigid grains break, in their order; before anything has moved.
-    pub fn let_break(&mut self, grains: Vec<Option<Arc<DamagedGrain>>>) {
-        for (body, damaged) in self.model.bodies.iter_mut().zip(grains) {
+    /// Has the grains deform and break like this, in their order; before anything has moved.
+    pub fn make(&mut self, grains: impl IntoIterator<Item = (Deformation, Option<Arc<DamagedGrain>>)>) {
+        for (body, (deformation, damaged)) in self.model.bodies.iter_mut().zip(grains) {
+            body.deformation = deformation;
             body.breakage = damaged.map_or(Breakage::Never, Breakage::Brittle);
         }
         self.model.begin_damage();
@@ -305,13 +296,6 @@ impl Rig {
         let (wall, pose) = RigidWall::new(self.model.bodies.len(), [self.bottom, self.top], faces, reach);
         self.committed.poses.push(pose);
         self.model.wall = Some(wall);
-    }
-
-    /// Has all nodes of the grains move, in their order; before anything has moved.
-    pub fn resolve(&mut self, grains: Vec<Arc<FullGrain>>) {
-        for (body, full) in self.model.bodies.iter_mut().zip(grains) {
-            body.deformation = Deformation::Full(full);
-        }
     }
 
     /// Makes all grains rigid; `None` where they are.

@@ -21,6 +21,7 @@ use crate::grain::CondensedGrain;
 use crate::loading::StageEnd;
 use crate::material::Elastic;
 use crate::mesh::cuboid_mesh;
+use crate::model::Deformation;
 use crate::solver::Settings;
 use crate::specimen::shape::GrainShape;
 use crate::specimen::statistics::Statistics;
@@ -126,7 +127,7 @@ pub fn prism(strain: f64, tall: f64) -> Result<Option<([f64; 2], usize)>> {
     let rock = Elastic::new(E, NU).map_err(|error| Error::Specimen(error.to_string()))?;
     let rocks = vec![rock; mesh.cells.len()];
     let grain = Arc::new(CondensedGrain::new(mesh, &rocks, 2700.0)?);
-    rig.condense(vec![(Arc::clone(&grain), None)]);
+    rig.make([(Deformation::Condensed(grain.clone()), None)]);
     let mut test = Test::new(&rig);
     let pressure = 1e6;
     if !test.seat(&mut rig, pressure).converged() {
