@@ -111,15 +111,6 @@ fn faces_of_grains_share_no_patches_where_these_break_or_change_their_fidelity()
     assert_eq!(sound(SPECIMEN, &[]).contact.faces, FaceContact::Corners);
 }
 
-/// Grains of specimens break at every fidelity.
-#[test]
-fn grains_of_specimens_break_at_every_fidelity() {
-    for fidelity in ["auto", "rigid", "condensed", "full"] {
-        let set = [("/rock/damage", json!({})), ("/solver/fidelity", json!(fidelity))];
-        assert_eq!(not_yet(SPECIMEN, &set), [""; 0], "{fidelity}");
-    }
-}
-
 /// Contacts of specimens crush, those of scenes are springs, unless the case says otherwise; at every fidelity.
 #[test]
 fn asperities_are_the_contacts_of_specimens() {

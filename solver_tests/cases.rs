@@ -160,6 +160,19 @@ fn the_full_size_has_about_the_grains_of_the_source() {
     assert_eq!(estimate.cells, 38 * estimate.grains);
 }
 
+/// Those of the quick start do.
+#[test]
+fn grains_of_specimens_break_at_every_fidelity() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/quick_start.json");
+    for fidelity in ["auto", "rigid", "condensed", "full"] {
+        let mut raw = riprap::case::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        raw.set(&[("/solver/fidelity".into(), fidelity.into())]);
+        let case = raw.check().unwrap_or_else(|e| panic!("{e}"));
+        assert!(case.rock.damage.is_some());
+        assert_eq!(riprap::case::unsupported(&case), []);
+    }
+}
+
 /// Tolerance: a factor of two; "about" is what the estimate says of itself.
 #[test]
 fn cells_of_bodies_are_about_those_of_their_meshes() {
