@@ -180,6 +180,7 @@ fn cells_of_bodies_are_about_those_of_their_meshes() {
         ("box", r#"{"box": [0.1, 0.2, 0.3]}"#),
         ("sphere", r#"{"sphere": 0.1}"#),
         ("cylinder", r#"{"cylinder": {"radius": 0.1, "length": 0.3, "sides": 12}}"#),
+        ("round", r#"{"cylinder": {"radius": 0.1, "length": 0.3, "sides": 96}}"#),
         (
             "wedge",
             r#"{"polyhedron": [[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.3], [0.2, 0, 0.3], [0, 0.2, 0.3]]}"#,

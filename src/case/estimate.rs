@@ -212,7 +212,12 @@ impl Case {
             }
             ShapeCase::Grain(_) if body.mesh_size.is_none() => return GRAIN_CELLS as f64,
             ShapeCase::Sphere(radius) => 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3),
-            ShapeCase::Cylinder { radius, length, .. } => std::f64::consts::PI * radius * radius * length,
+            ShapeCase::Cylinder { radius, length, sides } => {
+                // Where sides are narrower than cells, cells are as narrow, towards the axis more so: in quadratic mean by the root of two.
+                let side = 2.0 * radius * (std::f64::consts::PI / *sides as f64).sin();
+                let narrower = (std::f64::consts::SQRT_2 * h / side).max(1.0);
+                std::f64::consts::PI * radius * radius * length * narrower
+            }
             // Hulls of random grains fill about half of their ellipsoid.
             ShapeCase::Grain(sizes) => 0.3 * (0.5 * (sizes[0] + sizes[1])).powi(3),
             ShapeCase::Polyhedron(points) => {
