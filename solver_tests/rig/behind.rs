@@ -27,7 +27,7 @@ fn consolidated(cells: Option<usize>) -> (Rig, Test, Vec<Row>) {
     let mut rig = with_asperities(rig(Cover::Pressure(Rims::Bonded)));
     if let Some(cells) = cells {
         let grains = condensed_grains(&rig, cells);
-        rig.make(grains.into_iter().map(|grain| (Deformation::Condensed(grain), None)));
+        rig.make(grains.into_iter().map(|grain| (Deformation::condensed(grain), None)));
     }
     rig.settings.stabilisation = Stabilisation::Unrest(3e-3);
     let mut test = Test::new(&rig);

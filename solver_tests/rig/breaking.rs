@@ -41,7 +41,7 @@ struct Kind {
 
 const RIGID: Kind =
     Kind { deforms: |_| Deformation::Rigid, keeps_rubble: false, crushes: false, cover: PRESSED };
-const BENDING: Kind = Kind { deforms: Deformation::Condensed, ..RIGID };
+const BENDING: Kind = Kind { deforms: Deformation::condensed, ..RIGID };
 const FULL: Kind = Kind { deforms: |grain| fully(grain, Strains::Finite), ..RIGID };
 
 /// The rig around sixteen grains whose rock has this tensile strength [Pa], a tenth of that in compression.

@@ -22,7 +22,7 @@ fn make(rig: &mut Rig, deforms: fn(Arc<CondensedGrain>) -> Deformation) {
 /// The rows of the shear; grains are seated rigid first, as `simulation::seating` does it.
 fn sheared(accuracy: Option<f64>) -> Vec<Row> {
     let mut rig = rig(Cover::Pressure(Rims::Bonded));
-    make(&mut rig, if accuracy.is_some() { Deformation::Resting } else { Deformation::Condensed });
+    make(&mut rig, if accuracy.is_some() { Deformation::resting } else { Deformation::condensed });
     let mut test = Test::new(&rig);
     if accuracy.is_some() {
         rig.settings.accuracy = accuracy;
@@ -71,7 +71,7 @@ fn q_keeps_within_the_accuracy() {
 #[test]
 fn grains_that_bend_move_on_through_a_collapse() {
     let mut rig = rig(Cover::Pressure(Rims::Bonded));
-    make(&mut rig, Deformation::Resting);
+    make(&mut rig, Deformation::resting);
     let mut test = Test::new(&rig);
     rig.settings.accuracy = Some(0.05);
     seat(&mut rig, &mut test);

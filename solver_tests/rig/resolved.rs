@@ -18,14 +18,14 @@ const FORCE_TOLERANCE: f64 = 1e-4;
 fn deform(rig: &mut Rig, strains: Option<Strains>) {
     let deformation = |grain| match strains {
         Some(strains) => fully(grain, strains),
-        None => Deformation::Condensed(grain),
+        None => Deformation::condensed(grain),
     };
     rig.make(condensed_grains(rig, 38).into_iter().map(|grain| (deformation(grain), None)));
 }
 
 /// By the motion of all nodes.
 pub fn fully(grain: Arc<CondensedGrain>, strains: Strains) -> Deformation {
-    Deformation::Full(Arc::new(FullGrain::new(grain, 2700.0, strains).expect("a grain")))
+    Deformation::full(Arc::new(FullGrain::new(grain, 2700.0, strains).expect("a grain")))
 }
 
 /// The rows of the consolidation and of the shear; grains are seated rigid first, as `simulation::seating` does it.

@@ -46,12 +46,17 @@ pub enum Deformation {
     #[default]
     Rigid,
     /// Not for now: it may get back this flexibility, which is in no gap.
-    Resting(Arc<CondensedGrain>),
-    /// The same of all nodes of its mesh.
-    RestingFull(Arc<FullGrain>),
+    Resting(Flexibility),
     /// By its own flexibility, which is in every gap.
+    Bending(Flexibility),
+}
+
+/// What a body bends by.
+#[derive(Debug, Clone)]
+pub enum Flexibility {
+    /// The flexibility between the nodes of its surface.
     Condensed(Arc<CondensedGrain>),
-    /// By the motion of all nodes of its mesh, with finite strains.
+    /// The motion of all nodes of its mesh, with finite strains.
     Full(Arc<FullGrain>),
 }
 
@@ -68,22 +73,53 @@ pub enum Breakage {
     Rubble,
 }
 
+impl Flexibility {
+    /// Between the nodes of its surface.
+    pub fn grain(&self) -> &Arc<CondensedGrain> {
+        match self {
+            Flexibility::Condensed(grain) => grain,
+            Flexibility::Full(full) => full.condensed(),
+        }
+    }
+
+    /// The same kind, of a part with this flexibility.
+    fn of_part(&self, part: Arc<CondensedGrain>) -> Result<Self> {
+        Ok(match self {
+            Flexibility::Condensed(_) => Flexibility::Condensed(part),
+            Flexibility::Full(full) => Flexibility::Full(Arc::new(full.alike(part)?)),
+        })
+    }
+}
+
 impl Deformation {
+    pub fn condensed(grain: Arc<CondensedGrain>) -> Self {
+        Deformation::Bending(Flexibility::Condensed(grain))
+    }
+
+    pub fn full(grain: Arc<FullGrain>) -> Self {
+        Deformation::Bending(Flexibility::Full(grain))
+    }
+
+    /// For now.
+    pub fn resting(grain: Arc<CondensedGrain>) -> Self {
+        Deformation::Resting(Flexibility::Condensed(grain))
+    }
+
     /// The flexibility by which a body deforms now.
     pub fn grain(&self) -> Option<&Arc<CondensedGrain>> {
         match self {
-            Deformation::Condensed(grain) => Some(grain),
-            Deformation::Full(full) => Some(full.condensed()),
-            Deformation::Rigid | Deformation::Resting(_) | Deformation::RestingFull(_) => None,
+            Deformation::Bending(flexibility) => Some(flexibility.grain()),
+            Deformation::Rigid | Deformation::Resting(_) => None,
         }
     }
 
     /// The flexibility of a body, whether or not it is in the gaps now.
     pub fn flexibility(&self) -> Option<&Arc<CondensedGrain>> {
         match self {
-            Deformation::Resting(grain) => Some(grain),
-            Deformation::RestingFull(full) => Some(full.condensed()),
-            Deformation::Rigid | Deformation::Condensed(_) | Deformation::Full(_) => self.grain(),
+            Deformation::Resting(flexibility) | Deformation::Bending(flexibility) => {
+                Some(flexibility.grain())
+            }
+            Deformation::Rigid => None,
         }
     }
 
@@ -91,10 +127,8 @@ impl Deformation {
     pub fn of_part(&self, part: impl FnOnce() -> Result<Arc<CondensedGrain>>) -> Result<Self> {
         Ok(match self {
             Deformation::Rigid => Deformation::Rigid,
-            Deformation::Resting(_) => Deformation::Resting(part()?),
-            Deformation::RestingFull(full) => Deformation::RestingFull(Arc::new(full.alike(part()?)?)),
-            Deformation::Condensed(_) => Deformation::Condensed(part()?),
-            Deformation::Full(full) => Deformation::Full(Arc::new(full.alike(part()?)?)),
+            Deformation::Resting(flexibility) => Deformation::Resting(flexibility.of_part(part()?)?),
+            Deformation::Bending(flexibility) => Deformation::Bending(flexibility.of_part(part()?)?),
         })
     }
 }
@@ -205,11 +239,8 @@ impl Body {
     /// Its mesh, where all nodes of it move.
     pub fn full(&self) -> Option<&Arc<FullGrain>> {
         match &self.deformation {
-            Deformation::Full(full) => Some(full),
-            Deformation::Rigid
-            | Deformation::Resting(_)
-            | Deformation::RestingFull(_)
-            | Deformation::Condensed(_) => None,
+            Deformation::Bending(Flexibility::Full(full)) => Some(full),
+            Deformation::Rigid | Deformation::Resting(_) | Deformation::Bending(_) => None,
         }
     }
 
@@ -220,7 +251,7 @@ impl Body {
 
     /// Whether it is rigid for now and may become condensed.
     pub fn is_resting(&self) -> bool {
-        matches!(self.deformation, Deformation::Resting(_) | Deformation::RestingFull(_))
+        matches!(self.deformation, Deformation::Resting(_))
     }
 
     /// The meshed surface, where the body deforms.
@@ -275,11 +306,8 @@ impl Body {
 
     /// Has a resting body deform again; says whether it was resting.
     pub fn wake(&mut self) -> bool {
-        self.deformation = match &self.deformation {
-            Deformation::Resting(grain) => Deformation::Condensed(grain.clone()),
-            Deformation::RestingFull(full) => Deformation::Full(full.clone()),
-            Deformation::Rigid | Deformation::Condensed(_) | Deformation::Full(_) => return false,
-        };
+        let Deformation::Resting(flexibility) = &self.deformation else { return false };
+        self.deformation = Deformation::Bending(flexibility.clone());
         true
     }
 
@@ -298,11 +326,8 @@ impl Body {
         if !self.may_rest() {
             return false;
         }
-        self.deformation = match &self.deformation {
-            Deformation::Condensed(grain) => Deformation::Resting(grain.clone()),
-            Deformation::Full(full) => Deformation::RestingFull(full.clone()),
-            Deformation::Rigid | Deformation::Resting(_) | Deformation::RestingFull(_) => return false,
-        };
+        let Deformation::Bending(flexibility) = &self.deformation else { return false };
+        self.deformation = Deformation::Resting(flexibility.clone());
         true
     }
 
@@ -314,9 +339,9 @@ impl Body {
     /// How it deforms, as results files number it: 0 rigid, 1 condensed, 2 full.
     pub fn level(&self) -> u8 {
         match self.deformation {
-            Deformation::Rigid | Deformation::Resting(_) | Deformation::RestingFull(_) => 0,
-            Deformation::Condensed(_) => 1,
-            Deformation::Full(_) => 2,
+            Deformation::Rigid | Deformation::Resting(_) => 0,
+            Deformation::Bending(Flexibility::Condensed(_)) => 1,
+            Deformation::Bending(Flexibility::Full(_)) => 2,
         }
     }
 }

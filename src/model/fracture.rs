@@ -145,7 +145,7 @@ impl Model {
         for (body, grain) in self.bodies.iter_mut().zip(grains) {
             if let Some(grain) = grain {
                 if !grain.is_sound() && body.is_elastic() && body.softens_with_damage() {
-                    body.deformation = Deformation::Condensed(grain.condensed().clone());
+                    body.deformation = Deformation::condensed(grain.condensed().clone());
                 }
                 body.breakage = body.breakage.of(grain.clone());
             }

@@ -12,7 +12,7 @@ pub mod step_length;
 pub mod stored;
 pub mod wall;
 
-pub use body::{Body, BodyKind, Breakage, Deformation, STIFFNESS_RATIO};
+pub use body::{Body, BodyKind, Breakage, Deformation, Flexibility, STIFFNESS_RATIO};
 pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
 pub use step_length::StepLength;

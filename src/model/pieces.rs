@@ -19,7 +19,7 @@ impl Model {
         for (number, grain) in grains.into_iter().enumerate() {
             let old = &self.bodies[index];
             let deformation = match old.is_elastic() {
-                true => Deformation::Condensed(grain.condensed().clone()),
+                true => Deformation::condensed(grain.condensed().clone()),
                 false => Deformation::Rigid,
             };
             let body = self.body_of(index, number, grain, old.nominal.clone(), deformation);

@@ -32,8 +32,8 @@ pub(super) fn placed(body: &SceneBody, friction: &Friction) -> Result<(Body, Rou
         centre_of_mass: nominal.centroid(),
         offset: body.offset,
         deformation: match (&body.full, &body.grain) {
-            (Some(full), _) => Deformation::Full(full.clone()),
-            (None, Some(grain)) => Deformation::Condensed(grain.clone()),
+            (Some(full), _) => Deformation::full(full.clone()),
+            (None, Some(grain)) => Deformation::condensed(grain.clone()),
             (None, None) => Deformation::Rigid,
         },
         breakage: match &body.damaged {

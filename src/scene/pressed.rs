@@ -168,7 +168,7 @@ impl Scene {
             match broken {
                 None => {
                     let body = &mut self.model.bodies[number];
-                    body.deformation = Deformation::Condensed(part.grain.condensed().clone());
+                    body.deformation = Deformation::condensed(part.grain.condensed().clone());
                     body.breakage = body.breakage.of(Arc::new(part.grain.clone()));
                     parts.push((number, part));
                 }

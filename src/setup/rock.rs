@@ -110,12 +110,12 @@ pub fn grains(
             Fidelity::Auto | Fidelity::Condensed => {
                 let grain = condensed(rock, &name, index, mesh, (seed, contact))?;
                 let deforms =
-                    if fidelity == Fidelity::Auto { Deformation::Resting } else { Deformation::Condensed };
+                    if fidelity == Fidelity::Auto { Deformation::resting } else { Deformation::condensed };
                 (deforms(grain.clone()), grain)
             }
             Fidelity::Full => {
                 let full = full(rock, &name, index, mesh, (seed, contact))?;
-                (Deformation::Full(full.clone()), full.condensed().clone())
+                (Deformation::full(full.clone()), full.condensed().clone())
             }
         };
         Ok((deformation, damaged(rock, &name, index, &grain, seed)?))

@@ -238,7 +238,7 @@ fn edges_too_short_to_touch_are_no_overlap_that_contacts_miss() {
 
 /// The pile with its upper cubes condensed, the lowest held and the highest pressed down.
 fn pressed_pile() -> (Model, Committed, Loads) {
-    let (model, committed, mut loads) = pile(1e-3, Deformation::Condensed);
+    let (model, committed, mut loads) = pile(1e-3, Deformation::condensed);
     loads.prescribed[0] = [true; 6];
     loads.applied[2][2] = -2e4;
     (model, committed, loads)

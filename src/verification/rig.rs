@@ -127,7 +127,7 @@ pub fn prism(strain: f64, tall: f64) -> Result<Option<([f64; 2], usize)>> {
     let rock = Elastic::new(E, NU).map_err(|error| Error::Specimen(error.to_string()))?;
     let rocks = vec![rock; mesh.cells.len()];
     let grain = Arc::new(CondensedGrain::new(mesh, &rocks, 2700.0)?);
-    rig.make([(Deformation::Condensed(grain.clone()), None)]);
+    rig.make([(Deformation::condensed(grain.clone()), None)]);
     let mut test = Test::new(&rig);
     let pressure = 1e6;
     if !test.seat(&mut rig, pressure).converged() {

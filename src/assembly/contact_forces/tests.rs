@@ -9,7 +9,7 @@ use crate::tensor::Pose;
 
 /// Edges of the lower two cross near the end of one.
 fn condensed_pile(faces: FaceContact) -> (Model, Committed, Loads) {
-    let (model, committed, loads) = pile(-11e-3, Deformation::Condensed);
+    let (model, committed, loads) = pile(-11e-3, Deformation::condensed);
     (model.with_faces(faces), committed, loads)
 }
 

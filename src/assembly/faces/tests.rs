@@ -87,7 +87,7 @@ fn layers_of_patches_soften_and_are_spared_each_by_its_own() {
 
 /// As [`two_cubes`], of which the upper one may deform, and does not for now.
 fn resting_cubes() -> (Model, Committed, Loads) {
-    let (model, committed, loads) = pile(0.0, Deformation::Resting);
+    let (model, committed, loads) = pile(0.0, Deformation::resting);
     (model.with_faces(FaceContact::Area), committed, loads)
 }
 
