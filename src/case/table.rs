@@ -584,7 +584,7 @@ static SOLVER: &[Key] = &[
         "fidelity",
         Choice(&["auto", "rigid", "condensed", "full"]),
         "\"auto\"",
-        "How grains deform; auto chooses for each. Of grains of a specimen that break contacts soften, and the sound rock that is left bends.",
+        "How grains deform; auto chooses for each. Where grains of a specimen break, their contacts soften and the sound rock that is left bends.",
     ),
     Key::optional(
         "accuracy",
