@@ -69,8 +69,7 @@ pub fn add_contact_forces(
     counts: impl Fn(usize) -> bool,
 ) {
     for (_, pair) in contacts.pairs.iter().enumerate().filter(|(number, _)| counts(*number)) {
-        for point in pair.active() {
-            let wrench = &point.evaluation.wrench;
+        for wrench in &pair.wrenches {
             for k in 0..6 {
                 wrenches[pair.a()][k] += wrench[k];
                 wrenches[pair.b()][k] += wrench[6 + k];

@@ -6,7 +6,7 @@ use crate::assembly::point::ContactPoint;
 use crate::assembly::sites::{facing_corners, site_points};
 use crate::assembly::springs::Springs;
 use crate::assembly::trial::Trial;
-use crate::contact::asperity::AsperityState;
+use crate::contact::asperity::{Asperity, AsperityState};
 use crate::contact::force::{self, ElasticTangent, Kinematics, PointState, SitePoints, Situation, Tangent};
 use crate::contact::law::{ContactLaw, Weakening};
 use crate::contact::memory::{Crushable, PairKey, PairMemory, PointMemory};
@@ -52,9 +52,9 @@ pub struct PairWork {
     is_elastic: bool,
     #[serde(skip)]
     is_brittle: bool,
-    /// What is carried of listed features that came in reach, by number in the list.
+    /// What is known of listed features that came in reach, by number in the list.
     #[serde(skip)]
-    starts: Vec<(usize, Start)>,
+    met: Vec<(usize, Met)>,
     #[serde(skip)]
     clearances: Clearances,
     /// Forces of the last augmentation, by feature.
@@ -65,6 +65,9 @@ pub struct PairWork {
     pub places: Vec<ContactPlace>,
     #[serde(skip)]
     pub points: Vec<ContactPoint>,
+    /// Forces and moments on both bodies of those that are active [N, N m], in their order: most that reads these reads nothing else of a contact.
+    #[serde(skip)]
+    pub wrenches: Vec<[f64; 12]>,
     /// Of the patches that meshed faces share.
     #[serde(skip)]
     pub mortars: Vec<Mortar>,
@@ -102,6 +105,16 @@ fn frictionless() -> Weakening {
 
 /// Least radius of a patch that friction holds on to, over the feature's own: where hardening presses what was crushed further before.
 const LEAST_GRIP: f64 = 1e-3;
+
+/// A listed feature that came in reach.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    /// Its asperity, where it has one, and its share of the pair's spring.
+    asperity: Option<Asperity>,
+    weight: f64,
+    /// What its contact brings into the increment, once that is known.
+    start: Option<Start>,
+}
 
 /// What a contact of one feature brings into the increment.
 #[derive(Debug, Clone, Copy)]
@@ -152,11 +165,12 @@ impl PairWork {
             is_new: true,
             is_elastic: false,
             is_brittle: false,
-            starts: Vec::new(),
+            met: Vec::new(),
             clearances: Clearances::default(),
             multipliers: Vec::new(),
             places: Vec::new(),
             points: Vec::new(),
+            wrenches: Vec::new(),
             mortars: Vec::new(),
             tangents: Vec::new(),
             elastic_tangents: Vec::new(),
@@ -178,7 +192,7 @@ impl PairWork {
             let margins = [self.skin, margin()];
             self.features = PairFeatures::list(&model.shapes, corners, poses, self.key(), margins);
             self.clearances.clear();
-            self.starts.clear();
+            self.met.clear();
         }
     }
 
@@ -240,7 +254,11 @@ impl PairWork {
     /// Forgets where its contacts lie on the bodies' surfaces, and what follows from it.
     pub(super) fn forget_places(&mut self) {
         self.places.clear();
-        self.starts.clear();
+        self.forget_starts();
+    }
+
+    fn forget_starts(&mut self) {
+        self.met.iter_mut().for_each(|(_, met)| met.start = None);
     }
 
     pub fn multiplier(&self, feature: Feature) -> Option<&Multiplier> {
@@ -291,16 +309,24 @@ impl PairWork {
         let bodies = [self.a(), self.b()].map(|body| &model.bodies[body]);
         self.is_elastic = bodies.iter().any(|body| body.is_elastic());
         self.is_brittle = bodies.iter().any(|body| body.softens());
-        self.starts.clear();
+        self.forget_starts();
         self.mortars.clone_from(&self.carried.mortars);
         self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
         self.points.clear();
+        self.wrenches.clear();
         // It would count in the next search, and a continued run does not have it.
         self.offset = 0.0;
     }
 
-    /// Finds its contact points.
+    /// Finds its contact points and their forces.
     pub(super) fn evaluate(&mut self, model: &Model, view: &View<'_>) {
+        self.find_points(model, view);
+        let PairWork { points, wrenches, .. } = self;
+        wrenches.clear();
+        wrenches.extend(points.iter().filter(|p| p.evaluation.is_active()).map(|p| p.evaluation.wrench));
+    }
+
+    fn find_points(&mut self, model: &Model, view: &View<'_>) {
         self.points.clear();
         (self.nearest, self.offset) = (f64::INFINITY, 0.0);
         if self.features.is_empty() {
@@ -309,27 +335,25 @@ impl PairWork {
         let meeting = Meeting::new(self, model, view);
         let Meeting { bodies: [a, b], shapes, .. } = meeting;
         let (poses, corners) = ([&view.poses[a], &view.poses[b]], [&view.corners[a][..], &view.corners[b]]);
-        let PairWork { features, carried, starts, clearances, multipliers, places, points, mortars, .. } =
-            self;
+        let PairWork { features, carried, met, clearances, multipliers, places, points, mortars, .. } = self;
         let reach = if meeting.is_elastic || self.initial_overlap > 0.0 { features.margin() } else { 0.0 };
         let facings = faces::facings(model, features, poses);
-        let crushing = Crushing { model, bodies: [a, b], carried, crushed: view.crushed };
+        let crushing = Crushing { bodies: [a, b], carried, crushed: view.crushed };
         let mut known = Known { carried, multipliers, places, offset: 0.0 };
         let placed = Placed { shapes, corners, poses };
         let mut at = 0;
         self.nearest = visit_sites(&placed, features, clearances, reach, |site, number| {
-            at += starts[at..].iter().take_while(|(listed, _)| *listed < number).count();
-            if starts.get(at).is_none_or(|(listed, _)| *listed != number) {
-                let asperity = crushing.asperity(site.feature);
-                starts.insert(at, (number, Start { asperity, ..Start::of(carried, site.feature) }));
+            at += met[at..].iter().take_while(|(listed, _)| *listed < number).count();
+            if met.get(at).is_none_or(|(listed, _)| *listed != number) {
+                met.insert(at, (number, Met::new(model, [a, b], site.feature)));
             }
-            let start = &mut starts[at].1;
-            let edge_weight = match site.feature {
-                Feature::Edges(i, j) => shapes[0].edge_weight[i as usize] * shapes[1].edge_weight[j as usize],
-                Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
-            };
+            let Met { asperity, weight, start } = &mut met[at].1;
+            let start = start.get_or_insert_with(|| Start {
+                asperity: asperity.map(|law| crushing.asperity(law, site.feature)),
+                ..Start::of(carried, site.feature)
+            });
             let mut sites = site_points(&site, shapes, corners, poses);
-            let spring = meeting.springs.contact.min(view.strength / meeting.yielding) * edge_weight;
+            let spring = meeting.springs.contact.min(view.strength / meeting.yielding) * *weight;
             let mut state = meeting.state(start, spring);
             let share = spring / meeting.springs.contact;
             state.asperity = start.asperity.map(|asperity| AsperityState { share, ..asperity });
@@ -401,6 +425,17 @@ impl PairWork {
     }
 }
 
+impl Met {
+    fn new(model: &Model, bodies: [usize; 2], feature: Feature) -> Self {
+        let [a, b] = bodies.map(|body| &model.shapes[body]);
+        let weight = match feature {
+            Feature::Edges(i, j) => a.edge_weight[i as usize] * b.edge_weight[j as usize],
+            Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Faces(..) => 1.0,
+        };
+        Met { asperity: model.asperity(bodies, feature), weight, start: None }
+    }
+}
+
 impl Start {
     /// Without an asperity.
     fn of(carried: &PairMemory, feature: Feature) -> Self {
@@ -421,22 +456,20 @@ impl Start {
 /// crushed it; crossing edges know what these two have crushed of each other.
 #[derive(Clone, Copy)]
 struct Crushing<'a> {
-    model: &'a Model,
     bodies: [usize; 2],
     carried: &'a PairMemory,
     crushed: &'a Crushed,
 }
 
 impl Crushing<'_> {
-    /// The asperity of a feature at the start of the increment; `None` where a spring bears.
-    fn asperity(&self, feature: Feature) -> Option<AsperityState> {
-        let law = self.model.asperity(self.bodies, feature)?;
+    /// The asperity of a feature at the start of the increment.
+    fn asperity(&self, law: Asperity, feature: Feature) -> AsperityState {
         let known = self.carried.point(feature).filter(|memory| memory.load > 0.0);
         let key = (self.bodies[0] as u32, self.bodies[1] as u32);
         let before = || Crushable::of((key, feature)).and_then(|place| self.crushed.get(&place).copied());
         let depth = known.map(|memory| memory.depth).or_else(before).unwrap_or(0.0);
         let grip = known.map_or(0.0, |memory| memory.grip).max(LEAST_GRIP * law.radius);
-        Some(AsperityState { law, depth, grip, share: 1.0 })
+        AsperityState { law, depth, grip, share: 1.0 }
     }
 }
 

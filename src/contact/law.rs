@@ -284,32 +284,32 @@ impl Weakening {
         let full = T::constant(coefficient);
         let limited = (stretch - per_coefficient * full).scaled(1.0 / (1.0 - FALL));
         let by_limit = limited.scaled(FALL) / per_coefficient;
-        let gone = |slip: f64| -excess * (-slip / distance).exp_m1();
-        if gone(limited.value()) >= by_limit.value() {
+        let decay = |slip: f64| (-slip / distance).exp_m1();
+        if -excess * decay(limited.value()) >= by_limit.value() {
             let mean = coefficient - 0.5 * by_limit.value();
             return Slipped { slip: limited, coefficient: full - by_limit, mean };
         }
         // Convex and increasing from the root on: Newton's method from above falls onto it.
         let mut slip = (total - c * (coefficient - excess)).max(0.0);
+        let mut decayed = decay(slip);
         for _ in 0..60 {
-            let slope = 1.0 - c * (excess - gone(slip)) / distance;
-            let step = (slip + c * (coefficient - gone(slip)) - total) / slope;
+            let gone = -excess * decayed;
+            let slope = 1.0 - c * (excess - gone) / distance;
+            let step = (slip + c * (coefficient - gone) - total) / slope;
             slip -= step;
+            decayed = decay(slip);
             if step.abs() <= 1e-15 * total {
                 break;
             }
         }
-        let fall = (excess - gone(slip)) / distance;
+        let gone = -excess * decayed;
+        let fall = (excess - gone) / distance;
         // One step more with derivatives makes the root's exact.
         let at = T::constant(slip);
-        let held = T::constant(coefficient - gone(slip));
+        let held = T::constant(coefficient - gone);
         let off = (at + per_coefficient * held - stretch).scaled(1.0 / (1.0 - c * fall));
         let ratio = slip / distance;
-        let mean = if ratio < 1e-9 {
-            held.value()
-        } else {
-            coefficient - excess * (1.0 + (-ratio).exp_m1() / ratio)
-        };
+        let mean = if ratio < 1e-9 { held.value() } else { coefficient - excess * (1.0 + decayed / ratio) };
         Slipped { slip: at - off, coefficient: held + off.scaled(fall), mean }
     }
 }

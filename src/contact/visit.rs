@@ -1,7 +1,7 @@
 //! The features of a pair that are in reach of each other in one configuration.
 
 use crate::contact::features::{Feature, Site, closest_on_segments, closest_on_triangle, spanned};
-use crate::contact::search::{ContactShape, PairFeatures, VertexReach, approach};
+use crate::contact::search::{ContactShape, PairFeatures, approach};
 use crate::tensor::{Pose, Vec3};
 
 /// Clearances are measured anew where the two bodies have come this share of their list's skin.
@@ -10,18 +10,32 @@ const MEASURED_ANEW: f64 = 0.2;
 const UNSEEN: f64 = 0.02;
 
 /// How far the listed features of a pair were apart in a configuration, and the vertices that span them: what cannot have come near since needs no look, and
-/// what is looked at often lies close together.
+/// what is looked at lies close together.
 #[derive(Debug, Clone, Default)]
 pub struct Clearances {
-    /// Core distances in the order of the list [m].
-    distances: Vec<f64>,
-    /// The least of them.
+    /// In the order of the list.
+    features: Vec<Listed>,
+    /// The least of their distances [m].
     smallest: f64,
     /// Facets that vertices may be nearest to, those of one vertex after the other's.
     facets: Vec<NearFacet>,
-    /// Ends of the edges on either body, in the order of the list.
-    edges: Vec<[[u32; 2]; 2]>,
     at: Option<[Pose; 2]>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Listed {
+    /// Of the cores [m].
+    distance: f64,
+    spans: Spans,
+}
+
+/// What a listed feature lies between.
+#[derive(Debug, Clone, Copy)]
+enum Spans {
+    /// A vertex of the body `own`, 0 or 1, and a range of the facets that it may be nearest to.
+    Vertex { own: u32, vertex: u32, facets: [u32; 2] },
+    /// Two edges and their ends on either body.
+    Edges { numbers: [u32; 2], ends: [[u32; 2]; 2] },
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +49,8 @@ impl Clearances {
     /// Forgets them, as the list has changed.
     pub fn clear(&mut self) {
         self.at = None;
+        self.features.clear();
+        self.facets.clear();
     }
 
     /// By how much features may have come nearer at most [m]; `None` where all are to be measured.
@@ -44,28 +60,33 @@ impl Clearances {
         let known = self.at.as_ref().map(way).filter(|way: &f64| *way < MEASURED_ANEW * pair.skin);
         if known.is_none() {
             self.at = Some(poses.map(Pose::clone));
-            self.distances.clear();
-            self.list_vertices(pair, *shapes);
+            if self.features.is_empty() {
+                self.list(pair, *shapes);
+            }
         }
         known
     }
 
-    /// Lists the vertices of the facets and edges of a pair, nothing of which has been measured.
-    fn list_vertices(&mut self, pair: &PairFeatures, shapes: [&ContactShape; 2]) {
-        self.facets.clear();
-        for (other, list) in [(1, &pair.vertices_of_a), (0, &pair.vertices_of_b)] {
-            let of_core = &shapes[other].rounded.core.facets;
-            let facets = list.iter().flat_map(|reach| &reach.facets);
-            self.facets.extend(facets.map(|facet| NearFacet {
-                vertices: of_core[*facet as usize].map(|v| v as u32),
-                distance: 0.0,
-            }));
+    /// Lists the features of a pair, nothing of which has been measured.
+    fn list(&mut self, pair: &PairFeatures, shapes: [&ContactShape; 2]) {
+        let cores = shapes.map(|shape| &shape.rounded.core);
+        for (own, list) in [(0, &pair.vertices_of_a), (1, &pair.vertices_of_b)] {
+            for reach in list {
+                let from = self.facets.len() as u32;
+                self.facets.extend(reach.facets.iter().map(|facet| NearFacet {
+                    vertices: cores[1 - own].facets[*facet as usize].map(|v| v as u32),
+                    distance: 0.0,
+                }));
+                let facets = [from, self.facets.len() as u32];
+                let spans = Spans::Vertex { own: own as u32, vertex: reach.vertex, facets };
+                self.features.push(Listed { distance: 0.0, spans });
+            }
         }
-        self.edges.clear();
-        let ends = |side: usize, edge: u32| {
-            shapes[side].rounded.core.edges[edge as usize].vertices.map(|v| v as u32)
-        };
-        self.edges.extend(pair.edges.iter().map(|(i, j)| [ends(0, *i), ends(1, *j)]));
+        let ends = |side: usize, edge: u32| cores[side].edges[edge as usize].vertices.map(|v| v as u32);
+        self.features.extend(pair.edges.iter().map(|&(i, j)| Listed {
+            distance: 0.0,
+            spans: Spans::Edges { numbers: [i, j], ends: [ends(0, i), ends(1, j)] },
+        }));
     }
 }
 
@@ -76,53 +97,6 @@ pub struct Placed<'a> {
     /// Core vertices in space [m].
     pub corners: [&'a [Vec3]; 2],
     pub poses: [&'a Pose; 2],
-}
-
-/// A walk through the features of a list.
-struct Walk<'a> {
-    distances: &'a mut Vec<f64>,
-    closer: Option<f64>,
-    limit: f64,
-    /// What the nearest feature is within [m].
-    nearest_within: f64,
-    /// The smallest core distance so far [m].
-    smallest: f64,
-    /// Number of the next feature in the list.
-    next: usize,
-}
-
-impl Walk<'_> {
-    /// Whether the next feature can be in reach, or the nearest.
-    fn next_matters(&mut self) -> bool {
-        self.next += 1;
-        let can = |closer: f64| {
-            let least = self.distances[self.next - 1] - closer;
-            least < self.limit || least <= self.nearest_within
-        };
-        self.closer.is_none_or(can)
-    }
-
-    /// The piece nearest to `p` of a body with these `corners` that is known by `facets`, as [`nearest_of`] gives it. Those that cannot have it are passed
-    /// over.
-    fn nearest_piece(&self, p: &Vec3, facets: &mut [NearFacet], corners: &[Vec3]) -> (f64, [u32; 3], u8) {
-        let Some(closer) = self.closer else {
-            let measured = facets.iter_mut().map(|facet| (facet.vertices, Some(&mut facet.distance)));
-            return nearest_of(p, measured, corners);
-        };
-        let within = facets.iter().map(|facet| facet.distance).fold(f64::INFINITY, f64::min) + closer;
-        let can_have_it = facets.iter().filter(|facet| facet.distance - closer <= within);
-        nearest_of(p, can_have_it.map(|facet| (facet.vertices, None)), corners)
-    }
-
-    /// Takes note of its distance [m]; its number where it is in reach.
-    fn note(&mut self, distance: f64) -> Option<usize> {
-        if self.closer.is_none() {
-            self.distances.push(distance);
-        }
-        self.smallest = self.smallest.min(distance);
-        self.nearest_within = self.nearest_within.min(distance);
-        (distance < self.limit).then_some(self.next - 1)
-    }
 }
 
 /// Calls `visit` with the site of each feature pair of `pair` that is closer than `reach` [m] beyond the rounding radii, and with its number in the list,
@@ -137,50 +111,71 @@ pub fn visit_sites(
     let Placed { shapes, corners, .. } = *placed;
     let closer = clearances.closer(pair, placed);
     let limit = shapes[0].rounded.radius + shapes[1].rounded.radius + reach;
-    let Clearances { distances, smallest, facets, edges, .. } = clearances;
-    let nearest_within = closer.map_or(f64::INFINITY, |closer| *smallest + closer);
-    let mut walk = Walk { distances, closer, limit, nearest_within, smallest: f64::INFINITY, next: 0 };
-    let mut facets = &mut facets[..];
-    for (own, list) in [&pair.vertices_of_a, &pair.vertices_of_b].into_iter().enumerate() {
-        let other = 1 - own;
-        for VertexReach { vertex, facets: near } in list {
-            let of_vertex;
-            (of_vertex, facets) = facets.split_at_mut(near.len());
-            if !walk.next_matters() {
-                continue;
+    let Clearances { features, smallest, facets, .. } = clearances;
+    // What the nearest feature is within.
+    let mut within = closer.map_or(f64::INFINITY, |closer| *smallest + closer);
+    let mut nearest = f64::INFINITY;
+    for (number, Listed { distance: last, spans }) in features.iter_mut().enumerate() {
+        let least = closer.map_or(0.0, |closer| *last - closer);
+        if least >= limit && least > within {
+            continue;
+        }
+        let (distance, site) = match *spans {
+            Spans::Vertex { own, vertex, facets: [from, to] } => {
+                let (own, facets) = (own as usize, &mut facets[from as usize..to as usize]);
+                let p = &corners[own][vertex as usize];
+                let (distance, piece, count) = nearest_facet(p, facets, corners[1 - own], closer);
+                let alone = [vertex, 0, 0];
+                let site = if own == 0 {
+                    let feature = Feature::VertexOfA(vertex);
+                    Site { feature, on_a: alone, on_b: piece, count_a: 1, count_b: count }
+                } else {
+                    let feature = Feature::VertexOfB(vertex);
+                    Site { feature, on_a: piece, on_b: alone, count_a: count, count_b: 1 }
+                };
+                (distance, Some(site))
             }
-            let p = &corners[own][*vertex as usize];
-            let (distance, piece, count) = walk.nearest_piece(p, of_vertex, corners[other]);
-            let Some(number) = walk.note(distance) else { continue };
-            let alone = [*vertex, 0, 0];
-            let site = if own == 0 {
-                let feature = Feature::VertexOfA(*vertex);
-                Site { feature, on_a: alone, on_b: piece, count_a: 1, count_b: count }
-            } else {
-                let feature = Feature::VertexOfB(*vertex);
-                Site { feature, on_a: piece, on_b: alone, count_a: count, count_b: 1 }
-            };
+            Spans::Edges { numbers: [i, j], ends: [on_a, on_b] } => {
+                let ([p0, p1], [q0, q1]) =
+                    (on_a.map(|v| &corners[0][v as usize]), on_b.map(|v| &corners[1][v as usize]));
+                let (s, t) = closest_on_segments(p0, p1, q0, q1);
+                let distance = ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm();
+                let inside = |s: f64| s > 1e-12 && s < 1.0 - 1e-12;
+                let [on_a, on_b] = [on_a, on_b].map(|[from, to]| [from, to, 0]);
+                let site = Site { feature: Feature::Edges(i, j), on_a, on_b, count_a: 2, count_b: 2 };
+                (distance, (inside(s) && inside(t)).then_some(site))
+            }
+        };
+        if closer.is_none() {
+            *last = distance;
+        }
+        nearest = nearest.min(distance);
+        within = within.min(distance);
+        if let Some(site) = site.filter(|_| distance < limit) {
             visit(site, number);
         }
     }
-    for (&(i, j), &[on_a, on_b]) in pair.edges.iter().zip(edges.iter()) {
-        if !walk.next_matters() {
-            continue;
-        }
-        let ([p0, p1], [q0, q1]) =
-            (on_a.map(|v| &corners[0][v as usize]), on_b.map(|v| &corners[1][v as usize]));
-        let (s, t) = closest_on_segments(p0, p1, q0, q1);
-        let distance = ((p0 + (p1 - p0) * s) - (q0 + (q1 - q0) * t)).norm();
-        let inside = |s: f64| s > 1e-12 && s < 1.0 - 1e-12;
-        let Some(number) = walk.note(distance).filter(|_| inside(s) && inside(t)) else { continue };
-        let [on_a, on_b] = [on_a, on_b].map(|[from, to]| [from, to, 0]);
-        visit(Site { feature: Feature::Edges(i, j), on_a, on_b, count_a: 2, count_b: 2 }, number);
-    }
-    let found = walk.smallest;
     if closer.is_none() {
-        *smallest = found;
+        *smallest = nearest;
     }
-    found
+    nearest
+}
+
+/// The piece nearest to `p` of a body with these `corners` that is known by `facets`, as [`nearest_of`] gives it. Those that cannot have it, having come `closer`
+/// [m] at most since they were measured, are passed over.
+fn nearest_facet(
+    p: &Vec3,
+    facets: &mut [NearFacet],
+    corners: &[Vec3],
+    closer: Option<f64>,
+) -> (f64, [u32; 3], u8) {
+    let Some(closer) = closer else {
+        let measured = facets.iter_mut().map(|facet| (facet.vertices, Some(&mut facet.distance)));
+        return nearest_of(p, measured, corners);
+    };
+    let within = facets.iter().map(|facet| facet.distance).fold(f64::INFINITY, f64::min) + closer;
+    let can_have_it = facets.iter().filter(|facet| facet.distance - closer <= within);
+    nearest_of(p, can_have_it.map(|facet| (facet.vertices, None)), corners)
 }
 
 /// The piece (vertex, edge or facet) of `shape` nearest to `p` among `facets`: how far it is [m], its vertices, and their number.

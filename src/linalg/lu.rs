@@ -22,7 +22,7 @@ impl SolveFailure {
 }
 
 /// A square sparsity pattern, column by column, rows ascending.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pattern {
     pub size: usize,
     pub column_starts: Vec<usize>,

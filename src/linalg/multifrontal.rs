@@ -25,7 +25,7 @@ const LARGEST_RESIDUAL: f64 = 1e-6;
 const REFINEMENTS: usize = 4;
 
 /// An analysed pattern with its factor and buffers.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct MultifrontalLu {
     pattern: Pattern,
     analysis: Analysis,
@@ -42,17 +42,21 @@ impl MultifrontalLu {
     /// Analyses a symmetric pattern; block `g` has the unknowns `first[g]..first[g + 1]`, and the
     /// pattern holds whole blocks. An unsymmetric pattern or one of broken blocks is `Singular`.
     pub fn analyse(pattern: Pattern, first: &[u32]) -> Result<Self, SolveFailure> {
-        let analysis = Analysis::of(&pattern, first)?;
-        let size = pattern.size;
-        Ok(MultifrontalLu {
-            factor: vec![0.0; analysis.factor_length()],
-            exchanges: vec![0; size],
-            residual: vec![0.0; size],
-            best: vec![0.0; size],
-            work: vec![0.0; analysis.largest_front()],
-            pattern,
-            analysis,
-        })
+        let mut lu = MultifrontalLu::default();
+        lu.analyse_anew(pattern, first)?;
+        Ok(lu)
+    }
+
+    /// The same in the memory that it has; not to be used for anything else where that fails.
+    pub fn analyse_anew(&mut self, pattern: Pattern, first: &[u32]) -> Result<(), SolveFailure> {
+        self.analysis = Analysis::of(&pattern, first)?;
+        self.factor.resize(self.analysis.factor_length(), 0.0);
+        self.exchanges.resize(pattern.size, 0);
+        self.residual.resize(pattern.size, 0.0);
+        self.best.resize(pattern.size, 0.0);
+        self.work.resize(self.analysis.largest_front(), 0.0);
+        self.pattern = pattern;
+        Ok(())
     }
 
     /// Number of unknowns.

@@ -27,9 +27,14 @@ pub(super) enum Unknowns {
 }
 
 impl System {
-    /// Orders these unknowns by what couples them.
-    pub(super) fn new(unknowns: Unknowns, pattern: BlockPattern) -> Result<Self, SolveFailure> {
-        let lu = MultifrontalLu::analyse(pattern.pattern.clone(), &pattern.first)?;
+    /// Orders these unknowns by what couples them, in the memory of a system that is over.
+    pub(super) fn new(
+        unknowns: Unknowns,
+        pattern: BlockPattern,
+        former: Option<System>,
+    ) -> Result<Self, SolveFailure> {
+        let mut lu = former.map_or_else(MultifrontalLu::default, |system| system.lu);
+        lu.analyse_anew(pattern.pattern.clone(), &pattern.first)?;
         Ok(System { unknowns, pattern, lu, elimination: PairElimination::default() })
     }
 

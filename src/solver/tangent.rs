@@ -62,7 +62,7 @@ impl Newton<'_> {
     fn analyse(&mut self, unknowns: Unknowns) -> Result<(), SolveFailure> {
         let start = Instant::now();
         if let Some(pattern) = self.new_pattern(unknowns) {
-            self.system = Some(System::new(unknowns, pattern)?);
+            self.system = Some(System::new(unknowns, pattern, self.system.take())?);
             self.contacts.timings.book(Kernel::Ordering, start);
         }
         Ok(())

@@ -56,7 +56,7 @@ impl Front {
 }
 
 /// The fronts, children before parents and every subtree in one piece.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Analysis {
     pub fronts: Vec<Front>,
     pub unknowns: Vec<u32>,

@@ -132,6 +132,29 @@ fn same_bits_on_any_number_of_threads() {
     }
 }
 
+/// Larger and smaller systems in the same memory, after each other and after one that cannot be factorised.
+#[test]
+fn memory_of_another_system_changes_no_bit() {
+    let mut numbers = Numbers(13);
+    let mut used = MultifrontalLu::default();
+    for (side, layers) in [(5, 4), (2, 1), (8, 10), (3, 3)] {
+        let (pattern, first) = boxed(side, layers, &mut numbers);
+        let values = values(&pattern, 12.0, &mut numbers);
+        let right_side: Vec<f64> = (0..pattern.size).map(|_| numbers.next()).collect();
+        let mut fresh = MultifrontalLu::analyse(pattern.clone(), &first).expect("analysed");
+        used.analyse_anew(pattern.clone(), &first).expect("analysed");
+        let [fresh, used] = [&mut fresh, &mut used].map(|lu| {
+            let nonsense = vec![f64::NAN; values.len()];
+            assert!(lu.factorise(&nonsense).is_err());
+            lu.factorise(&values).expect("factorised");
+            let mut x = right_side.clone();
+            lu.solve_in_place(&values, &mut x).expect("solved");
+            x
+        });
+        assert_eq!(fresh, used, "{side} {layers}");
+    }
+}
+
 #[test]
 fn singular_and_broken_input_is_a_value_not_a_panic() {
     let dense = Pattern { size: 2, column_starts: vec![0, 2, 4], rows: vec![0, 1, 0, 1] };
