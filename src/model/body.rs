@@ -92,15 +92,17 @@ impl Flexibility {
 }
 
 impl Deformation {
+    /// By the flexibility between the nodes of its surface.
     pub fn condensed(grain: Arc<CondensedGrain>) -> Self {
         Deformation::Bending(Flexibility::Condensed(grain))
     }
 
+    /// By the motion of all nodes of its mesh.
     pub fn full(grain: Arc<FullGrain>) -> Self {
         Deformation::Bending(Flexibility::Full(grain))
     }
 
-    /// For now.
+    /// Not for now; once woken by the flexibility between the nodes of its surface.
     pub fn resting(grain: Arc<CondensedGrain>) -> Self {
         Deformation::Resting(Flexibility::Condensed(grain))
     }
