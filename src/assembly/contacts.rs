@@ -410,8 +410,8 @@ impl Contacts {
     /// Mean normal force over active contact points [N]; zero without any.
     pub fn mean_force(&self) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
-        for (_, point) in self.active() {
-            sum += point.evaluation.pressure;
+        for borne in self.pairs.iter().flat_map(|pair| &pair.borne) {
+            sum += borne.pressure;
             count += 1;
         }
         if count == 0 { 0.0 } else { sum / count as f64 }

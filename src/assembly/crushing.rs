@@ -1,8 +1,6 @@
 //! What contacts crush of the rock at their asperities, which stays so when bodies part, slide on or meet others.
 
-use rayon::prelude::*;
-
-use crate::assembly::{ContactPoint, Contacts, PairWork};
+use crate::assembly::{ContactPoint, PairWork};
 use crate::contact::memory::{Crushable, Crushed};
 use crate::contact::{Asperity, Feature};
 use crate::model::Model;
@@ -24,37 +22,41 @@ impl PairWork {
         let asperity: Asperity = model.asperity([self.a(), self.b()], feature)?;
         Some(asperity.indentation_for(force, depth))
     }
-}
 
-/// Notes in `crushed` what contacts have crushed in the configuration last evaluated; where what they began with `is_known` there, only what is deeper.
-pub(super) fn deepen(crushed: &mut Crushed, pairs: &[PairWork], is_known: bool) {
-    for (pair, point) in pairs.iter().flat_map(|pair| pair.active().map(move |point| (pair, point))) {
-        let depth = depth_of(point);
-        let noted = point.state.asperity.filter(|_| is_known).map_or(0.0, |began| began.depth);
-        if let Some(place) = Crushable::of((pair.key(), point.site.feature)).filter(|_| depth > noted) {
-            let deepest = crushed.entry(place).or_insert(0.0);
-            *deepest = deepest.max(depth);
-        }
+    /// How deep its contacts have crushed their asperities in the configuration last evaluated [m]; where what they began with `is_known`, only of those
+    /// that are deeper now.
+    pub(super) fn crushed(&self, is_known: bool) -> Vec<(Crushable, f64)> {
+        let deeper = |point: &ContactPoint| {
+            let depth = depth_of(point);
+            let noted = point.state.asperity.filter(|_| is_known).map_or(0.0, |began| began.depth);
+            let place = Crushable::of((self.key(), point.site.feature)).filter(|_| depth > noted);
+            Some((place?, depth))
+        };
+        self.active().filter_map(deeper).collect()
     }
-}
 
-impl Contacts {
     /// Work that crushing has taken since the committed state [J].
-    pub fn work_of_crushing(&self) -> f64 {
-        let work = |pair: &PairWork, point: &ContactPoint| {
+    pub(super) fn work_of_crushing(&self) -> f64 {
+        let work = |point: &ContactPoint| {
             let Some(asperity) = point.state.asperity else { return 0.0 };
             let depth = depth_of(point);
             if depth <= asperity.depth {
                 return 0.0;
             }
             let now = point.evaluation.weight;
-            let known = pair.carried.point(point.site.feature).filter(|memory| memory.load > 0.0);
+            let known = self.carried.point(point.site.feature).filter(|memory| memory.load > 0.0);
             let weight = 0.5 * (now + known.map_or(now, |memory| memory.pressure / memory.load));
             let law = asperity.law;
             weight * asperity.share * (law.work_of_crushing(depth) - law.work_of_crushing(asperity.depth))
         };
-        let all =
-            self.pairs.par_iter().flat_map_iter(|pair| pair.active().map(move |point| work(pair, point)));
-        all.collect::<Vec<f64>>().into_iter().sum()
+        self.active().map(work).sum()
+    }
+}
+
+/// Notes what is crushed in `crushed`.
+pub(super) fn note(crushed: &mut Crushed, places: impl IntoIterator<Item = (Crushable, f64)>) {
+    for (place, depth) in places {
+        let deepest = crushed.entry(place).or_insert(0.0);
+        *deepest = deepest.max(depth);
     }
 }

@@ -42,11 +42,8 @@ pub struct DamageStep {
 pub struct Damages {
     /// The committed grains, by body; `None` for those that cannot break.
     pub grains: Vec<Option<Arc<DamagedGrain>>>,
-    /// Energy that damage set free in the increment [J], as contacts and bodies store it: of a brittle body that is what its contacts lose as they
-    /// get softer.
+    /// Energy that damage set free in bodies that bend in the increment [J]; what it did at contacts is among their [`Losses`](crate::assembly::Losses).
     pub dissipated: f64,
-    /// Work that crushing took at the contacts [J]: part of `dissipated`.
-    pub crushing: f64,
     /// Elastic energy that left with points that failed [J]: part of `dissipated`.
     pub removed: f64,
     pub newly_failed: usize,
@@ -169,28 +166,6 @@ impl Contacts {
         Ok(total)
     }
 
-    /// Energy that the contacts of brittle bodies have set free since the committed state by getting softer [J].
-    pub fn softened(&self, model: &Model) -> f64 {
-        if !model.can_break() {
-            return 0.0;
-        }
-        let freed = |pair: &PairWork| -> f64 {
-            let softer = pair.points.iter().filter_map(|point| {
-                let memory = pair.carried.point(point.site.feature)?;
-                let carried = memory.load > 0.0 && memory.stiffness_left != point.stiffness_left;
-                carried.then_some((point, memory))
-            });
-            if pair.keeps_force(model) {
-                let active = softer.filter(|(point, _)| point.evaluation.is_active());
-                active.map(|(point, memory)| freed_on_the_way(&model.law, point, memory)).sum()
-            } else {
-                let law = |point: &ContactPoint| model.law_at(point.site.feature);
-                softer.map(|(point, memory)| freed_in_place(&law(point), point, memory)).sum()
-            }
-        };
-        self.pairs.par_iter().map(freed).collect::<Vec<f64>>().into_iter().sum()
-    }
-
     /// The damage that goes with the accepted configuration; empty where nothing can break.
     ///
     /// # Errors
@@ -213,7 +188,7 @@ impl Contacts {
         };
         let kept: Vec<_> =
             self.stressing_loads.par_iter().enumerate().map(commit).collect::<Result<Vec<_>>>()?;
-        let mut damages = Damages { dissipated: self.softened(model), ..Damages::default() };
+        let mut damages = Damages::default();
         for (grain, body) in kept.into_iter().zip(&model.bodies) {
             damages.grains.push(grain.map(|(kept, grain)| {
                 if !body.is_brittle() {
@@ -226,6 +201,27 @@ impl Contacts {
             }));
         }
         Ok(damages)
+    }
+}
+
+impl PairWork {
+    /// Energy that its contacts have set free since the committed state by getting softer [J].
+    pub(super) fn softening(&self, model: &Model) -> f64 {
+        if !self.is_brittle {
+            return 0.0;
+        }
+        let softer = self.points.iter().filter_map(|point| {
+            let memory = self.carried.point(point.site.feature)?;
+            let carried = memory.load > 0.0 && memory.stiffness_left != point.stiffness_left;
+            carried.then_some((point, memory))
+        });
+        if self.keeps_force(model) {
+            let active = softer.filter(|(point, _)| point.evaluation.is_active());
+            active.map(|(point, memory)| freed_on_the_way(&model.law, point, memory)).sum()
+        } else {
+            let law = |point: &ContactPoint| model.law_at(point.site.feature);
+            softer.map(|(point, memory)| freed_in_place(&law(point), point, memory)).sum()
+        }
     }
 }
 

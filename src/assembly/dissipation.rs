@@ -15,11 +15,10 @@
 //! trapezoidal rule. A contact that is lost gives up what it had stored, and its force, averaged with none, works along what its bodies
 //! slid in touch.
 
-use rayon::prelude::*;
-
-use crate::assembly::{ContactPoint, Contacts, PairWork};
+use crate::assembly::{ContactPoint, PairWork};
 use crate::contact::ContactLaw;
 use crate::contact::asperity::AsperityState;
+use crate::contact::force::Kinematics;
 use crate::contact::memory::PointMemory;
 use crate::contact::mortar::MortarNode;
 use crate::contact::{Feature, patch};
@@ -65,53 +64,47 @@ impl Stretched {
     }
 }
 
-impl Contacts {
+impl PairWork {
     /// Work lost to friction since the committed state [J], in the configuration last evaluated.
-    pub fn dissipation(&self, model: &Model) -> f64 {
-        let of_pair = |pair: &PairWork| {
-            let keeps_force = pair.keeps_force(model);
-            let kept: f64 = pair.active().map(|point| dissipated(&model.law, pair, point, keeps_force)).sum();
-            let is_lost = |memory: &&PointMemory| !pair.active().any(|p| p.site.feature == memory.feature);
-            let lost = pair.carried.points.iter().filter(is_lost);
-            let given_up: f64 = lost.map(|memory| self.given_up(model, pair, memory)).sum();
-            // Nodes of a patch that has slid are others, and hold what the old ones nearest to them did.
-            [kept, given_up, pair.moved]
-        };
-        let all: Vec<[f64; 3]> = self.pairs.par_iter().map(of_pair).collect();
-        let sum: f64 = all.iter().flatten().sum();
-        let given_up = self.parted.values().map(|brought| brought.memory.tangential_energy() + brought.moved);
-        given_up.fold(sum, |sum, energy| sum + energy)
+    pub(super) fn dissipation(&self, model: &Model, kinematics: &[Kinematics]) -> f64 {
+        let keeps_force = self.keeps_force(model);
+        let kept: f64 = self.active().map(|point| dissipated(&model.law, self, point, keeps_force)).sum();
+        let is_lost = |memory: &&PointMemory| !self.active().any(|p| p.site.feature == memory.feature);
+        let lost = self.carried.points.iter().filter(is_lost);
+        let given_up: f64 = lost.map(|memory| self.given_up(model, kinematics, memory)).sum();
+        // Nodes of a patch that has slid are others, and hold what the old ones nearest to them did.
+        kept + given_up + self.moved
     }
 
     /// What a contact dissipated that is lost [J]: what it had stored, and the work of the force that it began with, averaged with none, along
     /// the pair's slide. All of that where others have taken over from it (a corner that slid off an edge); where the bodies are apart now the
     /// share of a straight way on which they were not.
-    fn given_up(&self, model: &Model, pair: &PairWork, lost: &PointMemory) -> f64 {
+    fn given_up(&self, model: &Model, kinematics: &[Kinematics], lost: &PointMemory) -> f64 {
         if lost.load <= 0.0 {
             return lost.tangential_energy;
         }
-        let share = if pair.active().next().is_some() {
+        let share = if self.active().next().is_some() {
             1.0
         } else {
-            let radii = pair.roundings(model);
-            let pressed = pair.indentation_for(model, lost.feature, lost.load, lost.depth);
-            let of_node = |node: &MortarNode| pair.springs.patch * node.area;
+            let radii = self.roundings(model);
+            let pressed = self.indentation_for(model, lost.feature, lost.load, lost.depth);
+            let of_node = |node: &MortarNode| self.springs.patch * node.area;
             let of_rigid = || match lost.feature {
                 // What the two have in common was known while they touched; it is the smaller face at most.
                 Feature::Faces(i, j, _) => {
-                    let faces = [(pair.a(), i), (pair.b(), j)];
+                    let faces = [(self.a(), i), (self.b(), j)];
                     let areas = faces.map(|(body, k)| model.shapes[body].faces[k as usize].area);
-                    pair.springs.patch * areas[0].min(areas[1]) / patch::POINTS as f64
+                    self.springs.patch * areas[0].min(areas[1]) / patch::POINTS as f64
                 }
-                Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..) => pair.springs.contact,
+                Feature::VertexOfA(_) | Feature::VertexOfB(_) | Feature::Edges(..) => self.springs.contact,
             };
-            let spring = pair.node(lost.feature).map_or_else(of_rigid, of_node);
+            let spring = self.node(lost.feature).map_or_else(of_rigid, of_node);
             let by_spring = || model.law_at(lost.feature).overlap_for(lost.load / spring);
             let overlap = pressed.map_or_else(by_spring, |indentation| indentation - lost.depth);
-            overlap / (overlap + (pair.nearest - radii).max(0.0))
+            overlap / (overlap + (self.nearest - radii).max(0.0))
         };
-        let [of_a, of_b] = [pair.a(), pair.b()].map(|body| self.kinematics[body].moved(&lost.place));
-        let still_near = pair.points.iter().find(|point| point.site.feature == lost.feature);
+        let [of_a, of_b] = [self.a(), self.b()].map(|body| kinematics[body].moved(&lost.place));
+        let still_near = self.points.iter().find(|point| point.site.feature == lost.feature);
         let elastic = still_near.map_or_else(Vec3::zeros, |point| point.state.elastic_change);
         let force = lost.traction * (lost.pressure / lost.load);
         lost.tangential_energy + 0.5 * share * force.dot(&(of_a - of_b - elastic))

@@ -2,30 +2,25 @@
 
 use rayon::prelude::*;
 
-use crate::assembly::crushing::{deepen, depth_of};
+use crate::assembly::crushing::{depth_of, note};
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::contact::memory::{Memory, PairMemory, PointMemory};
 use crate::model::Model;
-use crate::tensor::{Pose, Vec3};
+use crate::tensor::Vec3;
 
 impl Contacts {
-    /// Goes on from the configuration last evaluated as if it had been committed at these poses. Points have to be evaluated again.
-    pub fn rebase(&mut self, model: &Model, poses: &[Pose]) {
-        // What is crushed is kept here within an increment.
-        deepen(&mut self.crushed, &self.pairs, self.knows_depths);
-        self.knows_depths = true;
-        self.parted.clear();
-        let first_scale = self.first_scale;
-        self.pairs.par_iter_mut().for_each(|pair| pair.go_on(model, first_scale, poses));
-    }
-
     /// What contacts will remember once the present configuration is accepted.
     pub fn memory(&self, model: &Model) -> Memory {
-        let of_pair = |pair: &PairWork| Some((pair.key(), pair.memory(model, self.first_scale)?));
-        let all: Vec<_> = self.pairs.par_iter().filter_map(of_pair).collect();
-        let mut memory: Memory = all.into_iter().collect();
-        memory.crushed.clone_from(&self.crushed);
-        deepen(&mut memory.crushed, &self.pairs, self.knows_depths);
+        let of_pair =
+            |pair: &PairWork| (pair.memory(model, self.first_scale), pair.crushed(self.knows_depths));
+        let all: Vec<_> = self.pairs.par_iter().map(of_pair).collect();
+        let mut crushed = self.crushed.clone();
+        let known = self.pairs.iter().zip(all).filter_map(|(pair, (memory, deeper))| {
+            note(&mut crushed, deeper);
+            Some((pair.key(), memory?))
+        });
+        let mut memory: Memory = known.collect();
+        memory.crushed = crushed;
         memory
     }
 }

@@ -15,6 +15,7 @@ mod faces;
 pub mod fidelity;
 mod following;
 mod inherit;
+mod losses;
 pub mod membrane;
 mod memory;
 mod pair;
@@ -34,8 +35,9 @@ pub use contacts::Contacts;
 pub use damage::{DamageStep, Damages, Failing};
 pub use dofs::Dofs;
 pub use fidelity::{ForceChange, Recovery, is_free_to_change};
+pub use losses::Losses;
 pub use membrane::MembraneContacts;
-pub use pair::PairWork;
+pub use pair::{Borne, PairWork};
 pub use pattern::BlockPattern;
 pub use place::{OVERESTIMATE, SurfaceField};
 pub use point::ContactPoint;
@@ -69,7 +71,7 @@ pub fn add_contact_forces(
     counts: impl Fn(usize) -> bool,
 ) {
     for (_, pair) in contacts.pairs.iter().enumerate().filter(|(number, _)| counts(*number)) {
-        for wrench in &pair.wrenches {
+        for Borne { wrench, .. } in &pair.borne {
             for k in 0..6 {
                 wrenches[pair.a()][k] += wrench[k];
                 wrenches[pair.b()][k] += wrench[6 + k];

@@ -51,7 +51,7 @@ pub struct PairWork {
     #[serde(skip)]
     is_elastic: bool,
     #[serde(skip)]
-    is_brittle: bool,
+    pub(super) is_brittle: bool,
     /// What is known of listed features that came in reach, by number in the list.
     #[serde(skip)]
     met: Vec<(usize, Met)>,
@@ -65,9 +65,9 @@ pub struct PairWork {
     pub places: Vec<ContactPlace>,
     #[serde(skip)]
     pub points: Vec<ContactPoint>,
-    /// Forces and moments on both bodies of those that are active [N, N m], in their order: most that reads these reads nothing else of a contact.
+    /// What those that are active bear, in their order.
     #[serde(skip)]
-    pub wrenches: Vec<[f64; 12]>,
+    pub borne: Vec<Borne>,
     /// Of the patches that meshed faces share.
     #[serde(skip)]
     pub mortars: Vec<Mortar>,
@@ -83,6 +83,15 @@ pub struct PairWork {
     /// The largest offset of its points [m].
     #[serde(skip)]
     offset: f64,
+}
+
+/// What an active contact bears: most that reads this reads nothing else of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Borne {
+    /// Forces and moments on both bodies [N, N m].
+    pub wrench: [f64; 12],
+    /// Normal force [N].
+    pub pressure: f64,
 }
 
 /// What a pair brings into an increment.
@@ -170,7 +179,7 @@ impl PairWork {
             multipliers: Vec::new(),
             places: Vec::new(),
             points: Vec::new(),
-            wrenches: Vec::new(),
+            borne: Vec::new(),
             mortars: Vec::new(),
             tangents: Vec::new(),
             elastic_tangents: Vec::new(),
@@ -313,7 +322,7 @@ impl PairWork {
         self.mortars.clone_from(&self.carried.mortars);
         self.friction = model.friction_between(self.a(), self.b()).after(self.carried.slip);
         self.points.clear();
-        self.wrenches.clear();
+        self.borne.clear();
         // It would count in the next search, and a continued run does not have it.
         self.offset = 0.0;
     }
@@ -321,9 +330,10 @@ impl PairWork {
     /// Finds its contact points and their forces.
     pub(super) fn evaluate(&mut self, model: &Model, view: &View<'_>) {
         self.find_points(model, view);
-        let PairWork { points, wrenches, .. } = self;
-        wrenches.clear();
-        wrenches.extend(points.iter().filter(|p| p.evaluation.is_active()).map(|p| p.evaluation.wrench));
+        let PairWork { points, borne, .. } = self;
+        let active = points.iter().map(|point| &point.evaluation).filter(|e| e.is_active());
+        borne.clear();
+        borne.extend(active.map(|e| Borne { wrench: e.wrench, pressure: e.pressure }));
     }
 
     fn find_points(&mut self, model: &Model, view: &View<'_>) {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::solver::IncrementReport;
+
 /// Energies since the start of the test [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
@@ -26,6 +28,13 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// Enters what contacts and bodies lost in an increment.
+    pub fn lose(&mut self, report: &IncrementReport) {
+        self.friction += report.lost.friction;
+        self.damage += report.damage_work();
+        self.indentation += report.lost.crushing;
+    }
+
     /// External work that no row accounts for [J].
     pub fn error(&self) -> f64 {
         let spent = self.friction + self.damage + self.membrane + self.stabilisation;

@@ -218,9 +218,7 @@ impl Scene {
             self.reaction[i] = reaction;
         }
         self.ledger.elastic = report.energy.elastic - self.elastic_shift;
-        self.ledger.friction += report.energy.friction;
-        self.ledger.damage += report.damage.dissipated;
-        self.ledger.indentation += report.damage.crushing;
+        self.ledger.lose(report);
         let left_over = self.ledger.error() - error_before;
         let snapped = rebalanced || report.is_snap() || fell(unborne, left_over);
         if snapped {

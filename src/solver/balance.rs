@@ -55,10 +55,11 @@ impl Yardsticks {
     ) -> Self {
         let bodies = model.bodies.len();
         let (mut strongest, mut touching) = (vec![0.0_f64; bodies], vec![0_usize; bodies]);
-        for (pair, point) in contacts.active() {
+        for pair in &contacts.pairs {
+            let most = pair.borne.iter().map(|borne| borne.pressure).fold(0.0, f64::max);
             for body in [pair.a(), pair.b()] {
-                strongest[body] = strongest[body].max(point.evaluation.pressure);
-                touching[body] += 1;
+                strongest[body] = strongest[body].max(most);
+                touching[body] += pair.borne.len();
             }
         }
         let dead: Vec<f64> =

@@ -9,11 +9,13 @@
 //! rock and soil structure": local damping), so that bodies come to rest each by itself, whatever others
 //! still do.
 
+use crate::assembly::{ContactPoint, PairWork};
 use crate::contact::force::PointState;
 use crate::model::{BodyKind, Committed};
 use crate::solver::newton::Newton;
 use crate::solver::step::StepEnd;
 use crate::tensor::Vector6;
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Step of the motion over that of a mass on a spring of its own stiffness, `sqrt(m / k)`. A contact moves by four terms (two bodies, each
@@ -171,12 +173,9 @@ impl Newton<'_> {
 
     /// Has friction act against the way from here on, as if this had been committed.
     pub(super) fn rebase(&mut self) {
-        self.dissipated = self.step_dissipation();
-        self.softened += self.contacts.softened(self.model);
-        self.crushed += self.contacts.work_of_crushing();
         let follows = self.model.follows_by_steps();
         let fields = if follows { self.contacts.fields.clone() } else { self.committed.fields.clone() };
-        self.contacts.rebase(self.model, &self.poses);
+        self.lost += self.contacts.rebase(self.model, &self.poses);
         self.committed = Cow::Owned(Committed { fields, ..Committed::new(self.poses.clone()) });
     }
 
@@ -190,7 +189,7 @@ impl Newton<'_> {
         stiffness.clear();
         stiffness.extend((0..self.dofs.carriers()).map(|i| [own(i); 2]));
         let law = &self.model.law;
-        for (pair, point) in self.contacts.active() {
+        let of_point = |pair: &PairWork, point: &ContactPoint| {
             let e = &point.evaluation;
             let PointState { hardening, radii, .. } = point.state;
             let spring = point.state.unloading_stiffness(e.patch);
@@ -198,7 +197,9 @@ impl Newton<'_> {
             let spring = e.weight * (spring + harder);
             let tangent =
                 (exactly && e.weight < 1.0).then(|| self.contacts.tangent_of(self.model, pair, point));
-            for (side, body) in [pair.a(), pair.b()].into_iter().enumerate() {
+            let bodies = [pair.a(), pair.b()];
+            let held = [0, 1].map(|side: usize| {
+                let body = bodies[side];
                 let scale = self.model.bodies[body].rotation_scale;
                 let arm = (e.point - self.poses[body].position).norm() / scale;
                 let [along, about] = tangent.as_ref().map_or([0.0; 2], |tangent| {
@@ -208,9 +209,14 @@ impl Newton<'_> {
                     };
                     [block(6 * side, 0), block(6 * side + 3, 6 - 3 * side) / (scale * scale)]
                 });
-                stiffness[body][0] += along.max(spring);
-                stiffness[body][1] += about.max(spring * arm * arm);
-            }
+                [along.max(spring), about.max(spring * arm * arm)]
+            });
+            (bodies, held)
+        };
+        let of_pair = |pair: &PairWork| pair.active().map(|point| of_point(pair, point)).collect::<Vec<_>>();
+        let all: Vec<_> = self.contacts.pairs.par_iter().flat_map_iter(of_pair).collect();
+        for (body, held) in all.into_iter().flat_map(|(bodies, held)| bodies.into_iter().zip(held)) {
+            (0..2).for_each(|k| stiffness[body][k] += held[k]);
         }
         stiffness.iter_mut().flatten().for_each(|k| *k = k.max(1e-3 * self.typical_stiffness));
         let plate_motion = PLATE_MOTION * self.model.smallest_rounding();

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::assembly::{self, Contacts, Damages, SurfaceField, TooClose};
+use crate::assembly::{self, Contacts, Damages, Losses, SurfaceField, TooClose};
 use crate::contact::Memory;
 use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::audit;
@@ -56,6 +56,8 @@ pub struct IncrementReport {
     pub fields: Vec<SurfaceField>,
     pub balance: Balance,
     pub energy: Energies,
+    /// Energy that contacts lost on the way.
+    pub lost: Losses,
     /// Change of the volume under the cover by elastic displacements [m^3].
     pub elastic_volume: f64,
     /// Forces and moments on each carrier at the end, but for those applied from outside [N, N m].
@@ -98,6 +100,11 @@ impl IncrementReport {
         Committed { memory, fields, ..Committed::new(poses) }
     }
 
+    /// Energy that damage set free, and that crushing took [J].
+    pub fn damage_work(&self) -> f64 {
+        self.damage.dissipated + self.lost.softening + self.lost.crushing
+    }
+
     pub fn converged(&self) -> bool {
         self.status == StepStatus::Converged
     }
@@ -114,13 +121,11 @@ impl IncrementReport {
     }
 }
 
-/// Energies of an accepted configuration and what was lost on the way to it [J].
+/// Energies of an accepted configuration [J].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energies {
     /// Stored in the contacts and in condensed bodies.
     pub elastic: f64,
-    /// Lost to friction since the last accepted increment.
-    pub friction: f64,
     /// Stored in the membrane's sheet.
     pub membrane: f64,
 }
@@ -214,6 +219,7 @@ impl<'a> Increment<'a> {
                 unrest: f64::INFINITY,
             },
             energy: Energies::default(),
+            lost: Losses::default(),
             elastic_volume: 0.0,
             forces: Vec::new(),
             contact_wrench: vec![Vector6::zeros(); self.model.bodies.len()],
@@ -231,7 +237,7 @@ impl<'a> Increment<'a> {
         }
     }
 
-    /// Damage of the increment, with what crushing at contacts took.
+    /// Damage of the increment.
     fn damage(&self, newton: &mut Newton<'_>, converged: bool) -> crate::error::Result<Damages> {
         let takes_damage = converged && self.settings.damage.moves;
         if takes_damage && self.model.can_break() && !self.model.has_elastic() {
@@ -239,14 +245,7 @@ impl<'a> Increment<'a> {
             newton.contacts.note_loads(self.model, &newton.loads, &newton.poses);
         }
         // What is not taken goes on being followed, but contacts stay as soft as they became.
-        let damage = if takes_damage {
-            newton.contacts.damages(self.model)?
-        } else {
-            Damages { dissipated: newton.contacts.softened(self.model), ..Damages::default() }
-        };
-        let crushing = newton.crushed + newton.contacts.work_of_crushing();
-        let dissipated = damage.dissipated + newton.softened + crushing;
-        Ok(Damages { dissipated, crushing, ..damage })
+        if takes_damage { newton.contacts.damages(self.model) } else { Ok(Damages::default()) }
     }
 
     /// What the search for an equilibrium came to; `searches` of contacts had been made before it.
@@ -260,7 +259,7 @@ impl<'a> Increment<'a> {
         let Increment { model, committed, settings, .. } = *self;
         let status = self.status(newton, &found, damage.as_ref().err());
         let damage = damage.unwrap_or_default();
-        let mut energy = Energies { friction: newton.step_dissipation(), elastic: 0.0, membrane: 0.0 };
+        let mut energy = Energies::default();
         let contact_wrench = self.contact_wrenches(newton);
         if let Some(membrane) = &model.membrane {
             energy.elastic += newton.contacts.membrane.energy();
@@ -280,6 +279,7 @@ impl<'a> Increment<'a> {
             fields: newton.contacts.fields.clone(),
             balance: found.balance,
             energy,
+            lost: newton.losses(),
             elastic_volume: newton.contacts.elastic_volume(model, committed, &newton.poses),
             forces: newton.forces(),
             contact_wrench,

@@ -2,13 +2,14 @@
 //!
 //! Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
-use crate::assembly::{self, Contacts, Dofs, Kernel, PairWork, TooClose};
+use crate::assembly::{self, Contacts, Dofs, Kernel, Losses, PairWork, TooClose};
 use crate::model::{Committed, Counters, Loads, Model, StepLength};
 use crate::solver::balance::{Balance, Yardsticks};
 use crate::solver::control::Steering;
 use crate::solver::settings::Settings;
 use crate::solver::system::System;
 use crate::tensor::Pose;
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::time::Instant;
 
@@ -31,12 +32,8 @@ pub struct Newton<'a> {
     /// How far `poses` are from where the step began, in unknowns [m].
     pub away: Vec<f64>,
     pub counters: Counters,
-    /// Work lost to friction in the present step before friction was re-based last [J].
-    pub(super) dissipated: f64,
-    /// Energy that contacts set free by getting softer until then [J].
-    pub(super) softened: f64,
-    /// Work that crushing at contacts had taken until then [J].
-    pub(super) crushed: f64,
+    /// What contacts lost in the present step before friction was re-based last.
+    pub(super) lost: Losses,
     pub(super) typical_stiffness: f64,
     /// Largest force out of balance on a body at rest, over the mean contact force.
     pub(super) tolerance: f64,
@@ -91,9 +88,7 @@ impl<'a> Newton<'a> {
             poses,
             residual: Vec::new(),
             counters: Counters::default(),
-            dissipated: 0.0,
-            softened: 0.0,
-            crushed: 0.0,
+            lost: Losses::default(),
             typical_stiffness,
             tolerance: settings.force_tolerance,
             system: None,
@@ -188,9 +183,9 @@ impl<'a> Newton<'a> {
         fine
     }
 
-    /// Work lost to friction in the present step [J].
-    pub fn step_dissipation(&self) -> f64 {
-        self.dissipated + self.contacts.dissipation(self.model)
+    /// What contacts lost in the present step.
+    pub fn losses(&self) -> Losses {
+        self.lost + self.contacts.losses(self.model)
     }
 
     /// The residual with the drag.
@@ -225,16 +220,14 @@ impl<'a> Newton<'a> {
         if let Some(membrane) = &self.model.membrane {
             factor = factor.min(self.contacts.membrane.largest_factor(membrane, &reach));
         }
-        for pair in &self.contacts.pairs {
+        let of_pair = |pair: &PairWork| {
             let both = (reach[pair.a()] + reach[pair.b()]).max(f64::MIN_POSITIVE);
             let share = |room: f64| 0.5 * room / both;
             // Bodies no feature of which is listed are their roundings apart at least, and mostly no more has to be known.
-            if pair.nearest.is_infinite() && share(pair.roundings(self.model)) >= factor {
-                continue;
-            }
-            factor = factor.min(share(self.room(pair)));
-        }
-        factor
+            let is_apart = pair.nearest.is_infinite() && share(pair.roundings(self.model)) >= factor;
+            if is_apart { factor } else { share(self.room(pair)) }
+        };
+        self.contacts.pairs.par_iter().map(of_pair).reduce(|| factor, f64::min)
     }
 
     /// How near two bodies may be to passing through each other [m].

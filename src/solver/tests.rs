@@ -400,7 +400,7 @@ fn dynamic_relaxation_books_the_friction_of_its_way() {
     let settings = Settings { relaxation, max_augmentations: 1, ..Settings::default() };
     let report = settle_with(&model, &committed, &loads, &settings);
     let way = report.poses[1].position.x - committed.poses[1].position.x;
-    let friction = report.energy.friction;
+    let friction = report.lost.friction;
     // Its contacts press with 1e4 N to a few per cent while it moves, and the onset of sliding costs a few micrometres of way.
     assert!(way > 1e-4 && (friction / (0.3 * 1e4 * way) - 1.0).abs() < 0.1, "{way} {friction}");
 }
@@ -417,7 +417,7 @@ fn explicit_steps_sum_the_work_of_their_way() {
     newton.relax_dynamically(Enough::InTheMean(1e-9), 100, Some(&mut work));
     let way = newton.poses[1].position.x - committed.poses[1].position.x;
     assert!(way > 1e-4 && (work[1].x / (-0.3 * 1e4 * way) - 1.0).abs() < 0.1, "{way} {work:?}");
-    let friction = newton.step_dissipation();
+    let friction = newton.losses().friction;
     assert!((work[1].sum() + friction).abs() < 0.02 * friction, "{work:?} {friction}");
     assert_eq!(work[0], Vector6::zeros());
 }
@@ -470,16 +470,16 @@ fn dynamic_relaxation_books_what_contacts_set_free_by_softening() {
         newton.contacts.move_damage(&model, 0.02, 1e-5).expect("still a body");
         newton.contacts.forget_damaged_places(&model);
         assert!(newton.evaluate());
-        let before = newton.softened + newton.contacts.softened(&model);
+        let before = newton.losses().softening;
         // Places on bodies whose damage rests are those that would be found anew.
         newton.contacts.forget_places();
         assert!(newton.evaluate());
-        assert_eq!(before, newton.softened + newton.contacts.softened(&model));
+        assert_eq!(before, newton.losses().softening);
         if rebases {
             newton.rebase();
             assert!(newton.evaluate());
         }
-        let behind = newton.softened + newton.contacts.softened(&model);
+        let behind = newton.losses().softening;
         assert!((behind - before).abs() <= 1e-9 * before, "{before} {behind}");
         books.push(behind);
     }

@@ -45,9 +45,7 @@ impl Test {
         let mut ledger = self.ledger;
         ledger.external += ram_work + pressure_work;
         ledger.elastic = report.energy.elastic - self.start_elastic;
-        ledger.friction += report.energy.friction;
-        ledger.damage += report.damage.dissipated;
-        ledger.indentation += report.damage.crushing;
+        ledger.lose(report);
         ledger.membrane = report.energy.membrane - self.start_membrane;
         let created = ledger.error() - self.ledger.error();
         let released = (self.ledger.elastic - ledger.elastic).max(0.0);
@@ -57,7 +55,7 @@ impl Test {
         ledger.stabilisation += if known { drag_work } else { created.max(0.0) };
         let gap = ledger.error() - self.ledger.error();
         let worked = ram_work.abs() + pressure_work.abs();
-        let lost = report.energy.friction + report.damage.dissipated + drag_work.abs();
+        let lost = report.lost.friction + report.damage_work() + drag_work.abs();
         let turnover = worked.max(lost);
         let (stored, tolerance) = (report.energy.elastic, rig.settings.force_tolerance);
         IncrementBalance {
