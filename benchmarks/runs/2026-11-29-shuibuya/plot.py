@@ -73,15 +73,18 @@ axes[0].plot([], [], "--", color="#555555", lw=0.9, label="300 grains")
 axes[0].plot([], [], "o", color="#555555", mfc="white", mew=1.8, label="peaks of the source")
 finish(figure, axes, "At the source's size, and at a tenth of its grains", 14, "upper right", "full_size.png")
 
-VOID_RATIOS = [("p0800", COLOURS[1], "void ratio 0.58"), ("p0800_void_0.64", COLOURS[0], "void ratio 0.64"), ("p0800_void_0.70", COLOURS[2], "void ratio 0.70")]
-COVERS = [("p0800", COLOURS[1], "pressure"), ("p0800_rubber", COLOURS[0], "rubber, 6 mm of 3 MPa")]
-for name, title, most, lines in [("void_ratio.png", "Void ratio", 5, VOID_RATIOS), ("rubber.png", "Cover", 6.5, COVERS)]:
+VOID_RATIOS = [
+    ("p0800", COLOURS[1], "-", "300 grains, void ratio 0.57"), ("p0800_void_0.64", COLOURS[0], "-", "0.64"), ("p0800_void_0.70", COLOURS[2], "-", "0.70"),
+    ("p0800_full", COLOURS[1], "--", "3643 grains, 0.48"), ("p0800_full_void_0.52", COLOURS[3], "--", "3523 grains, 0.52"),
+]
+COVERS = [("p0800", COLOURS[1], "-", "300 grains, pressure"), ("p0800_rubber", COLOURS[0], "-", "rubber, 6 mm of 3 MPa")]
+for name, title, most, lines in [("void_ratio.png", "Void ratio", 6, VOID_RATIOS), ("rubber.png", "Cover", 6.5, COVERS)]:
     figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
-    for path, colour, label in lines:
-        draw(axes, HERE / f"{path}.csv", colour, "-", 1.4)
-        axes[0].plot([], [], color=colour, label=label)
+    for path, colour, line, label in lines:
+        draw(axes, HERE / f"{path}.csv", colour, line, 1.4)
+        axes[0].plot([], [], line, color=colour, label=label)
     axes[0].plot(*SOURCE[800], "o", color="#555555", ms=7, mfc="white", mew=1.8, label="the source's peak")
-    finish(figure, axes, f"{title}: 300 grains that break, 0.8 MPa", most, "upper left", name)
+    finish(figure, axes, f"{title}: grains that break, 0.8 MPa", most, "upper left", name)
 
 # Grains whose centres end within 20 mm of a plane through the axis.
 with open(HERE / "p0800_full_slice.csv") as file:
