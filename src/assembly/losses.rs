@@ -1,6 +1,6 @@
 //! What contacts lose between two states, and how they go on from the second of them: each pair is looked at once.
 
-use std::ops::{Add, AddAssign};
+use std::ops::Add;
 
 use rayon::prelude::*;
 
@@ -29,12 +29,6 @@ impl Add for Losses {
             softening: self.softening + other.softening,
             crushing: self.crushing + other.crushing,
         }
-    }
-}
-
-impl AddAssign for Losses {
-    fn add_assign(&mut self, other: Losses) {
-        *self = *self + other;
     }
 }
 

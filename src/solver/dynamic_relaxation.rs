@@ -175,7 +175,7 @@ impl Newton<'_> {
     pub(super) fn rebase(&mut self) {
         let follows = self.model.follows_by_steps();
         let fields = if follows { self.contacts.fields.clone() } else { self.committed.fields.clone() };
-        self.lost += self.contacts.rebase(self.model, &self.poses);
+        self.lost = self.lost + self.contacts.rebase(self.model, &self.poses);
         self.committed = Cow::Owned(Committed { fields, ..Committed::new(self.poses.clone()) });
     }
 
@@ -189,7 +189,7 @@ impl Newton<'_> {
         stiffness.clear();
         stiffness.extend((0..self.dofs.carriers()).map(|i| [own(i); 2]));
         let law = &self.model.law;
-        let of_point = |pair: &PairWork, point: &ContactPoint| {
+        let of_point = &|pair: &PairWork, point: &ContactPoint| {
             let e = &point.evaluation;
             let PointState { hardening, radii, .. } = point.state;
             let spring = point.state.unloading_stiffness(e.patch);
@@ -213,8 +213,9 @@ impl Newton<'_> {
             });
             (bodies, held)
         };
-        let of_pair = |pair: &PairWork| pair.active().map(|point| of_point(pair, point)).collect::<Vec<_>>();
-        let all: Vec<_> = self.contacts.pairs.par_iter().flat_map_iter(of_pair).collect();
+        let pairs = self.contacts.pairs.par_iter();
+        let all: Vec<_> =
+            pairs.flat_map_iter(|pair| pair.active().map(move |point| of_point(pair, point))).collect();
         for (body, held) in all.into_iter().flat_map(|(bodies, held)| bodies.into_iter().zip(held)) {
             (0..2).for_each(|k| stiffness[body][k] += held[k]);
         }
