@@ -23,6 +23,7 @@ pub mod element;
 pub mod grain;
 pub mod crushing;
 pub mod contact;
+pub mod engine;
 pub mod specimen;
 pub mod model;
 pub mod assembly;

@@ -17,7 +17,7 @@ use crate::contact::memory::PairKey;
 use crate::contact::search::Neighbours;
 use crate::grain::CondensedGrain;
 use crate::model::wall::WallContact;
-use crate::model::{BodyKind, Committed, Model, StepLength};
+use crate::model::{BodyKind, Committed, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -33,10 +33,6 @@ const ELASTIC_MARGIN: f64 = 0.1;
 
 fn in_solves() -> bool {
     true
-}
-
-fn unlimited() -> f64 {
-    f64::INFINITY
 }
 
 /// How far beyond its radii a pair's features are listed for the sake of elastic displacements
@@ -83,11 +79,6 @@ pub struct Contacts {
     pub trial: Trial,
     /// A new contact's compliance in a solve over the first guess; only the pace depends on it.
     pub first_scale: f64,
-    /// How far around bodies the search looks.
-    pub step_length: StepLength,
-    /// What presses a contact by all that its two bodies may yield ([`ContactShape::yielding`]), unless it is softer itself [N]. Infinite but in a dwell.
-    #[serde(skip, default = "unlimited")]
-    pub strength: f64,
     /// Displacement that finite strains cause besides that of the loads, of full bodies ([`crate::grain::FullGrain::surplus`]).
     #[serde(skip)]
     pub surplus: Vec<SurfaceField>,
@@ -132,8 +123,6 @@ impl Default for Contacts {
             stressing_loads: Vec::new(),
             trial: Trial::default(),
             first_scale: 1.0,
-            step_length: StepLength::default(),
-            strength: unlimited(),
             surplus: Vec::new(),
             unknown_forces: ContactForces::default(),
             crushed: Crushed::new(),
@@ -231,7 +220,6 @@ impl Contacts {
             fields: &self.fields,
             committed: &committed.fields,
             first_scale: self.first_scale,
-            strength: self.strength,
             crushed: &self.crushed,
             yields: self.yields,
         };
@@ -314,13 +302,12 @@ impl Contacts {
     }
 
     fn search(&mut self, model: &Model, committed: &Committed, poses: &[Pose]) {
-        let lengths = self.step_length.lengths(model);
-        let margins = lengths.iter().map(|length| BROAD_MARGIN * length).collect();
+        let rounding = model.smallest_rounding();
         let held =
             |i: usize| !model.bodies[i].stiffness.is_finite() || model.bodies[i].kind == BodyKind::Fixed;
         let gone = |i: usize| model.bodies[i].kind == BodyKind::Gone;
         let ignores = |a, b| (held(a) && held(b)) || gone(a) || gone(b);
-        self.neighbours = Neighbours::find(&model.shapes, poses, margins, ignores);
+        self.neighbours = Neighbours::find(&model.shapes, poses, BROAD_MARGIN * rounding, ignores);
         self.searches += 1;
         let mut old: BTreeMap<PairKey, PairWork> =
             std::mem::take(&mut self.pairs).into_iter().map(|p| (p.key(), p)).collect();
@@ -333,9 +320,7 @@ impl Contacts {
                 if let Some(pair) = kept {
                     return pair;
                 }
-                let (a, b) = (key.0 as usize, key.1 as usize);
-                let skin = SKIN * (0.5 * (lengths[a] + lengths[b]));
-                let margins = [skin, margin(model, *key, 0.0)];
+                let margins = [SKIN * rounding, margin(model, *key, 0.0)];
                 let mut pair = PairWork::list(model, &self.corners, poses, *key, margins);
                 pair.reset(model, brought, &committed.poses);
                 pair
@@ -351,8 +336,6 @@ impl Contacts {
             searches: old.searches,
             timings: old.timings,
             first_scale: old.first_scale,
-            step_length: old.step_length,
-            strength: old.strength,
             ..Contacts::default()
         };
     }

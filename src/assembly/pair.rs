@@ -148,7 +148,6 @@ pub(super) struct View<'a> {
     pub fields: &'a [SurfaceField],
     pub committed: &'a [SurfaceField],
     pub first_scale: f64,
-    pub strength: f64,
     pub crushed: &'a Crushed,
     pub yields: bool,
 }
@@ -230,14 +229,6 @@ impl PairWork {
     /// Sum of the two roundings [m].
     pub fn roundings(&self, model: &Model) -> f64 {
         model.shapes[self.a()].rounded.radius + model.shapes[self.b()].rounded.radius
-    }
-
-    /// How near the two bodies may be to passing through each other [m]: the distance of their cores, as far as it is known.
-    pub fn room(&self, model: &Model, poses: &[Pose]) -> f64 {
-        if self.nearest.is_finite() {
-            return self.nearest;
-        }
-        self.roundings(model) + self.features.room(&model.shapes, poses)
     }
 
     /// The share of its springs that a contact has: the weight of its edges, of a patch's node the area [m^2].
@@ -363,7 +354,7 @@ impl PairWork {
                 ..Start::of(carried, site.feature)
             });
             let mut sites = site_points(&site, shapes, corners, poses);
-            let spring = meeting.springs.contact.min(view.strength / meeting.yielding) * *weight;
+            let spring = meeting.springs.contact * *weight;
             let mut state = meeting.state(start, spring);
             let share = spring / meeting.springs.contact;
             state.asperity = start.asperity.map(|asperity| AsperityState { share, ..asperity });
@@ -380,8 +371,7 @@ impl PairWork {
         if facings.is_empty() {
             return;
         }
-        let softened = (view.strength / meeting.yielding / meeting.springs.contact).min(1.0);
-        let per_area = meeting.springs.patch * softened;
+        let per_area = meeting.springs.patch;
         let law = model.law.of_patches();
         if !has_mortars(model, [a, b]) {
             facings.iter().for_each(|facing| points.extend(meeting.patch(&law, facing, carried, per_area)));
@@ -502,8 +492,6 @@ struct Meeting<'a> {
     is_new: bool,
     is_elastic: bool,
     is_brittle: bool,
-    /// By how much a soft contact may press both bodies in [m].
-    yielding: f64,
 }
 
 /// Whether the patches that two bodies' faces share have nodes: one of them has a mesh, whether or not it deforms now.
@@ -525,7 +513,6 @@ impl<'a> Meeting<'a> {
             is_new: pair.is_new,
             is_elastic: pair.is_elastic,
             is_brittle: pair.is_brittle,
-            yielding: shapes[0].yielding() + shapes[1].yielding(),
         }
     }
 

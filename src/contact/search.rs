@@ -94,11 +94,6 @@ impl ContactShape {
         self.bounding_radius + self.rounded.radius
     }
 
-    /// By how much a soft contact may press the body in [m]: its rounding, of round ones a fiftieth of the diameter.
-    pub fn yielding(&self) -> f64 {
-        self.rounded.radius.min(0.04 * self.outer_radius())
-    }
-
     /// Length of the longest of its edges that are too short to touch anything [m].
     pub fn longest_silent_edge(&self) -> f64 {
         let is_silent = |length: &f64| *length <= SHORT_EDGE * self.rounded.radius;
@@ -147,15 +142,6 @@ impl PairFeatures {
         &self.faces
     }
 
-    /// How far the two bodies may still move towards each other before one of their features that is not listed can be in touch
-    /// [m].
-    pub fn room(&self, shapes: &[ContactShape], poses: &[Pose]) -> f64 {
-        let (a, b) = (self.a as usize, self.b as usize);
-        let [old_a, old_b] = &self.reference;
-        let moved = approach([&shapes[a], &shapes[b]], [old_a, old_b], [&poses[a], &poses[b]], 0.0);
-        (self.skin - moved).max(0.0)
-    }
-
     /// How far beyond the radii features are listed while the list is valid [m].
     pub fn margin(&self) -> f64 {
         self.margin
@@ -187,8 +173,8 @@ impl PairFeatures {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Neighbours {
     pub pairs: Vec<(u32, u32)>,
-    /// Of each body [m].
-    margins: Vec<f64>,
+    /// [m]
+    margin: f64,
     reference: Vec<Pose>,
 }
 
@@ -218,19 +204,18 @@ fn motion(shape: &ContactShape, from: &Pose, to: &Pose) -> f64 {
 }
 
 impl Neighbours {
-    /// Pairs of `shapes` whose bounding boxes are within the mean of their two `margins` [m] of each other.
+    /// Pairs of `shapes` whose bounding boxes are within `margin` [m] of each other.
     /// Pairs for which `ignores` holds (two fixed bodies, say) are left out.
     pub fn find(
         shapes: &[ContactShape],
         poses: &[Pose],
-        margins: Vec<f64>,
+        margin: f64,
         ignores: impl Fn(usize, usize) -> bool + Sync,
     ) -> Self {
         let boxes: Vec<(Vec3, Vec3)> = shapes
             .iter()
             .zip(poses)
-            .zip(&margins)
-            .map(|((shape, pose), margin)| {
+            .map(|(shape, pose)| {
                 let reach = Vec3::repeat(shape.rounded.radius + 0.5 * margin);
                 let corners = || shape.rounded.core.vertices.iter().map(|v| pose.to_space(v));
                 let low = corners().fold(Vec3::repeat(f64::INFINITY), |m, v| m.inf(&v));
@@ -254,7 +239,7 @@ impl Neighbours {
             open.push(i);
         }
         candidates.sort_unstable();
-        Neighbours { pairs: candidates, margins, reference: poses.to_vec() }
+        Neighbours { pairs: candidates, margin, reference: poses.to_vec() }
     }
 
     /// Whether every body is still within half its margin of where the search found it.
@@ -264,8 +249,7 @@ impl Neighbours {
                 .par_iter()
                 .zip(poses)
                 .zip(&self.reference)
-                .zip(&self.margins)
-                .all(|(((shape, pose), old), margin)| motion(shape, old, pose) <= 0.5 * margin)
+                .all(|((shape, pose), old)| motion(shape, old, pose) <= 0.5 * self.margin)
     }
 }
 

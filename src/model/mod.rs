@@ -8,14 +8,12 @@ pub mod loads;
 pub mod membrane;
 mod pieces;
 pub mod state;
-pub mod step_length;
 pub mod stored;
 pub mod wall;
 
 pub use body::{Body, BodyKind, Breakage, Deformation, Flexibility, STIFFNESS_RATIO};
 pub use loads::{Control, Controlled, Loads};
 pub use state::{Committed, Counters};
-pub use step_length::StepLength;
 pub use stored::StoredBodies;
 
 pub use cover::PressureCover;

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::results::{COMMIT, VERSION, Writer};
 
 /// Rises whenever the bytes come to mean something else.
-const FORMAT: u32 = 25;
+const FORMAT: u32 = 26;
 /// A restart point is due after so long, however few increments there were.
 const LONGEST: Duration = Duration::from_secs(30);
 /// Time between two restart points over the time that writing one takes, at least.

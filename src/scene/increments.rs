@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::loading::{Attempt, FidelityCounts, Loaded, Portion, StageEnd, fell};
 use crate::model::Loads;
 use crate::scene::drive::{Drive, Last, Progress, StageState};
+use crate::scene::fall;
 use crate::scene::press::{Pressed, Pressing};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::run::Scene;
@@ -119,11 +120,20 @@ impl Scene {
                 return Attempt::Again(report.counters);
             }
             // Nothing is left to cut: perhaps the next equilibrium is far away.
-            if let (Some(settings), Some(start)) = (settings.dwelling(), slow_start) {
-                let spent = report.counters;
-                let increment = Increment { settings: &settings, ..increment };
-                report = advance(&increment, vec![start], &mut self.contacts);
-                report.counters.add(&spent);
+            if let (Some(settings), Some(start)) = (settings.behind_a_fall(), slow_start) {
+                for share in fall::FRICTION {
+                    let ways = [now.as_slice(), start.as_slice()];
+                    let Some(fallen) = fall::fallen(model, &loads, ways, share, &settings.stop) else {
+                        break;
+                    };
+                    let spent = report.counters;
+                    let increment = Increment { settings: &settings, ..increment };
+                    report = advance(&increment, vec![fallen], &mut self.contacts);
+                    report.counters.add(&spent);
+                    if report.converged() {
+                        break;
+                    }
+                }
             }
             if settings.stop.is_raised() {
                 return Attempt::Interrupted;

@@ -6,6 +6,7 @@
 //! body's reference point. Forces on a body are positive along the axes.
 
 mod drive;
+mod fall;
 mod increments;
 pub mod parameters;
 mod placed;

@@ -70,7 +70,6 @@ impl Newton<'_> {
         let mut velocity: Vec<f64> = vec![0.0; count];
         let mut step = vec![0.0; count];
         let (mut stiffness, mut before, mut mean_contact) = (Vec::new(), Vec::new(), 0.0);
-        let lengths = self.settings.step_length.lengths(self.model);
         let mut pace = STEP;
         let mut shocks = 0;
         self.away.iter_mut().for_each(|d| *d = 0.0);
@@ -101,7 +100,7 @@ impl Newton<'_> {
                 self.stiffness_of_bodies_into(&mut stiffness, in_the_mean);
             }
             self.accelerate(&mut velocity, &stiffness, pace);
-            self.limit(&mut velocity, share_of_cap, &lengths);
+            self.limit(&mut velocity, share_of_cap * self.most_motion());
             let factor = self.largest_factor(&velocity);
             step.iter_mut().zip(&velocity).for_each(|(s, v)| *s = factor * v);
             from.0.clone_from(&self.poses);
@@ -147,11 +146,10 @@ impl Newton<'_> {
         }
     }
 
-    /// Keeps each body within its own cap: what is light must not hold up the others.
-    fn limit(&self, velocity: &mut [f64], share_of_cap: f64, lengths: &[f64]) {
-        for (body, length) in lengths.iter().enumerate().take(self.dofs.carriers()) {
+    /// Keeps each body within what it may go at `most` [m]: what is light must not hold up the others.
+    fn limit(&self, velocity: &mut [f64], most: f64) {
+        for body in 0..self.dofs.carriers() {
             let reach = self.reach(velocity, body);
-            let most = share_of_cap * self.settings.motion_cap * length;
             if reach > most {
                 for k in self.dofs.of(body).iter().flatten() {
                     velocity[*k as usize] *= most / reach;

@@ -171,7 +171,6 @@ impl<'a> Increment<'a> {
         let Increment { model, committed, loads, settings } = *self;
         let mut lent = std::mem::take(contacts);
         lent.first_scale = settings.first_penalty.recip();
-        lent.step_length = settings.step_length;
         let mut last_start = committed.poses.clone();
         let mut too_close = None;
         let chooses = !model.is_of_a_scene() && !model.waits_for_augmentations();

@@ -3,7 +3,7 @@
 //! Friction is implicit in the normal force, so the tangent is unsymmetric; it is exact.
 
 use crate::assembly::{self, Contacts, Dofs, Kernel, Losses, PairWork, TooClose};
-use crate::model::{Committed, Counters, Loads, Model, StepLength};
+use crate::model::{Committed, Counters, Loads, Model};
 use crate::solver::balance::{Balance, Yardsticks};
 use crate::solver::control::Steering;
 use crate::solver::settings::Settings;
@@ -214,9 +214,9 @@ impl<'a> Newton<'a> {
     pub(super) fn largest_factor(&self, step: &[f64]) -> f64 {
         let reach: Vec<f64> = (0..self.dofs.carriers()).map(|carrier| self.reach(step, carrier)).collect();
         let walls = usize::from(self.model.wall.is_some());
-        let bodies = reach[..self.model.bodies.len() + walls].iter().enumerate();
-        let lengths = self.settings.step_length.lengths(self.model);
-        let mut factor = bodies.fold(1.0, |f: f64, (i, &m)| f.min(self.settings.motion_cap * lengths[i] / m));
+        let bodies = reach[..self.model.bodies.len() + walls].iter();
+        let most = self.most_motion();
+        let mut factor = bodies.fold(1.0, |f: f64, m| f.min(most / m));
         if let Some(membrane) = &self.model.membrane {
             factor = factor.min(self.contacts.membrane.largest_factor(membrane, &reach));
         }
@@ -225,17 +225,14 @@ impl<'a> Newton<'a> {
             let share = |room: f64| 0.5 * room / both;
             // Bodies no feature of which is listed are their roundings apart at least, and mostly no more has to be known.
             let is_apart = pair.nearest.is_infinite() && share(pair.roundings(self.model)) >= factor;
-            if is_apart { factor } else { share(self.room(pair)) }
+            if is_apart { factor } else { share(pair.nearest) }
         };
         self.contacts.pairs.par_iter().map(of_pair).reduce(|| factor, f64::min)
     }
 
-    /// How near two bodies may be to passing through each other [m].
-    pub(super) fn room(&self, pair: &PairWork) -> f64 {
-        match self.settings.step_length {
-            StepLength::Smallest => pair.nearest,
-            StepLength::PerBody => pair.room(self.model, &self.poses),
-        }
+    /// How far a body may go in one iteration [m].
+    pub(super) fn most_motion(&self) -> f64 {
+        self.settings.motion_cap * self.model.smallest_rounding()
     }
 
     /// Makes the present configuration the one that motion counts from.

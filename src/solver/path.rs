@@ -127,7 +127,7 @@ impl Path {
 /// Ways that they go side by side, and turns as one, are none.
 fn ways<'a>(from: &'a [Pose], newton: &'a Newton<'_>) -> impl Iterator<Item = (PairKey, f64)> + 'a {
     let (model, to) = (newton.model, &newton.poses);
-    let lengths = newton.settings.step_length.lengths(model);
+    let length = model.smallest_rounding();
     newton.contacts.pairs.iter().map(move |pair| {
         let radius = |body: usize| model.shapes[body].bounding_radius;
         let (a, b) = (pair.a(), pair.b());
@@ -137,7 +137,7 @@ fn ways<'a>(from: &'a [Pose], newton: &'a Newton<'_>) -> impl Iterator<Item = (P
         let turn = |body: usize| to[body].rotation * from[body].rotation.inverse();
         let against = turn(small) * turn(large).inverse();
         let way = (from[small].position - beside).norm() + against.angle() * radius(small);
-        (pair.key(), way / (newton.settings.motion_cap * lengths[a].min(lengths[b])))
+        (pair.key(), way / (newton.settings.motion_cap * length))
     })
 }
 

@@ -1,6 +1,6 @@
 //! Tolerances and limits of the solver.
 
-use crate::model::{Model, StepLength};
+use crate::model::Model;
 use crate::solver::balance::Balance;
 use crate::solver::stop::StopSignal;
 
@@ -74,10 +74,8 @@ pub struct Settings {
     pub first_penalty: f64,
     /// Augmentations before an increment is given up.
     pub max_augmentations: usize,
-    /// Augmentations of a dwell, where even the smallest increment was given up; zero: none. Scenes only.
+    /// Steps in which bodies come to balance that fell, where even the smallest increment was given up; zero: none fall. Scenes only.
     pub max_dwell: usize,
-    /// Whether contacts begin soft and harden, as in a dwell.
-    pub begins_soft: bool,
     /// When bodies relax dynamically; `None`: never.
     pub relaxation: Option<Relaxation>,
     /// How far an increment has to come.
@@ -89,9 +87,8 @@ pub struct Settings {
     pub drag_to_rest: [f64; 2],
     /// Newton iterations in a step.
     pub max_newton: usize,
-    /// Motion of a body in one Newton iteration over the length that `step_length` says.
+    /// Motion of a body in one Newton iteration over the smallest rounding.
     pub motion_cap: f64,
-    pub step_length: StepLength,
     /// Times an increment is halved before it stops.
     pub max_cuts: usize,
     /// For bodies that can break.
@@ -111,14 +108,12 @@ impl Default for Settings {
             first_penalty: 1.0,
             max_augmentations: 600,
             max_dwell: 0,
-            begins_soft: false,
             relaxation: None,
             stabilisation: Stabilisation::Rest,
             explicitly_to_rest: false,
             drag_to_rest: [3e-2, 1e-5],
             max_newton: 12,
             motion_cap: 0.6,
-            step_length: StepLength::default(),
             max_cuts: 6,
             damage: DamageSettings::default(),
             accuracy: None,
@@ -148,14 +143,12 @@ impl Settings {
         }
     }
 
-    /// For bodies that have a long way to fall; `None` where a stop is wanted instead.
-    pub fn dwelling(&self) -> Option<Self> {
+    /// For bodies that have fallen ([`crate::scene`]) and lie nearly at rest; `None` where a stop is wanted instead.
+    pub fn behind_a_fall(&self) -> Option<Self> {
         let [first, _] = self.drag_to_rest;
         (self.max_dwell > 0).then(|| Settings {
-            begins_soft: true,
             max_augmentations: self.max_dwell,
             drag_to_rest: [first, 1e-9],
-            step_length: StepLength::PerBody,
             ..self.clone()
         })
     }

@@ -13,7 +13,6 @@ use crate::solver::newton::Newton;
 use crate::solver::path::{Cut, Path};
 use crate::solver::settings::{Relaxation, Settings, Stabilisation};
 use crate::solver::step::{Drag, Leave, Room, StepEnd};
-use crate::tensor;
 
 /// Drag of a step over that of the one before.
 const DRAG_LOWER: f64 = 0.3;
@@ -84,12 +83,6 @@ impl Course {
         }
     }
 }
-
-/// A dwell begins with contacts that all loads together press by this share of what they may yield; they then harden by a factor at a
-/// time, and need not balance better than this before.
-const SOFT_OVERLAP: f64 = 0.05;
-const HARDENING: f64 = 30.0;
-const SOFT_TOLERANCE: f64 = 1e-2;
 
 /// What dynamic relaxations may leave out of balance where steps get nowhere, over the mean contact force.
 const LATE_RELAXATIONS: f64 = 1e-3;
@@ -206,54 +199,6 @@ impl March {
 impl Newton<'_> {
     /// Brings the model into balance, or near enough to go on from, beginning in its present configuration.
     pub fn equilibrate(&mut self) -> Equilibrium {
-        let softly = if self.settings.begins_soft && !self.model.has_elastic() { self.soften() } else { 0 };
-        let mut found = self.march();
-        found.augmentations += softly;
-        found
-    }
-
-    /// Brings the model nearly into balance with soft contacts, harder and harder; the steps that takes.
-    fn soften(&mut self) -> usize {
-        let mut steps = 0;
-        let (typical, tolerance) = (self.typical_stiffness, self.tolerance);
-        let yielding = || self.model.shapes.iter().map(|shape| shape.yielding());
-        let stiffest =
-            self.model.bodies.iter().map(|b| b.stiffness).filter(|k| k.is_finite()).fold(0.0, f64::max);
-        let hardest = 2.0 * stiffest * yielding().fold(0.0, f64::max);
-        let median = tensor::median(yielding()).unwrap_or(0.0);
-        let mut strength = self.pressing_loads() / SOFT_OVERLAP;
-        self.tolerance = tolerance.max(SOFT_TOLERANCE);
-        while strength > 0.0 && strength < hardest && !self.settings.stop.is_raised() {
-            self.contacts.strength = strength;
-            self.typical_stiffness = typical.min(0.5 * strength / median);
-            self.evaluate();
-            let Equilibrium { converged, augmentations, .. } = self.march();
-            steps += augmentations;
-            tracing::debug!(strength, converged, augmentations, "soft contacts");
-            if !converged {
-                break;
-            }
-            strength *= HARDENING;
-        }
-        self.contacts.strength = f64::INFINITY;
-        (self.typical_stiffness, self.tolerance) = (typical, tolerance);
-        self.evaluate();
-        steps
-    }
-
-    /// What presses contacts at most [N]: all dead loads of free bodies together, or all that they bear already.
-    fn pressing_loads(&self) -> f64 {
-        let gravity = self.loads.gravity.norm();
-        let dead = |body: usize| {
-            self.model.bodies[body].mass * gravity + self.loads.applied[body].fixed_rows::<3>(0).norm()
-        };
-        let free = (0..self.model.bodies.len()).filter(|&body| self.dofs.is_free(body));
-        let borne = self.contacts.active().map(|(_, point)| point.evaluation.pressure).sum();
-        free.map(dead).sum::<f64>().max(borne)
-    }
-
-    /// Takes the steps of an increment.
-    fn march(&mut self) -> Equilibrium {
         self.gather();
         let mut march = March::from(self);
         if march.course.most_steps == 0 {

@@ -204,11 +204,8 @@ impl Newton<'_> {
         if farthest.is_infinite() {
             return false;
         }
-        let most = farthest * self.settings.motion_cap;
-        let lengths = self.settings.step_length.lengths(self.model).into_iter().enumerate();
-        lengths
-            .take(self.model.bodies.len())
-            .any(|(body, length)| self.reach(&self.away, body) > most * length)
+        let most = farthest * self.most_motion();
+        (0..self.model.bodies.len()).any(|body| self.reach(&self.away, body) > most)
     }
 
     fn leaves_little(&self, held: &[f64], leave: &Leave) -> bool {
@@ -244,18 +241,18 @@ impl Newton<'_> {
     /// Shortens the motion of each body to what it may go at once, and by the room that it has itself. Gives the least share that is left
     /// of any plate, which no drag holds back, in a scene of any body.
     pub(super) fn clip(&self, step: &mut [f64], room: Room) -> f64 {
-        let lengths = self.settings.step_length.lengths(self.model);
+        let most = self.most_motion();
         let bodies = self.model.bodies.len();
         let mut reach: Vec<f64> = (0..bodies).map(|body| self.reach(step, body)).collect();
         let mut shares = vec![1.0; bodies];
         for body in 0..bodies {
-            shares[body] = (self.settings.motion_cap * lengths[body] / reach[body]).min(1.0);
+            shares[body] = (most / reach[body]).min(1.0);
             reach[body] *= shares[body];
         }
         let alone = shares.clone();
         for pair in self.contacts.pairs.iter().filter(|_| room == Room::OfEach) {
             let [a, b] = [pair.a(), pair.b()];
-            let share = (0.5 * self.room(pair) / (reach[a] + reach[b]).max(f64::MIN_POSITIVE)).min(1.0);
+            let share = (0.5 * pair.nearest / (reach[a] + reach[b]).max(f64::MIN_POSITIVE)).min(1.0);
             for body in [a, b] {
                 shares[body] = shares[body].min(share * alone[body]);
             }

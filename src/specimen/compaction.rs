@@ -14,13 +14,13 @@
 //! Inside this module lengths are in units of 0.7 times the median sieve size, densities are 1 and
 //! times in s: only the packing matters, not the time that the engine took to reach it.
 
+use crate::engine;
 use crate::error::{Error, Result};
-use crate::specimen::engine_contacts::FreshContacts;
 use crate::specimen::placement::Placement;
 use crate::specimen::shape::GrainShape;
-use crate::tensor::{self, Pose, Rotation, Vec3};
+use crate::tensor::{self, Pose};
 use rapier3d_f64::dynamics::{RigidBodyBuilder, RigidBodyHandle};
-use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, NarrowPhase, SharedShape};
+use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle};
 use rapier3d_f64::math::{Pose as EnginePose, Rotation as EngineRotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;
 use rapier3d_f64::prelude::CoefficientCombineRule;
@@ -250,29 +250,16 @@ impl Chamber {
     fn build(grains: &[GrainShape], placement: &Placement) -> Result<Self> {
         let unit = 0.7 * tensor::median(grains.iter().map(|g| g.sieve_size)).unwrap_or(1.0);
 
-        let mut world = PhysicsWorld::new();
-        world.gravity = Vector::ZERO;
-        world.narrow_phase = NarrowPhase::with_query_dispatcher(FreshContacts);
-        let p = &mut world.integration_parameters;
-        p.dt = TIME_STEP;
-        p.num_solver_iterations = 4;
-        p.normalized_allowed_linear_error = 2e-4;
-        p.normalized_prediction_distance = 0.02;
-        p.contact_softness.natural_frequency = 60.0;
-        p.contact_softness.damping_ratio = 2.0;
-        p.static_contact_softness.natural_frequency = 120.0;
-        p.static_contact_softness.damping_ratio = 2.0;
-        p.contact_recycling = false;
-
+        let mut world = engine::world(TIME_STEP);
         let mut bodies = Vec::with_capacity(grains.len());
         for (index, (grain, pose)) in grains.iter().zip(&placement.poses).enumerate() {
-            let shape = engine_shape(grain, unit).ok_or_else(|| {
+            let shape = engine::shape_of(&grain.rounded, unit).ok_or_else(|| {
                 Error::Specimen(format!("grain {index} has a core that the compaction engine refuses"))
             })?;
             let collider =
                 ColliderBuilder::new(shape).density(1.0).friction(LARGEST_FRICTION).restitution(0.0);
             let body = RigidBodyBuilder::dynamic()
-                .pose(engine_pose(pose, unit))
+                .pose(engine::pose_in(pose, unit))
                 .can_sleep(false)
                 .linear_damping(DAMPING)
                 .angular_damping(DAMPING);
@@ -383,34 +370,17 @@ impl Chamber {
     fn poses(&self) -> Result<Vec<Pose>> {
         let mut poses = Vec::with_capacity(self.grains.len());
         for (index, (body, _)) in self.grains.iter().enumerate() {
-            let pose = self.world.bodies[*body].position();
-            let (t, q) = (pose.translation, pose.rotation);
-            let position = Vec3::new(t.x, t.y, t.z);
-            let outside = !(position.xy().norm() < self.radius * 1.01
-                && position.z > 0.0
-                && position.z < self.height
-                && q.is_finite());
-            if outside {
-                return Err(Error::Specimen(format!("compaction lost grain {index} through a wall")));
-            }
-            let rotation = Rotation::new_normalize(nalgebra::Quaternion::new(q.w, q.x, q.y, q.z));
-            poses.push(Pose::new(position * self.unit, rotation));
+            let (radius, height) = (self.radius * self.unit, self.height * self.unit);
+            let inside = |pose: &Pose| {
+                let at = pose.position;
+                at.xy().norm() < radius * 1.01 && at.z > 0.0 && at.z < height
+            };
+            let pose = engine::pose_from(self.world.bodies[*body].position(), self.unit).filter(inside);
+            let lost = || Error::Specimen(format!("compaction lost grain {index} through a wall"));
+            poses.push(pose.ok_or_else(lost)?);
         }
         Ok(poses)
     }
-}
-
-/// The grain's rounded body for the engine.
-fn engine_shape(grain: &GrainShape, unit: f64) -> Option<SharedShape> {
-    let core = &grain.rounded.core;
-    let vertices = core.vertices.iter().map(|v| Vector::new(v.x / unit, v.y / unit, v.z / unit)).collect();
-    let facets: Vec<[u32; 3]> = core.facets.iter().map(|f| f.map(|v| v as u32)).collect();
-    SharedShape::round_convex_mesh(vertices, &facets, grain.rounded.radius / unit)
-}
-
-fn engine_pose(pose: &Pose, unit: f64) -> EnginePose {
-    let (x, q) = (pose.position / unit, pose.rotation);
-    EnginePose::from_parts(Vector::new(x.x, x.y, x.z), EngineRotation::from_xyzw(q.i, q.j, q.k, q.w))
 }
 
 fn panel_pose(index: usize, radius: f64, height: f64) -> EnginePose {

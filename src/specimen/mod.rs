@@ -6,7 +6,6 @@
 
 pub mod breakage;
 pub mod compaction;
-mod engine_contacts;
 pub mod given;
 pub mod grading;
 pub mod opening;
