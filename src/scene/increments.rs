@@ -3,9 +3,9 @@
 use crate::assembly::TooClose;
 use crate::error::Result;
 use crate::loading::{Attempt, FidelityCounts, Loaded, Portion, StageEnd, fell};
-use crate::model::Loads;
+use crate::model::{Counters, Loads};
 use crate::scene::drive::{Drive, Last, Progress, StageState};
-use crate::scene::fall;
+use crate::scene::fall::{self, fallen};
 use crate::scene::press::{Pressed, Pressing};
 use crate::scene::row::{BodyState, Row};
 use crate::scene::run::Scene;
@@ -102,7 +102,7 @@ impl Scene {
         Some(done)
     }
 
-    /// Brings an increment into balance; where nothing is left to cut, by rebalancing.
+    /// Brings an increment into balance; where nothing is left to cut, behind a fall.
     fn balance(&mut self, stage: &mut Progress, next: Portion) -> Attempt<Balanced> {
         let StageState { drive, last, rebalances } = &stage.own;
         let loads = drive.loads_at(next.to);
@@ -120,36 +120,42 @@ impl Scene {
                 return Attempt::Again(report.counters);
             }
             // Nothing is left to cut: perhaps the next equilibrium is far away.
-            if let (Some(settings), Some(start)) = (settings.behind_a_fall(), slow_start) {
-                for share in fall::FRICTION {
-                    let ways = [now.as_slice(), start.as_slice()];
-                    let Some(fallen) = fall::fallen(model, &loads, ways, share, &settings.stop) else {
-                        break;
-                    };
-                    let spent = report.counters;
-                    let increment = Increment { settings: &settings, ..increment };
-                    report = advance(&increment, vec![fallen], &mut self.contacts);
-                    report.counters.add(&spent);
-                    if report.converged() {
-                        break;
-                    }
-                }
-            }
-            if settings.stop.is_raised() {
+            let mut dossier = Dossier::of(model, &self.contacts, &report, settings);
+            let fell = slow_start.and_then(|start| self.fall(&loads, &start, &mut report.counters));
+            if self.settings.stop.is_raised() {
                 return Attempt::Interrupted;
             }
-            if !report.converged() {
-                let mut dossier = Dossier::of(model, &self.contacts, &report, settings);
+            let Some(fell) = fell else {
                 dossier.factorisations = stage.spent.factorisations + report.counters.factorisations;
                 self.dossier = Some(dossier);
                 return Attempt::Stopped(self.describe(&report, stage.pace.done()));
-            }
+            };
+            let spent = std::mem::replace(&mut report, fell).counters;
+            report.counters.add(&spent);
         }
+        let (model, settings) = (&self.model, &self.settings);
         let verdict = judge(model, &report.as_committed(), &loads, settings, &self.contacts);
         if stage.repeats(&verdict, || self.change_fidelity([&verdict.wake, &[]]).woken) {
             return Attempt::Again(report.counters);
         }
         Attempt::Balanced(Balanced::Increment { report: Box::new(report), loads, verdict })
+    }
+
+    /// The balance of bodies that fall from the committed state, what is driven being where it is in `start`; adds what is tried in vain to `spent`.
+    fn fall(&mut self, loads: &Loads, start: &[Pose], spent: &mut Counters) -> Option<IncrementReport> {
+        let settings = self.settings.behind_a_fall()?;
+        let Scene { model, committed, contacts, .. } = self;
+        let increment = Increment { model, committed, loads, settings: &settings };
+        let ways = [committed.poses.as_slice(), start];
+        for share in fall::FRICTION {
+            let fallen = fallen(model, loads, ways, share, &settings.stop)?;
+            let report = advance(&increment, vec![fallen], contacts);
+            if report.converged() {
+                return Some(report);
+            }
+            spent.add(&report.counters);
+        }
+        None
     }
 
     /// Makes the increment the committed state, books its energies and tells what it did.
