@@ -1,5 +1,5 @@
 //! Grains that break, rigid ones and ones that bend. Reference: a strength that nothing reaches gives the bits of grains that cannot break. Weak rock
-//! crushes on, dwell after dwell, without a stop: every accepted state is in balance, no bodies overlap but as contacts know, and the energy is
+//! crushes on, increment after increment, without a stop: every accepted state is in balance, no bodies overlap but as contacts know, and the energy is
 //! accounted for; a run that goes on from a stored state has the bits of one that was not interrupted.
 
 use std::collections::BTreeSet;

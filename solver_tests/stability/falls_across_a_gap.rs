@@ -2,7 +2,7 @@
 //!
 //! Naive methods meet a singular matrix, or hold the ball for ever. Here a body that nothing bears moves by its weight over the least drag, 1e-5 of
 //! the typical stiffness, which is the median of the bodies': 0.4 um in a step. Across 10 um that takes 25 steps, beside those that the drag
-//! takes to fall so low; across 0.5 mm more than there are, and the increment is given up. The dwell that follows lets go of it geometrically.
+//! takes to fall so low; across 0.5 mm more than there are, and the increment is given up. It then falls as a rigid body (docs/decisions/0204-scenes-fall-by-rigid-body-dynamics.md).
 
 use riprap::scene::{SceneBody, SceneShape};
 use riprap::verification::bodies::{DENSITY, body, cuboid, fixed, gravity, scene};
@@ -37,7 +37,7 @@ fn a_short_way() {
 
 #[test]
 fn a_long_way() {
-    assert!(!fallen(5e-4, 0), "without a dwell it has no time to fall");
+    assert!(!fallen(5e-4, 0), "without a fall it has no time to get there");
     for gap in [5e-4, 1e-2, 0.1] {
         assert!(fallen(gap, 300), "{gap}");
     }

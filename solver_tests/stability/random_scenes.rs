@@ -4,7 +4,7 @@
 //!
 //! Not all of them have an equilibrium. What has to come out of each: a status, finite numbers, no overlap beyond
 //! what its contacts know of (audited in each run), forces that balance in each accepted increment. The share that finishes is printed, kind by
-//! kind, and recorded in `benchmarks/runs/2026-11-27-hostile-scenes`; it may only rise.
+//! kind, and recorded in `benchmarks/runs/2026-12-01-hostile-scenes`; it may only rise.
 
 use std::collections::BTreeMap;
 

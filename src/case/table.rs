@@ -626,7 +626,7 @@ static SOLVER: &[Key] = &[
         "max_dwell",
         Count(0, 100_000),
         "300",
-        "Augmentations of a rebalancing, in which bodies of a scene may fall a long way where the smallest increment does not balance; 0: stop there.",
+        "Steps in which bodies of a scene come to balance that fell a long way, where the smallest increment found none; 0: none fall, it stops there.",
     ),
     Key::default("max_newton_iterations", Count(1, 10_000), "12", "Newton iterations in a step."),
     Key::default(

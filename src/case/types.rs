@@ -473,7 +473,7 @@ pub struct SolverCase {
     pub first_penalty: f64,
     /// Before an increment is cut.
     pub max_augmentations: usize,
-    /// Of a rebalancing, where the smallest increment does not balance; zero: stop there. Scenes only.
+    /// Behind a fall, where the smallest increment does not balance; zero: stop there. Scenes only.
     pub max_dwell: usize,
     /// In one augmentation.
     pub max_newton_iterations: usize,
