@@ -164,37 +164,62 @@ fn pull(model: &Model, loads: &Loads, poses: &[Pose], body: usize) -> (Vec3, Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Scene, SceneBody, SceneShape};
-    use crate::verification::bodies::{body, cuboid, ground, scene};
+    use crate::contact::law::Friction;
+    use crate::contact::{ContactLaw, ContactShape};
+    use crate::geometry::{Polyhedron, RoundedBody};
+    use crate::model::Body;
+    use crate::tensor::Rotation;
 
-    const WEIGHT: [f64; 3] = [0.0, 0.0, -9.81];
+    const WEIGHT: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 
-    /// Where these bodies on the ground come to lie by their weight, with this friction; what `ways` says of the last one is driven so far.
-    fn lie(bodies: Vec<SceneBody>, friction: f64, gravity: [f64; 3], way: Option<Vec3>) -> Option<Vec<Pose>> {
-        let bodies = [vec![ground()], bodies].concat();
-        let made = Scene::new(&scene(bodies, friction, vec![])).expect("a sound scene");
-        let mut loads = Loads::none(made.model.bodies.len());
-        loads.gravity = Vec3::from(gravity);
-        let from = &made.committed.poses;
+    type Lying = (Body, ContactShape, Pose);
+
+    /// A box that leans by `turn`, its centre half its height above the ground.
+    fn box_at(x: f64, size: [f64; 3], turn: f64) -> Lying {
+        let (body, shape) = Body::block("box", BodyKind::Placed, size, 1e-3 * size[0], 0.05);
+        let pose = Pose::new(Vec3::new(x, 0.0, 0.5 * size[2]), Rotation::from_scaled_axis(Vec3::y() * turn));
+        (Body { mass: 1.0, ..body }, shape, pose)
+    }
+
+    fn ball_at(x: f64, z: f64, radius: f64) -> Lying {
+        let body = Body::rigid("ball", BodyKind::Placed, Polyhedron::point(), 1e8, radius);
+        let shape = ContactShape::new(RoundedBody::sphere(radius));
+        (Body { mass: 1.0, ..body }, shape, Pose::new(Vec3::new(x, 0.0, z), Rotation::identity()))
+    }
+
+    /// Where these bodies on the ground come to lie, with this friction; the last is driven along `way`.
+    fn lie(bodies: Vec<Lying>, friction: f64, gravity: Vec3, way: Option<Vec3>) -> Option<Vec<Pose>> {
+        let (ground, ground_shape) = Body::block("ground", BodyKind::Fixed, [1.0, 1.0, 0.1], 1e-3, 0.5);
+        let place = Pose::new(Vec3::new(0.0, 0.0, -0.05), Rotation::identity());
+        let mut all = (vec![ground], vec![ground_shape], vec![place]);
+        for (body, shape, pose) in bodies {
+            all.0.push(body);
+            all.1.push(shape);
+            all.2.push(pose);
+        }
+        let (bodies, shapes, from) = all;
+        let last = bodies.len() - 1;
+        let law = ContactLaw {
+            onset: 1e-7,
+            fade_length: 5e-4,
+            parallel_limit: 4e-3,
+            tangential_ratio: 0.89,
+            friction_blend: 0.05,
+        };
+        let model = Model::new(bodies, shapes, law, Friction::constant(friction));
+        let mut loads = Loads { gravity, ..Loads::none(last + 1) };
         let mut to = from.clone();
         if let Some(way) = way {
-            let last = to.len() - 1;
             loads.prescribed[last] = [true; 6];
             to[last].position += way;
         }
-        fallen(&made.model, &loads, [from, &to], 1.0, &StopSignal::default())
-    }
-
-    fn box_at(x: f64, size: [f64; 3], turn: f64) -> SceneBody {
-        body("box", cuboid(size), [x, 0.0, 0.5 * size[2]], [0.0, turn, 0.0])
+        fallen(&model, &loads, [&from, &to], 1.0, &StopSignal::default())
     }
 
     #[test]
     fn a_dropped_ball_lies_on_the_ground() {
-        let ball = body("ball", SceneShape::Sphere(0.01), [0.0, 0.0, 0.2], [0.0; 3]);
-        let poses = lie(vec![ball], 0.5, WEIGHT, None).expect("it comes to rest");
-        let lies = poses[1].position;
-        assert!((lies - Vec3::new(0.0, 0.0, 0.01)).norm() < 1e-4 * 0.01 + 1e-5, "{lies}");
+        let poses = lie(vec![ball_at(0.0, 0.2, 0.01)], 0.5, WEIGHT, None).expect("it comes to rest");
+        assert!((poses[1].position - Vec3::z() * 0.01).norm() < 2e-5, "{}", poses[1].position);
     }
 
     /// A slender box leans by 0.2, beyond atan(0.1 / 1): it comes to lie on its side. Leaning by 0.05 it stands up.
@@ -210,9 +235,8 @@ mod tests {
     /// Gravity leans by 0.3. With a friction of 0.35 the box stays while a slender one beside it topples; with 0.25 it slides.
     #[test]
     fn friction_holds_what_it_holds() {
-        let slender = body("slender", cuboid([0.01, 0.03, 0.1]), [-0.3, 0.0, 0.05], [0.0; 3]);
-        let boxes = || vec![box_at(0.0, [0.05; 3], 0.0), slender.clone()];
-        let gravity = [9.81 * 0.3, 0.0, -9.81];
+        let boxes = || vec![box_at(0.0, [0.05; 3], 0.0), box_at(-0.3, [0.01, 0.03, 0.1], 0.0)];
+        let gravity = WEIGHT + Vec3::x() * (9.81 * 0.3);
         let poses = lie(boxes(), 0.35, gravity, None).expect("it comes to rest");
         assert!(poses[1].position.x.abs() < 1e-3 * 0.05, "{}", poses[1].position);
         assert!((poses[2].position.z - 0.005).abs() < 1e-4, "{}", poses[2].position);
@@ -223,22 +247,21 @@ mod tests {
     /// A ball beside the ground.
     #[test]
     fn what_never_comes_to_rest_has_no_place() {
-        let ball = body("ball", SceneShape::Sphere(0.01), [0.6, 0.0, 0.2], [0.0; 3]);
-        assert!(lie(vec![ball], 0.5, WEIGHT, None).is_none());
+        assert!(lie(vec![ball_at(0.6, 0.2, 0.01)], 0.5, WEIGHT, None).is_none());
     }
 
     /// It goes all its way and shoves the ball before it.
     #[test]
     fn what_is_driven_goes_its_way() {
-        let ball = body("ball", SceneShape::Sphere(0.02), [0.06, 0.0, 0.02], [0.0; 3]);
         let way = Vec3::new(0.05, 0.0, 0.0);
-        let poses = lie(vec![ball, box_at(0.0, [0.05; 3], 0.0)], 0.5, WEIGHT, Some(way)).expect("at rest");
+        let bodies = vec![ball_at(0.06, 0.02, 0.02), box_at(0.0, [0.05; 3], 0.0)];
+        let poses = lie(bodies, 0.5, WEIGHT, Some(way)).expect("at rest");
         assert_eq!(poses[2].position, way + Vec3::z() * 0.025);
         assert!(poses[1].position.x > 0.05 + 0.025 + 0.0199, "{}", poses[1].position);
     }
 
     #[test]
     fn nothing_falls_without_a_load() {
-        assert!(lie(vec![box_at(0.0, [0.05; 3], 0.0)], 0.5, [0.0; 3], None).is_none());
+        assert!(lie(vec![box_at(0.0, [0.05; 3], 0.0)], 0.5, Vec3::zeros(), None).is_none());
     }
 }
