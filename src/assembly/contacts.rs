@@ -15,14 +15,12 @@ use crate::contact::force::{Kinematics, Situation, Tangent};
 use crate::contact::law::CORE_FLOOR;
 use crate::contact::memory::PairKey;
 use crate::contact::search::Neighbours;
-use crate::grain::CondensedGrain;
 use crate::model::wall::WallContact;
-use crate::model::{BodyKind, Committed, Model};
+use crate::model::{BodyKind, Committed, Flexibility, Model};
 use crate::tensor::{Pose, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// Margin of the broad phase and of a pair's list of features, over the smallest rounding radius.
@@ -61,7 +59,7 @@ pub struct Contacts {
     reach: Vec<f64>,
     /// The flexibility of every condensed body in the present increment: with trial damage, where a body can break.
     #[serde(skip)]
-    pub grains: Vec<Option<Arc<CondensedGrain>>>,
+    pub grains: Vec<Option<Flexibility>>,
     /// What bodies that follow the forces by steps were displaced by last, and the share of it that they took.
     #[serde(skip)]
     pub(super) followed: Vec<Followed>,
@@ -157,7 +155,7 @@ impl Contacts {
         self.surplus = full.collect();
         self.update_reach();
         self.grains.clear();
-        self.grains.extend(model.bodies.iter().map(|body| body.grain().cloned()));
+        self.grains.extend(model.bodies.iter().map(|body| body.deformation.bending().cloned()));
         self.surface_loads.clear();
         self.followed.clear();
         self.stressing_loads.clear();

@@ -9,6 +9,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::assembly::elastic::displace;
 use crate::assembly::place::SurfaceLoads;
 use crate::assembly::timings::Kernel;
 use crate::assembly::trial::{Alone, Trial};
@@ -18,7 +19,7 @@ use crate::contact::force::PointState;
 use crate::contact::memory::PointMemory;
 use crate::error::Result;
 use crate::grain::{DamageChange, DamagedGrain};
-use crate::model::{Body, Model};
+use crate::model::{Body, Flexibility, Model};
 use crate::tensor::Vec3;
 
 /// What one move of the damage did, over all bodies.
@@ -121,26 +122,21 @@ impl Contacts {
             grains.extend(model.bodies.iter().map(|body| breakable(body).cloned()));
             alone.resize(grains.len(), Alone::default());
         }
-        let step = |(((grain, alone), loads), body): (
-            ((&mut Option<DamagedGrain>, &mut Alone), &SurfaceLoads),
-            &Body,
-        )|
-         -> Result<_> {
-            let Some(grain) = grain else { return Ok(None) };
-            if body.is_brittle() {
+        let (loads, bending, fields) = (&self.stressing_loads, &self.grains, &self.fields);
+        let step = |(body, (grain, alone)): (usize, (&mut Option<DamagedGrain>, &mut Alone))| -> Result<_> {
+            let (Some(grain), Some(loads)) = (grain, loads.get(body)) else { return Ok(None) };
+            if model.bodies[body].is_brittle() {
                 // The forces on it do not follow its mesh but where its contacts soften.
                 return alone.settle(grain, loads, max_change, least_change).map(Some);
             }
-            let change = grain.propose_beyond(loads, max_change, least_change)?;
+            let change = match bending[body].as_ref().and_then(Flexibility::full) {
+                Some(full) => full.propose(grain, &fields[body], [max_change, least_change])?,
+                None => grain.propose_beyond(loads, max_change, least_change)?,
+            };
             Ok(Some((change, grain.refresh()?)))
         };
-        let changes: Vec<Option<(DamageChange, bool)>> = grains
-            .par_iter_mut()
-            .zip(alone)
-            .zip(&self.stressing_loads)
-            .zip(&model.bodies)
-            .map(step)
-            .collect::<Result<_>>()?;
+        let changes: Vec<Option<(DamageChange, bool)>> =
+            grains.par_iter_mut().zip(alone).enumerate().map(step).collect::<Result<_>>()?;
         let mut total = DamageStep::default();
         self.trial.moved = changes.iter().map(|change| change.is_some_and(|(_, moved)| moved)).collect();
         for (body, change) in changes.into_iter().enumerate() {
@@ -153,10 +149,12 @@ impl Contacts {
                 total.failed_cells += change.failed_cells;
             }
             total.moved += usize::from(moved);
-            let bends = model.bodies[body].softens_with_damage() && self.grains[body].is_some();
-            if let (true, Some(grain)) = (moved && bends, &self.trial.grains[body]) {
-                grain.condensed().surface_field_into(&mut self.fields[body], &self.surface_loads[body]);
-                self.grains[body] = Some(grain.condensed().clone());
+            let grain = self.trial.grains[body].as_ref().filter(|_| moved);
+            let grain = grain.filter(|_| model.bodies[body].softens_with_damage());
+            if let (Some(grain), Some(bends)) = (grain, &mut self.grains[body]) {
+                *bends = bends.damaged(grain);
+                let (field, loads) = (&mut self.fields[body], &self.surface_loads[body]);
+                displace(bends, field, &mut self.surplus[body], loads);
             }
         }
         if total.moved > 0 {
@@ -177,7 +175,12 @@ impl Contacts {
         let commit = |(body, loads): (usize, &SurfaceLoads)| -> Result<_> {
             let trial = self.trial.grains.get(body).and_then(Option::as_ref);
             let Some(mut grain) = trial.or(breakable(&model.bodies[body])).cloned() else { return Ok(None) };
-            let mut kept = grain.commit(loads)?;
+            let full = self.grains[body].as_ref().and_then(Flexibility::full);
+            let full = full.filter(|_| model.bodies[body].softens_with_damage());
+            let mut kept = match full {
+                Some(full) => full.commit(&mut grain, &self.fields[body])?,
+                None => grain.commit(loads)?,
+            };
             if kept.newly_failed > 0 {
                 let lost = grain.crumble();
                 kept.dissipated += lost;

@@ -23,7 +23,7 @@ use crate::assembly::place::{ContactPlace, Multiplier, SurfaceField, SurfaceLoad
 use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::{Surface, SurfacePoint};
-use crate::model::{Body, Committed, Loads, Model};
+use crate::model::{Body, Committed, Flexibility, Loads, Model};
 use crate::tensor::{Pose, Vec3};
 
 /// A force on a brittle body is spread over the facets within this share of the body's size, as wide as the patch whose compliance the contact
@@ -150,19 +150,12 @@ impl Contacts {
         let surface_loads = self.surface_loads(model, loads, poses);
         let displaced =
             self.fields.par_iter_mut().zip(&mut self.surplus).zip(&self.grains).zip(&surface_loads);
-        let left = displaced.zip(&model.bodies).map(|((((field, surplus), grain), loads), body)| {
-            match (grain, body.full()) {
-                (Some(_), Some(full)) => full.settle(field, surplus, loads),
-                (Some(grain), None) => {
-                    grain.surface_field_into(field, loads);
-                    0.0
-                }
-                (None, _) => 0.0,
-            }
+        let left = displaced.map(|(((field, surplus), bends), loads)| {
+            bends.as_ref().map_or(0.0, |bends| displace(bends, field, surplus, loads))
         });
         let left: Vec<f64> = left.collect();
         self.update_reach();
-        let energy = self.surface_energy(model, &surface_loads);
+        let energy = self.surface_energy(&surface_loads);
         self.surface_loads = surface_loads;
         if model.can_break() {
             self.stressing_loads = self.stressing_loads(model, loads, poses);
@@ -243,23 +236,39 @@ impl Contacts {
         if !model.has_elastic() {
             return 0.0;
         }
-        self.surface_energy(model, &self.surface_loads(model, loads, poses))
+        self.surface_energy(&self.surface_loads(model, loads, poses))
     }
 
     /// Elastic energy [J] of all elastic bodies, the condensed ones displaced by `surface_loads` to what `fields`
     /// holds.
-    fn surface_energy(&self, model: &Model, surface_loads: &[SurfaceLoads]) -> f64 {
+    fn surface_energy(&self, surface_loads: &[SurfaceLoads]) -> f64 {
         let work =
             |(place, force): &(SurfacePoint, Vec3), field: &[Vec3]| force.dot(&interpolate(place, field));
         surface_loads
             .iter()
             .zip(&self.fields)
-            .zip(&model.bodies)
-            .map(|((loads, field), body)| match body.full() {
+            .zip(&self.grains)
+            .map(|((loads, field), bends)| match bends.as_ref().and_then(Flexibility::full) {
                 Some(grain) => grain.energy(grain.nodal(field)),
                 None => 0.5 * loads.iter().map(|load| work(load, field)).sum::<f64>(),
             })
             .sum()
+    }
+}
+
+/// Displaces a body by these `loads`; the largest force out of balance on a node [N].
+pub(super) fn displace(
+    bends: &Flexibility,
+    field: &mut SurfaceField,
+    surplus: &mut SurfaceField,
+    loads: &SurfaceLoads,
+) -> f64 {
+    match bends {
+        Flexibility::Full(full) => full.settle(field, surplus, loads),
+        Flexibility::Condensed(grain) => {
+            grain.surface_field_into(field, loads);
+            0.0
+        }
     }
 }
 

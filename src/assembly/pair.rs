@@ -15,11 +15,10 @@ use crate::contact::patch;
 use crate::contact::search::PairFeatures;
 use crate::contact::visit::{Clearances, Placed, visit_sites};
 use crate::contact::{ContactShape, Crushed, FaceShare, Feature, Mortar, Site};
-use crate::grain::{CondensedGrain, SurfacePoint};
-use crate::model::Model;
+use crate::grain::SurfacePoint;
+use crate::model::{Flexibility, Model};
 use crate::tensor::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// The least that damage leaves of a brittle body's share of a contact's spring. Below it the overlap that a force takes would no longer fit
 /// into the rounding; what is worth less than this fails.
@@ -142,7 +141,7 @@ pub(super) struct View<'a> {
     pub kinematics: &'a [Kinematics],
     pub corners: &'a [Vec<Vec3>],
     pub poses: &'a [Pose],
-    pub grains: &'a [Option<Arc<CondensedGrain>>],
+    pub grains: &'a [Option<Flexibility>],
     pub trial: &'a Trial,
     /// Surface displacements, now and as committed.
     pub fields: &'a [SurfaceField],
@@ -531,7 +530,7 @@ impl<'a> Meeting<'a> {
         let View { grains, poses, fields, committed, .. } = *self.view;
         Side {
             surface: self.model.bodies[body].stressed_surface(),
-            grain: grains[body].as_deref(),
+            grain: grains[body].as_ref().map(|bends| &**bends.grain()),
             pose: &poses[body],
             now: &fields[body],
             committed: committed.get(body).map_or(&[], |field| &field[..]),

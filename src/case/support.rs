@@ -40,15 +40,11 @@ pub fn unsupported(case: &Case) -> Vec<Fault> {
             let breaks = |body: &BodyCase| {
                 let fidelity = body.fidelity.unwrap_or(case.solver.fidelity);
                 let chosen = fidelity == Fidelity::Auto && case.solver.accuracy.is_some();
-                case.rock_of(body).damage.is_some() && (fidelity == Fidelity::Condensed || chosen)
+                case.rock_of(body).damage.is_some()
+                    && (matches!(fidelity, Fidelity::Condensed | Fidelity::Full) || chosen)
             };
             for (index, body) in scene.bodies.iter().enumerate() {
                 let path = format!("$.scene.bodies[{index}]");
-                if case.rock_of(body).damage.is_some() && case.fidelity_of(body) == Fidelity::Full {
-                    let problem = "a full body does not break, and its rock has damage";
-                    let accepted = "\"condensed\", or a rock of its own with \"damage\": null";
-                    refuse(&format!("{path}.fidelity"), "\"full\"", problem, accepted);
-                }
                 // What it does not say is the case's.
                 let own = body.rock.as_ref().and_then(|rock| rock.damage);
                 if own.is_some() && own != case.rock.damage && case.fidelity_of(body) == Fidelity::Rigid {

@@ -11,4 +11,4 @@ pub mod total_lagrangian;
 
 pub use membrane::{MembraneForces, MembraneTriangle};
 pub use tet10::{POINT_COUNT, POINTS, StraightTet10};
-pub use total_lagrangian::Strains;
+pub use total_lagrangian::{Cell, Strains};

@@ -60,7 +60,7 @@ enum Flexibility {
     /// Of all nodes, by forces on those of the surface.
     Dense(DenseFlexibility),
     /// The factor, and the columns (all surface nodes) computed so far.
-    OnDemand { held: Box<HeldGrain>, columns: Vec<OnceLock<Vec<Mat3>>> },
+    OnDemand { held: Arc<HeldGrain>, columns: Vec<OnceLock<Vec<Mat3>>> },
 }
 
 impl CondensedGrain {
@@ -114,7 +114,7 @@ impl CondensedGrain {
             Flexibility::Dense(held.dense(&surface).map_err(|fault| fail(fault.to_string()))?)
         } else {
             let columns = surface.nodes().iter().map(|_| OnceLock::new()).collect();
-            Flexibility::OnDemand { held: Box::new(held), columns }
+            Flexibility::OnDemand { held: Arc::new(held), columns }
         };
         let (mesh, surface) = (Arc::new(mesh), Arc::new(surface));
         let rock = Arc::new(cell_elasticity.to_vec());
@@ -168,13 +168,21 @@ impl CondensedGrain {
                 surface: self.surface.clone(),
                 mass: self.mass,
                 flexibility: Flexibility::OnDemand {
-                    held: Box::new(held),
+                    held: Arc::new(held),
                     columns: columns.iter().map(|_| OnceLock::new()).collect(),
                 },
                 patches: self.patches.clone(),
                 spread: Mutex::default(),
             },
         ))
+    }
+
+    /// Its factor, where columns are solved for on demand.
+    pub(super) fn held(&self) -> Option<&Arc<HeldGrain>> {
+        match &self.flexibility {
+            Flexibility::Dense(_) => None,
+            Flexibility::OnDemand { held, .. } => Some(held),
+        }
     }
 
     /// Its mesh, for others to hold too.

@@ -144,6 +144,9 @@ pub struct DamagedGrain {
     displaced: Vec<Vec3>,
 }
 
+/// Strains at the points of a cell.
+pub(super) type Strained = [Vector6<f64>; POINT_COUNT];
+
 /// Condenses with failed points held.
 fn condense(
     mesh: Mesh,
@@ -411,7 +414,7 @@ impl DamagedGrain {
         self.dissipated
     }
 
-    fn strains(&self, cell: usize, u: &[Vec3]) -> [Vector6<f64>; POINT_COUNT] {
+    fn strains(&self, cell: usize, u: &[Vec3]) -> Strained {
         let nodal = self.mesh().cells[cell].map(|node| u[node.index()]);
         self.elements[cell].strains(&nodal)
     }
@@ -434,7 +437,20 @@ impl DamagedGrain {
         least_change: f64,
     ) -> Result<DamageChange> {
         let u = self.displacements(loads)?;
-        let strains: Vec<_> = (0..self.laws.len()).map(|cell| self.strains(cell, &u)).collect();
+        self.propose_at(
+            (0..self.laws.len()).map(|cell| self.strains(cell, &u)).collect(),
+            max_change,
+            least_change,
+        )
+    }
+
+    /// As [`Self::propose_beyond`], at the strains of all cells.
+    pub(super) fn propose_at(
+        &mut self,
+        strains: Vec<Strained>,
+        max_change: f64,
+        least_change: f64,
+    ) -> Result<DamageChange> {
         if let Some(cell) = strains.iter().position(|points| points.iter().flatten().any(|e| !e.is_finite()))
         {
             let message = format!("the strain in cell {cell} is not finite");
@@ -528,6 +544,11 @@ impl DamagedGrain {
         }
     }
 
+    /// What points keep of their stiffness in the trial.
+    pub(super) fn trial_points(&self) -> &[[Secant; POINT_COUNT]] {
+        &self.trial.points
+    }
+
     /// Makes a new factor if the trial damage moved; returns whether it did.
     ///
     /// Errors ([`Error::Mesh`]) where what is left cannot be factored: reject the increment.
@@ -585,10 +606,16 @@ impl DamagedGrain {
     /// Keeps the trial damage, with the strains under the accepted `loads`.
     pub fn commit(&mut self, loads: &[(SurfacePoint, Vec3)]) -> Result<DamageCommit> {
         let u = self.displacements(loads)?;
+        let strains = (0..self.laws.len()).map(|cell| self.strains(cell, &u)).collect();
+        self.commit_at(u, strains)
+    }
+
+    /// As [`Self::commit`], with the displacements of all nodes [m] and the strains of all cells.
+    pub(super) fn commit_at(&mut self, u: Vec<Vec3>, strains: Vec<Strained>) -> Result<DamageCommit> {
         let mut kept = DamageCommit::default();
         let mut lost = 0.0;
-        for cell in 0..self.laws.len() {
-            let (law, strains) = (&self.laws[cell], self.strains(cell, &u));
+        for (cell, strains) in strains.into_iter().enumerate() {
+            let law = &self.laws[cell];
             let volume = self.elements[cell].point_volume();
             for (point, strain) in strains.into_iter().enumerate() {
                 let (from, to) = (&self.committed.states[cell][point], &mut self.trial.states[cell][point]);

@@ -1,4 +1,4 @@
-//! An elastic grain all of whose nodes move, with finite strains: the reference for condensed grains.
+//! A grain all of whose nodes move, with finite strains, elastic or damaged: the reference for condensed grains.
 //!
 //! Displacements are those of the nodes in the grain's frame, strains Green's (St Venant-Kirchhoff on tet10 cells),
 //! so the grain may deform and turn by any amount. The frame is the condensed grain's: no mean displacement and no
@@ -14,14 +14,15 @@
 
 use std::sync::Arc;
 
-use crate::element::{StraightTet10, Strains};
+use crate::element::{Cell, POINT_COUNT, StraightTet10, Strains};
 use crate::error::{Error, Result};
 use crate::grain::condensed::CondensedGrain;
-use crate::grain::damaged::elements_of;
+use crate::grain::damaged::{DamageChange, DamageCommit, DamagedGrain, Strained, elements_of};
 use crate::grain::held::HeldGrain;
 use crate::grain::stiffness::sound;
 use crate::grain::surface::SurfacePoint;
-use crate::material::Elastic;
+use crate::material::Secant;
+use crate::material::secant::HELD;
 use crate::mesh::{CellId, Mesh, NodeId};
 use crate::tensor::Vec3;
 
@@ -36,30 +37,64 @@ pub struct FullGrain {
     /// [kg/m^3]
     density: f64,
     strains: Strains,
-    elements: Vec<StraightTet10>,
+    elements: Arc<Vec<StraightTet10>>,
+    /// What its points keep of their stiffness.
+    points: Vec<[Secant; POINT_COUNT]>,
     /// Its stiffness without displacements.
-    held: HeldGrain,
+    held: Arc<HeldGrain>,
 }
 
 impl FullGrain {
-    /// The grain that `condensed` is at small strains, of a uniform `density` [kg/m^3].
+    /// The sound grain that `condensed` is at small strains, of a uniform `density` [kg/m^3].
     ///
     /// Errors ([`Error::Mesh`]): a flat cell; a mesh that cannot be held.
     pub fn new(condensed: Arc<CondensedGrain>, density: f64, strains: Strains) -> Result<Self> {
         let fail = |message: String| Error::Mesh { name: "grain".into(), message };
         let mesh = condensed.mesh();
-        let elements = elements_of(mesh)?;
-        let rock: Vec<Elastic> = mesh.cell_ids().map(|cell| *condensed.rock(cell)).collect();
-        let held = HeldGrain::new(mesh, &rock, condensed.mass_properties(), density, &sound(rock.len()))
-            .map_err(|fault| fail(fault.to_string()))?;
-        Ok(FullGrain { condensed, density, strains, elements, held })
+        let (elements, points) = (Arc::new(elements_of(mesh)?), sound(mesh.cells.len()));
+        let held = || {
+            let rock: Vec<_> = mesh.cell_ids().map(|cell| *condensed.rock(cell)).collect();
+            HeldGrain::new(mesh, &rock, condensed.mass_properties(), density, &points)
+                .map_err(|fault| fail(fault.to_string()))
+        };
+        let held = condensed.held().map_or_else(|| held().map(Arc::new), |held| Ok(held.clone()))?;
+        Ok(FullGrain { condensed, density, strains, elements, points, held })
     }
 
-    /// A part of it, condensed, with all its nodes.
+    /// A part of it, condensed, with all its nodes; sound.
     ///
     /// Errors as [`FullGrain::new`].
     pub fn alike(&self, part: Arc<CondensedGrain>) -> Result<Self> {
         FullGrain::new(part, self.density, self.strains)
+    }
+
+    /// The same cells with the trial damage of `grain`, as of its last refresh.
+    pub fn damaged(&self, grain: &DamagedGrain) -> Self {
+        let condensed = grain.condensed().clone();
+        let held = condensed.held().unwrap_or(&self.held).clone();
+        FullGrain {
+            condensed,
+            points: grain.trial_points().to_vec(),
+            held,
+            elements: self.elements.clone(),
+            ..*self
+        }
+    }
+
+    /// [`DamagedGrain::propose_beyond`] for the same cells, at their strains where this grain has the `field`.
+    pub fn propose(
+        &self,
+        grain: &mut DamagedGrain,
+        field: &[Vec3],
+        [max_change, least_change]: [f64; 2],
+    ) -> Result<DamageChange> {
+        grain.propose_at(self.strains(self.nodal(field)), max_change, least_change)
+    }
+
+    /// [`DamagedGrain::commit`] for the same cells, likewise.
+    pub fn commit(&self, grain: &mut DamagedGrain, field: &[Vec3]) -> Result<DamageCommit> {
+        let u = self.nodal(field);
+        grain.commit_at(u.to_vec(), self.strains(u))
     }
 
     pub fn mesh(&self) -> &Mesh {
@@ -89,9 +124,23 @@ impl FullGrain {
         if nodal.len() == self.mesh().nodes.len() { nodal } else { &[] }
     }
 
-    fn of_cells(&self) -> impl Iterator<Item = (&StraightTet10, &Elastic, &[NodeId; 10])> {
-        let cells = self.elements.iter().zip(&self.mesh().cells).enumerate();
-        cells.map(|(cell, (element, nodes))| (element, self.condensed.rock(CellId(cell as u32)), nodes))
+    /// Strains of each cell at the displacements `u` [m] of all nodes.
+    fn strains(&self, u: &[Vec3]) -> Vec<Strained> {
+        let of_cell = |(element, _, nodes): (&StraightTet10, _, &[NodeId; 10])| {
+            let u = nodes.map(|node| u[node.index()]);
+            match self.strains {
+                Strains::Small => element.strains(&u),
+                Strains::Finite => element.green_strains(&u),
+            }
+        };
+        self.of_cells().map(of_cell).collect()
+    }
+
+    fn of_cells(&self) -> impl Iterator<Item = (&StraightTet10, Cell<'_>, &[NodeId; 10])> {
+        let cells = self.elements.iter().zip(&self.points).zip(&self.mesh().cells).enumerate();
+        cells.map(|(cell, ((element, points), nodes))| {
+            (element, Cell { rock: self.condensed.rock(CellId(cell as u32)), points }, nodes)
+        })
     }
 
     /// Strain energy [J] at the displacements `u` [m] of all nodes.
@@ -99,8 +148,12 @@ impl FullGrain {
     /// # Panics
     /// As all that takes `u`, if there is not one displacement per node.
     pub fn energy(&self, u: &[Vec3]) -> f64 {
-        let of_cell = |(element, rock, nodes): (&StraightTet10, _, &[NodeId; 10])| {
-            element.strain_energy(rock, self.strains, &nodes.map(|node| u[node.index()]))
+        let of_cell = |(element, cell, nodes): (&StraightTet10, Cell<'_>, &[NodeId; 10])| {
+            let u = nodes.map(|node| u[node.index()]);
+            let held = held_points(&cell).map_or(0.0, |points| {
+                element.strain_energy(Cell { points: &points, ..cell }, Strains::Small, &u)
+            });
+            element.strain_energy(cell, self.strains, &u) + held
         };
         self.of_cells().map(of_cell).sum()
     }
@@ -108,9 +161,13 @@ impl FullGrain {
     /// Derivative of the energy by the displacements [N].
     pub fn inner_forces(&self, u: &[Vec3]) -> Vec<Vec3> {
         let mut out = vec![Vec3::zeros(); u.len()];
-        for (element, rock, nodes) in self.of_cells() {
+        for (element, cell, nodes) in self.of_cells() {
             let mut forces = [Vec3::zeros(); 10];
-            element.add_inner_forces(&mut forces, rock, self.strains, &nodes.map(|node| u[node.index()]));
+            let u = nodes.map(|node| u[node.index()]);
+            element.add_inner_forces(&mut forces, cell, self.strains, &u);
+            if let Some(points) = held_points(&cell) {
+                element.add_inner_forces(&mut forces, Cell { points: &points, ..cell }, Strains::Small, &u);
+            }
             nodes.iter().zip(&forces).for_each(|(node, force)| out[node.index()] += force);
         }
         out
@@ -123,9 +180,9 @@ impl FullGrain {
             Strains::Small => return surplus,
             Strains::Finite => {}
         }
-        for (element, rock, nodes) in self.of_cells() {
+        for (element, cell, nodes) in self.of_cells() {
             let mut forces = [Vec3::zeros(); 10];
-            element.add_surplus_forces(&mut forces, rock, &nodes.map(|node| u[node.index()]));
+            element.add_surplus_forces(&mut forces, cell, &nodes.map(|node| u[node.index()]));
             nodes.iter().zip(&forces).for_each(|(node, force)| surplus[node.index()] += force);
         }
         surplus
@@ -181,11 +238,24 @@ impl FullGrain {
     }
 }
 
+/// What the factor holds the failed points of a cell by; `None` where none has failed. That is no rock: its forces are linear in the displacements.
+fn held_points(cell: &Cell<'_>) -> Option<[Secant; POINT_COUNT]> {
+    let has_failed = |point: &Secant| point.matrix().is_none() && point.share() < HELD;
+    cell.points.iter().any(has_failed).then(|| {
+        cell.points.each_ref().map(|point| match has_failed(point) {
+            true => Secant::of_share(HELD - point.share()),
+            false => Secant::of_share(0.0),
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grain::Ancestry;
     use crate::grain::mass::nodal_moments;
     use crate::grain::mean_motion;
+    use crate::material::{DamageLaw, DamageParameters, Elastic};
     use crate::mesh::cuboid_mesh;
 
     fn cube(strains: Strains, on_patches: bool) -> FullGrain {
@@ -253,6 +323,70 @@ mod tests {
                 assert!((here - there).norm() < 1e-9 * scale, "{here} {there}");
             }
         }
+    }
+
+    /// Softens some points of the cube to less than half [N].
+    const FORCE: f64 = 1.2e4;
+
+    /// The cube and its damage under a squeeze.
+    fn damaged(strains: Strains, on_patches: bool) -> (FullGrain, DamagedGrain, Vec<(SurfacePoint, Vec3)>) {
+        let sound = cube(strains, on_patches);
+        let rock = Elastic::new(30e9, 0.2).expect("allowed");
+        let law = DamageLaw::new(rock, 10e6, 100e6, &DamageParameters::default(), 1.0).expect("a law");
+        let laws = vec![law; sound.mesh().cells.len()];
+        let ancestry = Ancestry::of_grain(0);
+        let mut grain =
+            DamagedGrain::over(sound.condensed().clone(), laws, 2700.0, ancestry).expect("a grain");
+        let loads = squeeze(&sound, FORCE);
+        for _ in 0..6 {
+            grain.propose(&loads, 0.2).expect("a change");
+        }
+        assert!(grain.refresh().expect("a factor"));
+        let full = sound.damaged(&grain);
+        let left = full.points.iter().flatten().map(Secant::share).fold(1.0, f64::min);
+        assert!(left < 0.5, "{left}");
+        (full, grain, loads)
+    }
+
+    /// Nodes of the damaged mesh, too: forces are those of another element routine, at small strains displacements those of the condensed grain.
+    #[test]
+    fn damaged_nodes_balance_their_loads() {
+        for on_patches in [false, true] {
+            let (full, grain, loads) = damaged(Strains::Finite, on_patches);
+            let (mut field, mut surplus) = (full.undisplaced(), full.surplus(&full.undisplaced()));
+            for _ in 0..8 {
+                full.settle(&mut field, &mut surplus, &loads);
+            }
+            let (inner, outer) =
+                (full.inner_forces(full.nodal(&field)), full.condensed().forces_on_nodes(&loads));
+            let off: Vec<Vec3> = inner.iter().zip(&outer).map(|(inner, outer)| inner - outer).collect();
+            let left = without_inertia(&full, &off).iter().map(|f| f.norm()).fold(0.0, f64::max);
+            assert!(left < 1e-9 * FORCE, "{left:.1e} N");
+            let (small, ..) = damaged(Strains::Small, on_patches);
+            let expected = grain.condensed().nodal_displacements(&loads);
+            let scale = expected.iter().map(|u| u.norm()).fold(0.0, f64::max);
+            let displaced = small.displaced(&loads);
+            for (here, there) in small.nodal(&displaced).iter().zip(&expected) {
+                assert!((here - there).norm() < 1e-9 * scale, "{here} {there}");
+            }
+        }
+    }
+
+    /// What more damage a grain at finite strains asks for is what it asks for at small ones, to the strain itself.
+    #[test]
+    fn damage_follows_finite_strains() {
+        let (full, grain, loads) = damaged(Strains::Finite, false);
+        let (mut condensed, mut finite) = (grain.clone(), grain);
+        let expected = condensed.propose(&loads, 1.0).expect("a change");
+        let found = full.propose(&mut finite, &full.displaced(&loads), [1.0, 0.0]).expect("a change");
+        assert!(expected.applied > 1e-3, "{expected:?}");
+        assert!((found.applied / expected.applied - 1.0).abs() < 1e-2, "{found:?} {expected:?}");
+        finite.refresh().expect("a factor");
+        let full = full.damaged(&finite);
+        let found = full.commit(&mut finite, &full.displaced(&loads)).expect("a commit");
+        let expected = condensed.commit(&loads).expect("a commit");
+        assert!((found.dissipated / expected.dissipated - 1.0).abs() < 1e-2, "{found:?} {expected:?}");
+        assert!((found.elastic / expected.elastic - 1.0).abs() < 1e-2, "{found:?} {expected:?}");
     }
 
     #[test]

@@ -82,6 +82,23 @@ impl Flexibility {
         }
     }
 
+    /// Its mesh, where all nodes of it move.
+    pub fn full(&self) -> Option<&Arc<FullGrain>> {
+        match self {
+            Flexibility::Condensed(_) => None,
+            Flexibility::Full(full) => Some(full),
+        }
+    }
+
+    /// The same cells with the trial damage of `grain`, as of its last refresh.
+    #[must_use]
+    pub fn damaged(&self, grain: &DamagedGrain) -> Self {
+        match self {
+            Flexibility::Condensed(_) => Flexibility::Condensed(grain.condensed().clone()),
+            Flexibility::Full(full) => Flexibility::Full(Arc::new(full.damaged(grain))),
+        }
+    }
+
     /// The same kind, of a part with this flexibility.
     fn of_part(&self, part: Arc<CondensedGrain>) -> Result<Self> {
         Ok(match self {
@@ -108,11 +125,17 @@ impl Deformation {
     }
 
     /// The flexibility by which a body deforms now.
-    pub fn grain(&self) -> Option<&Arc<CondensedGrain>> {
+    pub fn bending(&self) -> Option<&Flexibility> {
         match self {
-            Deformation::Bending(flexibility) => Some(flexibility.grain()),
+            Deformation::Bending(flexibility) => Some(flexibility),
             Deformation::Rigid | Deformation::Resting(_) => None,
         }
+    }
+
+    /// The same cells with the trial damage of `grain`, where they deform now.
+    #[must_use]
+    pub fn damaged(&self, grain: &DamagedGrain) -> Self {
+        self.bending().map_or_else(|| self.clone(), |bends| Deformation::Bending(bends.damaged(grain)))
     }
 
     /// The flexibility of a body, whether or not it is in the gaps now.
@@ -235,15 +258,12 @@ impl Body {
 
     /// The flexibility by which it deforms now.
     pub fn grain(&self) -> Option<&Arc<CondensedGrain>> {
-        self.deformation.grain()
+        self.deformation.bending().map(Flexibility::grain)
     }
 
     /// Its mesh, where all nodes of it move.
     pub fn full(&self) -> Option<&Arc<FullGrain>> {
-        match &self.deformation {
-            Deformation::Bending(Flexibility::Full(full)) => Some(full),
-            Deformation::Rigid | Deformation::Resting(_) | Deformation::Bending(_) => None,
-        }
+        self.deformation.bending()?.full()
     }
 
     /// Its damage as of the last accepted increment, where it can break.

@@ -145,7 +145,7 @@ impl Model {
         for (body, grain) in self.bodies.iter_mut().zip(grains) {
             if let Some(grain) = grain {
                 if !grain.is_sound() && body.is_elastic() && body.softens_with_damage() {
-                    body.deformation = Deformation::condensed(grain.condensed().clone());
+                    body.deformation = body.deformation.damaged(grain);
                 }
                 body.breakage = body.breakage.of(grain.clone());
             }
@@ -331,14 +331,20 @@ impl Model {
         let turn = Rotation::from_scaled_axis(fragment.rotation);
         let moved = centroid + fragment.translation + turn * (point - centroid);
         let back = turn.inverse();
-        let nodes = grain.condensed().surface().nodes().iter().filter(|_| !self.bodies[index].is_brittle());
-        let field = nodes
-            .map(|node| {
-                let x = fragment.grain.mesh().nodes[node.index()];
-                let u = displacements[fragment.nodes[node.index()].index()];
-                back * (x + u - moved) - (x - point)
-            })
-            .collect();
+        let displaced = |node: usize| {
+            let x = fragment.grain.mesh().nodes[node];
+            let u = displacements[fragment.nodes[node].index()];
+            back * (x + u - moved) - (x - point)
+        };
+        let condensed = grain.condensed();
+        let field = if self.bodies[index].is_brittle() {
+            Vec::new()
+        } else if self.bodies[index].full().is_some() {
+            let nodal: Vec<Vec3> = (0..fragment.nodes.len()).map(displaced).collect();
+            [condensed.felt(&nodal), nodal].concat()
+        } else {
+            condensed.surface().nodes().iter().map(|node| displaced(node.index())).collect()
+        };
         Ok(Part {
             grain,
             nominal,
@@ -434,10 +440,10 @@ impl Model {
     /// How a part `grain` of body `index` deforms.
     fn deformation_of_part(&self, index: usize, grain: &DamagedGrain) -> Result<Deformation> {
         let old = &self.bodies[index];
-        old.deformation.of_part(|| match old.is_brittle() {
-            true => Ok(Arc::new(grain.as_sound()?)),
-            false => Ok(grain.condensed().clone()),
-        })
+        match old.is_brittle() {
+            true => old.deformation.of_part(|| Ok(Arc::new(grain.as_sound()?))),
+            false => Ok(old.deformation.of_part(|| Ok(grain.condensed().clone()))?.damaged(grain)),
+        }
     }
 
     pub(super) fn body_of(

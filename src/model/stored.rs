@@ -126,7 +126,8 @@ impl Model {
                 Some(grain) => {
                     // A sound grain keeps what it was condensed to, and a brittle one while it is whole; a rigid one has nothing.
                     if body.is_elastic() && body.softens_with_damage() {
-                        body.deformation = Deformation::condensed(grain.condensed().clone());
+                        let part = || Ok(grain.condensed().clone());
+                        body.deformation = body.deformation.of_part(part)?.damaged(&grain);
                     } else if body.is_elastic() && grain.is_parted() {
                         body.deformation = body.deformation.of_part(|| Ok(Arc::new(grain.as_sound()?)))?;
                     }

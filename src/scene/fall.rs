@@ -199,14 +199,7 @@ mod tests {
         }
         let (bodies, shapes, from) = all;
         let last = bodies.len() - 1;
-        let law = ContactLaw {
-            onset: 1e-7,
-            fade_length: 5e-4,
-            parallel_limit: 4e-3,
-            tangential_ratio: 0.89,
-            friction_blend: 0.05,
-        };
-        let model = Model::new(bodies, shapes, law, Friction::constant(friction));
+        let model = Model::new(bodies, shapes, ContactLaw::of_rock(1e-3, 0.2), Friction::constant(friction));
         let mut loads = Loads { gravity, ..Loads::none(last + 1) };
         let mut to = from.clone();
         if let Some(way) = way {

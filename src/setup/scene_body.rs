@@ -171,7 +171,9 @@ fn inner(case: &Case, rock: &RockCase, index: usize, body: &BodyCase, mesh: Opti
         }
         (Fidelity::Full, Some(mesh)) => {
             let full = rock::full(rock, name, index, mesh, (seed, &contact))?;
-            Ok(Inner { grain: Some(full.condensed().clone()), full: Some(full), damaged: None })
+            let grain = full.condensed().clone();
+            let damaged = rock::damaged(rock, name, index, &grain, seed)?;
+            Ok(Inner { grain: Some(grain), full: Some(full), damaged })
         }
         (Fidelity::Auto | Fidelity::Rigid | Fidelity::Condensed | Fidelity::Full, _) => Ok(Inner::default()),
     }

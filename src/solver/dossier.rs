@@ -1,11 +1,13 @@
 //! What is known of an increment that could not be solved, for whoever has to find out why.
 
 use std::fmt;
+use std::sync::Arc;
 
 use crate::assembly::{Contacts, PairWork};
 use crate::contact::Feature;
 use crate::contact::law::CORE_FLOOR;
-use crate::model::Model;
+use crate::grain::DamagedGrain;
+use crate::model::{Body, Model};
 use crate::solver::{IncrementReport, Settings, StepStatus};
 
 /// Entries of the residual history that are shown when printed; all are kept.
@@ -103,6 +105,13 @@ impl Dossier {
         };
         let spent = report.augmentations >= settings.max_augmentations;
         dossier.advice = dossier.what_to_try(&report.status, spent, settings);
+        if let Some(body) = model.bodies.iter().find(|body| hangs_by_failed_rock(body)) {
+            let what = format!(
+                "fidelity \"condensed\" for {:?}: finite strains need not settle where a body hangs by rock that failed",
+                body.name
+            );
+            dossier.advice.insert(0, what);
+        }
         let rounding = Unresolved::of(model, report);
         if rounding.share > WORTH_A_WORD * settings.force_tolerance {
             dossier.advice.insert(0, format!("softer rock or a larger solver.force_tolerance: {rounding}"));
@@ -167,6 +176,12 @@ impl Dossier {
     pub fn history_line(&self) -> String {
         self.history.iter().map(|r| format!("{r:.2e}")).collect::<Vec<_>>().join(" ")
     }
+}
+
+/// Of a body of which all nodes move and some points have failed.
+fn hangs_by_failed_rock(body: &Body) -> bool {
+    let has_failed = |grain: &Arc<DamagedGrain>| grain.summary().failed_points > 0;
+    body.full().is_some() && body.softens_with_damage() && body.damaged().is_some_and(has_failed)
 }
 
 /// How far a pair's undeformed bodies overlap, their deformed surfaces, and their roundings [m], where the first has used up the roundings and the

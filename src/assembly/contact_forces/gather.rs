@@ -11,7 +11,7 @@ use crate::assembly::place::{OVERESTIMATE, SurfaceField, SurfaceLoads, interpola
 use crate::assembly::timings::Kernel;
 use crate::assembly::{ContactPoint, Contacts, PairWork};
 use crate::grain::SurfacePoint;
-use crate::model::{Loads, Model};
+use crate::model::{Flexibility, Loads, Model};
 use crate::tensor::{Mat3, Pose, Vec3};
 
 /// An open contact's force is an unknown where the bodies would yield by its gap under this share of the mean contact force.
@@ -114,7 +114,7 @@ impl Contacts {
         }
         let grains = &self.grains;
         let patch = |(body, places): (usize, Vec<(usize, f64, SurfacePoint)>)| {
-            let grain = grains[body].as_ref().filter(|_| !places.is_empty())?;
+            let grain = grains[body].as_ref().filter(|_| !places.is_empty())?.grain();
             let turn = poses[body].rotation.to_rotation_matrix().into_inner();
             let own = grain.flexibilities(&places.iter().map(|(.., place)| place).collect::<Vec<_>>());
             let n = places.len();
@@ -156,8 +156,8 @@ impl Contacts {
         let of_patch = |patch: &Patch| {
             let moved = |loads: &SurfaceLoads| -> Vec<Vec3> {
                 let mut field = SurfaceField::new();
-                if let Some(grain) = grains[patch.body].as_ref().filter(|_| !loads.is_empty()) {
-                    grain.surface_field_into(&mut field, loads);
+                if let Some(bends) = grains[patch.body].as_ref().filter(|_| !loads.is_empty()) {
+                    bends.grain().surface_field_into(&mut field, loads);
                 }
                 let turn = &poses[patch.body].rotation;
                 patch
@@ -167,7 +167,7 @@ impl Contacts {
                     .collect()
             };
             let mut by_others = moved(&others[patch.body]);
-            if let Some(full) = model.bodies[patch.body].full() {
+            if let Some(full) = grains[patch.body].as_ref().and_then(Flexibility::full) {
                 let turn = &poses[patch.body].rotation;
                 let felt = full.condensed().felt(&surplus[patch.body]);
                 for ((_, sign, place), u) in patch.places.iter().zip(&mut by_others) {
