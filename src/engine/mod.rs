@@ -1,6 +1,6 @@
 //! Rigid-body dynamics (rapier3d, f64): packings are compacted by it, and bodies of a scene that have no equilibrium where they are fall by it.
 //!
-//! Lengths are in units that the caller chooses. The engine runs on one thread; the same input gives the same bits.
+//! Lengths are in units that the caller chooses. The same input gives the same bits on any number of threads.
 
 mod contacts;
 

@@ -9,7 +9,7 @@
 //!
 //! So one run covers the loosest packing (jammed with the largest friction) to the densest (at rest
 //! without friction), and a void ratio outside is answered with that range. A hold at 5 % of the
-//! pressure takes out nearly all overlap. rapier runs on one thread; the same input gives the same bits.
+//! pressure takes out nearly all overlap. The same input gives the same bits on any number of threads.
 //!
 //! Inside this module lengths are in units of 0.7 times the median sieve size, densities are 1 and
 //! times in s: only the packing matters, not the time that the engine took to reach it.
