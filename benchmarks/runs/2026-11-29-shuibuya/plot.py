@@ -1,4 +1,4 @@
-"""Draws stress_strain.png, energy.png, full_size.png, void_ratio.png, rubber.png and motion.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
+"""Draws stress_strain.png, energy.png, full_size.png, void_ratio.png, rubber.png, size.png and motion.png beside itself from p*.csv; scripts/python_env names a Python that has matplotlib."""
 
 import csv
 import pathlib
@@ -78,7 +78,12 @@ VOID_RATIOS = [
     ("p0800_full", COLOURS[1], "--", "3643 grains, 0.48"), ("p0800_full_void_0.52", COLOURS[3], "--", "3523 grains, 0.52"),
 ]
 COVERS = [("p0800", COLOURS[1], "-", "300 grains, pressure"), ("p0800_rubber", COLOURS[0], "-", "rubber, 6 mm of 3 MPa")]
-for name, title, most, lines in [("void_ratio.png", "Void ratio", 6, VOID_RATIOS), ("rubber.png", "Cover", 6.5, COVERS)]:
+SIZES = [
+    ("p0800", COLOURS[0], "-", "300 grains, void ratio 0.57"), ("p0800_1000_20110105", COLOURS[2], "-", "1000, 0.52"), ("p0800_full", COLOURS[1], "-", "3643, 0.48"),
+    ("p0800_10000", COLOURS[3], "-", "9996, 0.47"),
+]
+CHARTS = [("void_ratio.png", "Void ratio", 6, VOID_RATIOS), ("rubber.png", "Cover", 6.5, COVERS), ("size.png", "Size", 6.5, SIZES)]
+for name, title, most, lines in CHARTS:
     figure, axes = plt.subplots(2, 1, figsize=(6.4, 6.0), sharex=True)
     for path, colour, line, label in lines:
         draw(axes, HERE / f"{path}.csv", colour, line, 1.4)
