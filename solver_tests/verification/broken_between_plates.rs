@@ -161,23 +161,23 @@ fn blocks_get_no_energy_from_where_their_failed_cells_go() {
     assert!(emptied >= 2, "{emptied}");
 }
 
-/// Bodies all of whose nodes move, at finite strains of up to some thousandths, against condensed ones: work and what damage takes. Found: 6e-4 before the
-/// blocks crush and 3e-3 of what damage takes as they do; 1e-3 for the bar until two thirds of its section have failed.
+/// Bodies all of whose nodes move, with finite strains, against condensed ones. Found, over the work: 8e-4 for the bar until 11 of its cells are gone; for the
+/// blocks 5e-4 of work and 1.3e-3 of damage, through their collapse.
 #[test]
 fn full_bodies_break_as_condensed_ones() {
     let run = |case: &Case, increments| rows(&mut scene(case), increments).0;
     let bars = ["condensed", "full"].map(|fidelity| run(&case_of(fidelity, "corners", "{}", 16.0), 30));
     let crushed = ["condensed", "full"].map(|fidelity| run(&blocks(fidelity), 12));
-    for ([condensed, full], allowed) in [(bars, [2e-3, 2e-3]), (crushed, [2e-3, 1e-2])] {
+    for [condensed, full] in [bars, crushed] {
         assert_eq!(condensed.len(), full.len());
         for (expected, found) in condensed.iter().zip(&full) {
-            let ([expected, found], of) =
-                ([expected, found].map(|row| &row.ledger), expected.ledger.external);
-            assert!((found.external - expected.external).abs() < allowed[0] * of, "{found:?} {expected:?}");
-            assert!((found.damage - expected.damage).abs() < allowed[1] * of, "{found:?} {expected:?}");
-            assert!((found.elastic - expected.elastic).abs() < allowed[1] * of, "{found:?} {expected:?}");
+            let [expected, found] = [expected, found].map(|row| &row.ledger);
+            let allowed = 2e-3 * expected.external;
+            assert!((found.external - expected.external).abs() < allowed, "{found:?} {expected:?}");
+            assert!((found.damage - expected.damage).abs() < allowed, "{found:?} {expected:?}");
+            assert!((found.elastic - expected.elastic).abs() < allowed, "{found:?} {expected:?}");
             // While the bar comes into touch the trapezoid misses as much of the work of either.
-            assert!((found.error() - expected.error()).abs() < 1e-3 * of, "{found:?} {expected:?}");
+            assert!((found.error() - expected.error()).abs() < 0.5 * allowed, "{found:?} {expected:?}");
         }
         let last = [&condensed, &full].map(|rows| rows[rows.len() - 1].damage);
         assert!(last[0].failed_points > 40 && last[1].failed_points > 40, "{last:?}");

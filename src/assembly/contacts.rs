@@ -57,7 +57,7 @@ pub struct Contacts {
     /// The largest displacement in each of `fields` [m].
     #[serde(skip)]
     reach: Vec<f64>,
-    /// The flexibility of every condensed body in the present increment: with trial damage, where a body can break.
+    /// The flexibility of every body that bends in the present increment: with trial damage, where a body can break.
     #[serde(skip)]
     pub grains: Vec<Option<Flexibility>>,
     /// What bodies that follow the forces by steps were displaced by last, and the share of it that they took.
