@@ -544,9 +544,9 @@ impl DamagedGrain {
         }
     }
 
-    /// What points keep of their stiffness in the trial.
-    pub(super) fn trial_points(&self) -> &[[Secant; POINT_COUNT]] {
-        &self.trial.points
+    /// What points keep of their stiffness in the factor of the last [`Self::refresh`].
+    pub(super) fn held_points(&self) -> Vec<[Secant; POINT_COUNT]> {
+        held(&self.trial.points)
     }
 
     /// Makes a new factor if the trial damage moved; returns whether it did.

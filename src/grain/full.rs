@@ -22,7 +22,6 @@ use crate::grain::held::HeldGrain;
 use crate::grain::stiffness::sound;
 use crate::grain::surface::SurfacePoint;
 use crate::material::Secant;
-use crate::material::secant::HELD;
 use crate::mesh::{CellId, Mesh, NodeId};
 use crate::tensor::Vec3;
 
@@ -38,7 +37,7 @@ pub struct FullGrain {
     density: f64,
     strains: Strains,
     elements: Arc<Vec<StraightTet10>>,
-    /// What its points keep of their stiffness.
+    /// What its points keep of their stiffness in the factor.
     points: Vec<[Secant; POINT_COUNT]>,
     /// Its stiffness without displacements.
     held: Arc<HeldGrain>,
@@ -72,13 +71,7 @@ impl FullGrain {
     pub fn damaged(&self, grain: &DamagedGrain) -> Self {
         let condensed = grain.condensed().clone();
         let held = condensed.held().unwrap_or(&self.held).clone();
-        FullGrain {
-            condensed,
-            points: grain.trial_points().to_vec(),
-            held,
-            elements: self.elements.clone(),
-            ..*self
-        }
+        FullGrain { condensed, points: grain.held_points(), held, elements: self.elements.clone(), ..*self }
     }
 
     /// [`DamagedGrain::propose_beyond`] for the same cells, at their strains where this grain has the `field`.
@@ -149,11 +142,7 @@ impl FullGrain {
     /// As all that takes `u`, if there is not one displacement per node.
     pub fn energy(&self, u: &[Vec3]) -> f64 {
         let of_cell = |(element, cell, nodes): (&StraightTet10, Cell<'_>, &[NodeId; 10])| {
-            let u = nodes.map(|node| u[node.index()]);
-            let held = held_points(&cell).map_or(0.0, |points| {
-                element.strain_energy(Cell { points: &points, ..cell }, Strains::Small, &u)
-            });
-            element.strain_energy(cell, self.strains, &u) + held
+            element.strain_energy(cell, self.strains, &nodes.map(|node| u[node.index()]))
         };
         self.of_cells().map(of_cell).sum()
     }
@@ -163,11 +152,7 @@ impl FullGrain {
         let mut out = vec![Vec3::zeros(); u.len()];
         for (element, cell, nodes) in self.of_cells() {
             let mut forces = [Vec3::zeros(); 10];
-            let u = nodes.map(|node| u[node.index()]);
-            element.add_inner_forces(&mut forces, cell, self.strains, &u);
-            if let Some(points) = held_points(&cell) {
-                element.add_inner_forces(&mut forces, Cell { points: &points, ..cell }, Strains::Small, &u);
-            }
+            element.add_inner_forces(&mut forces, cell, self.strains, &nodes.map(|node| u[node.index()]));
             nodes.iter().zip(&forces).for_each(|(node, force)| out[node.index()] += force);
         }
         out
@@ -236,17 +221,6 @@ impl FullGrain {
         field.append(&mut u);
         left
     }
-}
-
-/// What the factor holds the failed points of a cell by; `None` where none has failed. That is no rock: its forces are linear in the displacements.
-fn held_points(cell: &Cell<'_>) -> Option<[Secant; POINT_COUNT]> {
-    let has_failed = |point: &Secant| point.matrix().is_none() && point.share() < HELD;
-    cell.points.iter().any(has_failed).then(|| {
-        cell.points.each_ref().map(|point| match has_failed(point) {
-            true => Secant::of_share(HELD - point.share()),
-            false => Secant::of_share(0.0),
-        })
-    })
 }
 
 #[cfg(test)]
